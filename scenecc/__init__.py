@@ -1,14 +1,14 @@
 """scenecc: a compiler for scenes in robot simulation.
 
-A scene is a YAML file (or the same as a dict); it is checked, lowered to a plan and instantiated as a
-batch of parallel SAPIEN scenes. Importing this loads neither an engine nor a mesh library.
+A scene is a YAML file or the equivalent dict. It is checked, lowered to a plan and instantiated as a batch of parallel
+SAPIEN scenes. Importing this package loads neither an engine nor a mesh library.
 """
 
 from __future__ import annotations
 
 from scenecc.version import VERSION as __version__
 
-TYPE_CHECKING = False  # that of `typing` takes its time, and the command hears signals once this is loaded
+TYPE_CHECKING = False  # importing that of `typing` delays the handling of signals
 if TYPE_CHECKING:
     from scenecc.backends.sapien import ArticulationBatch as ArticulationBatch
     from scenecc.backends.sapien import ArticulationState as ArticulationState
@@ -112,7 +112,7 @@ _MODULES = {
     "inspect.inspection": ("Inspection",),
     "viewer": ("PageAddress", "ScenePage", "ViewOptions", "view_scene"),
 }
-"""The public names by their modules, which are loaded when somebody asks for one."""
+"""The public names by module. A module is loaded when one of its names is first used."""
 
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -1,4 +1,4 @@
-"""`python -m scenecc` is `scenecc`."""
+"""`python -m scenecc` runs `scenecc`."""
 
 from scenecc.cli import main
 

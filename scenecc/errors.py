@@ -1,4 +1,4 @@
-"""What callers of the API catch."""
+"""Exceptions of the API."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class SceneError(Exception):
     """A scene could not be compiled or built, or its simulation diverged.
 
     Attributes:
-        diagnostics: everything that was found, warnings included, in the order of the file.
+        diagnostics: all diagnostics, warnings included, in file order.
     """
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
@@ -24,12 +24,12 @@ class SceneError(Exception):
         super().__init__(self.diagnostics)
 
     def __str__(self) -> str:
-        from scenecc.diagnostics.formats import render  # noqa: PLC0415 - it needs this package
+        from scenecc.diagnostics.formats import render  # noqa: PLC0415 - a circular import
 
         return "\n" + render(self.diagnostics)
 
     @property
     def at_fault(self) -> Literal["scene", "machine"]:
-        """The scene, or the engine and the machine, which count first where both are."""
+        """Whether the machine (or engine) or the scene caused the error; the machine if both did."""
         faults = {CODES[found.code].at_fault for found in self.diagnostics if found.severity == "error"}
         return "machine" if "machine" in faults else "scene"

@@ -1,6 +1,6 @@
-"""Scenes as the text or the files of other programs.
+"""Export of scenes to the text or files of other programs.
 
-Where numbers are needed that only an engine knows, the scene is built without anything seen, and measured.
+If a format needs numbers that only an engine knows, the scene is built without visual shapes and measured.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ if TYPE_CHECKING:
     from scenecc.plan.snapshot import EngineSnapshot
 
 _LONGEST_NAME = 60
-"""Characters: no file system takes less of them, with a suffix and however they are encoded."""
+"""Characters of a file name, without suffix. Every file system supports this length in any encoding."""
 
 
 @frozen
 class Emitted:
-    """A scene in another program's form.
+    """A scene in another program's format.
 
     Attributes:
-        files: by their paths relative to the folder that they lie in, or will lie in. The first is the file itself; the
-            others, which it refers to, lie in a folder beside it.
-        diagnostics: warnings and notes, among them one for everything that the target cannot hold.
-        paths: where they were written; empty where they were not.
+        files: content by path, relative to the output folder. The first is the main file; the others, which it
+            references, are in a folder beside it.
+        diagnostics: warnings and notes, including one for everything that the target does not support.
+        paths: paths of the written files; empty if nothing was written.
     """
 
     files: dict[str, bytes]
@@ -49,19 +49,19 @@ class Emitted:
 
     @property
     def text(self) -> str:
-        """The file itself as text. Raises UnicodeDecodeError where it is none."""
+        """The main file as text. Raises UnicodeDecodeError if it is binary."""
         return next(iter(self.files.values())).decode("utf-8")
 
 
 class FileChoices(TypedDict, total=False):
-    """What of a scene is written, and how.
+    """What to export, and how.
 
     Attributes:
-        scene: index of the scene to write; None: the first.
-        grid: write all scenes side by side in place of one (glb).
-        show: draw bodies as they are seen, or their colliding shapes (glb, usd).
-        entity: write this entity alone (urdf).
-        progress: called with (scenes done, scenes in all) while the engine builds.
+        scene: index of the scene to export; None: the first.
+        grid: export all scenes side by side instead of one (glb).
+        show: export visual or collision shapes (glb, usd).
+        entity: export only this entity (urdf).
+        progress: called with (scenes done, total scenes) while the engine builds.
     """
 
     scene: int | None
@@ -72,12 +72,13 @@ class FileChoices(TypedDict, total=False):
 
 
 class EmitChoices(FileChoices, total=False):
-    """What of a scene is written, and how.
+    """What to export, and how.
 
     Attributes:
-        name: of the file without its suffix; None: the scene's own. What cannot stand in a file name is a `_` there.
-        folder: write each entity into a file of its own name (urdf).
-        binary: write the binary form of the file (usd).
+        name: file name without suffix; None: the name of the scene. Characters that are invalid in a file name become
+            `_`.
+        folder: write each entity to its own file (urdf).
+        binary: write the binary form of the format (usd).
     """
 
     name: str | None
@@ -97,40 +98,40 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
     "urdf": (".urdf", ".xml"),
     "usd": (".usda", ".usd", ".usdc"),
 }
-"""Target to the suffixes of its files."""
+"""Target → suffixes of its files."""
 
 BINARY_SUFFIXES = (".usd", ".usdc")
-"""Suffixes of USD's binary form."""
+"""Suffixes of the binary form of USD."""
 
 
 def target_of(path: Path) -> str:
-    """The target that a file's suffix stands for; of `.xml`, MJCF.
+    """Returns the target for a file's suffix. `.xml` gives MJCF.
 
     Raises:
-        ValueError: it stands for none.
+        ValueError: no target has this suffix.
     """
     found = next((target for target, suffixes in SUFFIXES.items() if path.suffix.lower() in suffixes), None)
     if found is None:
         known = ", ".join(dict.fromkeys(suffix for suffixes in SUFFIXES.values() for suffix in suffixes))
-        raise ValueError(f"{path.name} ends in none of {known}")
+        raise ValueError(f"{path.name} must end in one of {known}")
     return found
 
 
 def emit_source(source: Source, target: str, *, base: Path | None = None, **given: Unpack[ExportArguments]) -> Emitted:
-    """A scene in another program's form, in memory.
+    """Exports a scene in memory.
 
-    Numbers that only an engine knows (masses, hulls of meshes, poses of links) are those of SAPIEN, in which the scene
-    is built for that, without visual shapes.
+    Numbers that only an engine knows (masses, hulls of meshes, poses of links) come from SAPIEN, in which the scene is
+    built for this purpose, without visual shapes.
 
     Args:
         source: as for `validate`.
         target: a key of `SUFFIXES`.
-        base: folder of the text, from which its relative paths start; None: the scene's own.
-        given: those of `EmitChoices` and of `CompileOptions`.
+        base: folder to which relative paths in the text refer; None: the folder of the scene.
+        given: fields of `EmitChoices` and `CompileOptions`.
 
     Raises:
-        SceneError: the scene, the engine or the machine is at fault, or nothing can be written so.
-        ValueError: there is no such target, it does not take an argument, or there is no such scene.
+        SceneError: the scene has errors, the target cannot hold it, or the engine or machine failed.
+        ValueError: the target or the scene index does not exist, or the target does not accept an argument.
     """
     options = Options.of_call(emit_source, given, ExportArguments)
     scene, entity = given.get("scene"), given.get("entity")
@@ -146,7 +147,7 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
     if plan.expectations and target != "json":
         place = plan.expectations[0].origin or Location(None)
         sink.report(
-            "SC721", "what must hold (`expect`) is left out: only scene files and plans have it", place, at="key"
+            "SC721", "expectations (`expect`) are dropped: only scene files and plans can hold them", place, at="key"
         )
     stem = _file_name(given.get("name") or plan.name)
     if target in EMITTERS:
@@ -162,14 +163,14 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
 
 
 def write_emitted(made: Emitted, target: Path) -> Emitted:
-    """Writes what was made, all files or none. Returns it with the name that its first file has now, and the paths.
+    """Writes all exported files or none. Returns the export with its paths and the new name of its first file.
 
     Args:
-        made: the files.
-        target: the file that takes the first of them, whatever that is called.
+        made: the export.
+        target: path of the first file, whatever its name in `made`.
 
     Raises:
-        OSError: they cannot be written.
+        OSError: a file cannot be written.
     """
     paths = replace_set(target, made.files, folder=False)
     (_, content), *others = made.files.items()
@@ -177,21 +178,21 @@ def write_emitted(made: Emitted, target: Path) -> Emitted:
 
 
 def _file_name(name: str) -> str:
-    """A name of a file, and of nothing else: it leads to no folder, and is not hidden."""
+    """Returns a safe file name: no folders in it, and not hidden."""
     return re.sub(r'[/\\:*?"<>|\x00-\x1f\x7f]+', "_", name).lstrip(". ")[:_LONGEST_NAME] or "scene"
 
 
 def check_target(target: object, known: Collection[str]) -> None:
-    """Raises ValueError for what is no target."""
+    """Raises ValueError for an unknown target."""
     if not isinstance(target, str) or target not in known:
         writers = {"emit_scene": EMITTERS, "export_scene": EXPORTS}
         writer = next((name for name, targets in writers.items() if target in [*targets]), None)
-        hint = "" if writer is None else f"; `{writer}` writes it"
+        hint = "" if writer is None else f"; use `{writer}` for it"
         raise ValueError(f"unknown target {target!r}{hint}; the targets are {', '.join(known)}")
 
 
 def _require_packages(target: str, sink: Sink) -> None:
-    """Raises SceneError where what every file of a target takes cannot be loaded: before the work, and not after it."""
+    """Raises SceneError if a package that the target always needs cannot be loaded, before any work is done."""
     needs = EXPORTS[target].needs
     if needs is None:
         return
@@ -199,29 +200,29 @@ def _require_packages(target: str, sink: Sink) -> None:
     try:
         import_module(module)
     except ImportError as error:
-        message = f"`{target}` is written by {package}: {error}"
+        message = f"`{target}` needs {package}: {error}"
         sink.report("SC813", message, Location(None), hint=install_hint("export"))
         raise SceneError(sink.diagnostics()) from error
 
 
 def check_choice(target: str, asked: Collection[str]) -> None:
-    """Whether arguments of `Scene.emit` can be given together.
+    """Checks that arguments of `Scene.emit` can be combined.
 
     Args:
-        target: as there, or a key of `scenecc.emit.EMITTERS`, which takes none of them.
-        asked: names of those among `scene`, `grid`, `show`, `entity`, `folder` and `binary` that are given.
+        target: as in `Scene.emit`, or a key of `scenecc.emit.EMITTERS`, which accepts none of them.
+        asked: the given arguments among `scene`, `grid`, `show`, `entity`, `folder` and `binary`.
 
     Raises:
-        ValueError: the target does not take one of them.
+        ValueError: the target does not accept one of them, or two exclude each other.
     """
     for word in asked:
         takers = [name for name, row in EXPORTS.items() if word == "scene" or word in row.takes]
         if target not in takers:
-            raise ValueError(f"{target} takes no `{word}`, which is for {', '.join(takers)}")
+            raise ValueError(f"{target} does not support `{word}`, which is only for {', '.join(takers)}")
     if {"grid", "scene"} <= set(asked):
-        raise ValueError("`grid` writes all scenes, and `scene` one of them")
+        raise ValueError("`grid` exports all scenes and `scene` only one; give one of them")
     if {"entity", "folder"} <= set(asked):
-        raise ValueError("`entity` writes one file, and `folder` one for each entity")
+        raise ValueError("`entity` writes one file and `folder` one per entity; give one of them")
 
 
 def _one_scene(scene: int, plan: ScenePlan, sink: Sink) -> list[int]:
@@ -235,7 +236,7 @@ def _measure_snapshot(
     plan: ScenePlan, scene_idxs: list[int] | None, sink: Sink, progress: Callable[[int, int], None] | None
 ) -> EngineSnapshot:
     batch = build_batch(plan, sink, scene_idxs=scene_idxs, render=False, audit=True, progress=progress)
-    from scenecc.backends.sapien.measure import measure_bodies  # with the engine, which is known to be there now
+    from scenecc.backends.sapien.measure import measure_bodies  # loads the engine, which `_need` has checked
 
     with batch:
         return measure_bodies(batch)

@@ -1,4 +1,4 @@
-"""The extras of the package: what each is for, and how what is missing is installed."""
+"""The extras of the package: their purposes, and how to install a missing one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 
 class Extra(NamedTuple):
-    """What an extra is for, and the modules that it brings."""
+    """The purpose of an extra, and the modules that it installs."""
 
     purpose: str
     modules: tuple[str, ...]
@@ -24,19 +24,21 @@ EXTRAS: Final[dict[str, Extra]] = {
     "mjcf": Extra("robots and scenes in MJCF", ("mujoco",)),
     "import": Extra("worlds in SDF and USD", ("lxml", "scipy", "pxr")),
     "export": Extra("USD and a check of MJCF", ("mujoco", "pxr")),
-    "convex": Extra("meshes cut into convex parts by CoACD", ("coacd",)),
-    "pictures": Extra("films in MP4", ("imageio_ffmpeg",)),
+    "convex": Extra("convex decomposition of meshes by CoACD", ("coacd",)),
+    "pictures": Extra("videos in MP4", ("imageio_ffmpeg",)),
     "view": Extra("the viewer in the browser", ("viser", "watchfiles")),
     "lsp": Extra("the language server for editors", ("pygls",)),
     "gymnasium": Extra("vector environments of Gymnasium", ("gymnasium",)),
     "sweep": Extra("sweeps over many seeds, as a Parquet table", ("pyarrow",)),
     "ray": Extra("sweeps on a cluster", ("ray", "pyarrow")),
 }
-"""By name, as `pyproject.toml` declares them, but those of its developers."""
+"""Extras by name, as in `pyproject.toml`, except those for developers."""
 
 
 def install_hint(extra: str, *others: str) -> str:
-    """How an extra is installed: from the clone that this is, or else from an index. `others`: packages before it."""
+    """Returns how to install an extra: from this clone, or else from the package index. `others`: packages to install
+    before it.
+    """
     before = "".join(f"{other} " for other in others)
     clone = Path(__file__).parent.parent
     if (clone / "pyproject.toml").is_file() and (clone / ".git").exists():
@@ -45,7 +47,7 @@ def install_hint(extra: str, *others: str) -> str:
 
 
 DRIVER_HINT: Final = (
-    "with a GPU, install its Vulkan driver (in a container of NVIDIA's, ask for the capability `graphics`);\n"
+    "with a GPU, install its Vulkan driver (in an NVIDIA container, request the capability `graphics`);\n"
     "without one, Mesa's lavapipe, 24.3 or later, renders on the CPU: `apt-get install mesa-vulkan-drivers libvulkan1`"
 )
 """How to get a render device, in two lines."""

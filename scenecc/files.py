@@ -1,4 +1,4 @@
-"""Reading files whose names come from others, only if they are regular; writing files whole or not at all."""
+"""Reads only regular files, for names from untrusted text, and writes files completely or not at all."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from typing import BinaryIO, Final
 from scenecc.interrupt import interrupts_wait, undoing
 
 PACK_SUFFIX: Final = ".scn"
-"""Of a file that holds a scene with all that it uses; see `scenecc.source.pack`."""
+"""Suffix of a pack, which holds a scene and all files that it uses; see `scenecc.source.pack`."""
 
 ARCHIVE: Final = b"PK"
-"""What it begins with, as every ZIP archive does."""
+"""The first bytes of a pack, as of every ZIP archive."""
 
 PACKS: Final = "packs"
-"""The kind of `cache_folder` into which packs are read."""
+"""The `cache_folder` for the contents of packs."""
 
 
 def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> None:
-    """Makes folders and writes files: all of them or none, also where a signal ends the process.
+    """Makes folders and writes files, all or none, even if a signal ends the process.
 
-    Each goes to a file beside it first; these take their places in the end, the last first, so that what refers to
-    others may stand before them.
+    Writes each to a temporary file beside its target, then renames them in reverse order, so that referenced files
+    exist before the file that refers to them.
 
     Raises:
-        OSError: one cannot be written; all are as they were then.
+        OSError: a file cannot be written; all files then are unchanged.
     """
     parts: dict[Path, Path] = {}
     with undoing() as undo:
@@ -44,7 +44,7 @@ def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> No
             try:
                 _write(part, data)
             except OSError as error:
-                if error.filename is not None:  # of the part, which nobody has named
+                if error.filename is not None:  # the error names the temporary file, which the user does not know
                     raise OSError(error.errno, error.strerror, str(path)) from None
                 raise
             if path.is_file():
@@ -55,15 +55,15 @@ def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> No
 
 
 def replace_set(target: Path, files: Mapping[str, bytes], *, folder: bool) -> list[Path]:
-    """Writes a file and those that lie beside it, all or none. Returns their paths.
+    """Writes a file and those beside it, all or none. Returns their paths.
 
     Args:
-        target: the file that takes the first of `files`, whatever that is called; or the folder for all of them.
-        files: by their paths from the folder in which the file lies.
+        target: path of the first of `files`, whatever its name there; or the folder for all of them.
+        files: content by path relative to the folder of the file.
         folder: whether `target` is a folder.
 
     Raises:
-        OSError: one cannot be written; then everything is as it was.
+        OSError: a file cannot be written; all files then are unchanged.
     """
     top, names = Path(os.path.realpath(target)), list(files)
     paths = [top / name for name in names] if folder else [top, *(top.parent / name for name in names[1:])]
@@ -75,24 +75,26 @@ def replace_set(target: Path, files: Mapping[str, bytes], *, folder: bool) -> li
 
 
 def _write(part: Path, data: bytes) -> None:
-    """Writes a new file. It has no name until it is whole: of a process that is killed, nothing is left."""
-    part.unlink(missing_ok=True)  # of a process that was killed, on a file system of the second kind
+    """Writes a new file. It has no name until it is complete, so a killed process leaves nothing behind."""
+    part.unlink(missing_ok=True)  # left by a killed process, on a file system without unnamed files
     named = False
     try:
         handle = os.open(part.parent, os.O_TMPFILE | os.O_WRONLY, 0o666)
-    except OSError:  # some file systems know no such files
+    except OSError:  # some file systems do not support unnamed files
         handle, named = os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666), True
     with os.fdopen(handle, "wb") as file:
         file.write(data)
         file.flush()
         os.fsync(handle)
         if not named:
-            # With a folder, Python has the system follow the link there.
+            # With a folder descriptor, Python makes the system follow the link.
             os.link(f"/proc/self/fd/{handle}", part, src_dir_fd=handle)
 
 
 def _put_in_place(parts: dict[Path, Path]) -> None:
-    """Gives each part its name. What has the name is kept until the first, which comes last, has taken its place."""
+    """Renames each temporary file to its target. Old targets are kept until the first file, which comes last, is in
+    place.
+    """
     first, kept = next(iter(parts)), list[Path]()
     with ExitStack() as undo:
         for path in reversed(parts):
@@ -112,27 +114,27 @@ def _put_in_place(parts: dict[Path, Path]) -> None:
 
 
 def _remove(folder: Path) -> None:
-    with suppress(OSError):  # others write into it by now
+    with suppress(OSError):  # other processes may have written into it
         folder.rmdir()
 
 
 def cache_folder(kind: str) -> Path:
-    """Where files of a kind are kept that are made of others: under `$XDG_CACHE_HOME`, or `~/.cache` without it."""
+    """Returns the folder for cached files of a kind: under `$XDG_CACHE_HOME`, or else `~/.cache`."""
     base = os.environ.get("XDG_CACHE_HOME")
     try:
         folder = Path(base) if base else Path.home() / ".cache"
-    except RuntimeError:  # a user without a home: nothing can be kept
+    except RuntimeError:  # the user has no home, so nothing can be cached
         folder = Path(os.devnull)
     return folder / "scenecc" / kind
 
 
 def keep_file(kind: str, content: bytes, suffix: str) -> Path:
-    """A file of the cache folder that holds `content`; its stem is the SHA-256 of that.
+    """Returns a file of the cache folder that holds `content`. Its stem is the SHA-256 of the content.
 
     Raises:
         OSError: it cannot be written.
     """
-    from hashlib import sha256  # noqa: PLC0415 - few commands keep anything
+    from hashlib import sha256  # noqa: PLC0415 - few commands cache anything
 
     folder = cache_folder(kind)
     file = folder / f"{sha256(content).hexdigest()}{suffix}"
@@ -143,17 +145,17 @@ def keep_file(kind: str, content: bytes, suffix: str) -> Path:
 
 
 MOST_RESULTS: Final = 50_000
-"""Files in a folder of results. With more, half of them are removed."""
+"""Maximum number of files in a folder of results. Beyond it, half of them are removed."""
 
 MOST_RESULT_BYTES: Final = 4 * 2**30
-"""Bytes in a folder of results. With more, half of its files are removed."""
+"""Maximum bytes in a folder of results. Beyond it, half of its files are removed."""
 
 _pruned: set[Path] = set()
-"""Folders that this process has looked through."""
+"""Folders that this process has checked."""
 
 
 def keep_result(file: Path, content: bytes) -> None:
-    """Writes a file of the cache folder. Where it cannot be written, it is left out: it is made again the next time."""
+    """Writes a file of the cache folder. If that fails, nothing is cached."""
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
         if file.parent not in _pruned:
@@ -163,17 +165,17 @@ def keep_result(file: Path, content: bytes) -> None:
 
 
 def _prune(folder: Path) -> None:
-    """Removes the half of the results that were written first, where there are very many or they are very large."""
+    """Removes the older half of the results, if there are too many or they are too large."""
     with os.scandir(folder) as entries:
         files = sorted(((one.stat(), one.path) for one in entries), key=lambda one: one[0].st_mtime_ns)
     if len(files) > MOST_RESULTS or sum(status.st_size for status, _ in files) > MOST_RESULT_BYTES:
         for _, path in files[: len(files) // 2]:
-            with suppress(OSError):  # another process removes them too
-                os.unlink(path)  # noqa: PTH108 - the name of an entry
+            with suppress(OSError):  # another process may remove them too
+                os.unlink(path)  # noqa: PTH108 - a directory entry's name
 
 
 def read_result(file: Path) -> bytes | None:
-    """What `keep_result` wrote; None: it wrote nothing, or the file is damaged."""
+    """Returns what `keep_result` wrote; None if it wrote nothing, or the file is damaged."""
     try:
         checksum, end, content = file.read_bytes().partition(b"\n")
     except OSError:
@@ -182,25 +184,26 @@ def read_result(file: Path) -> bytes | None:
 
 
 def _checksum(content: bytes) -> bytes:
-    from hashlib import sha256  # noqa: PLC0415 - few commands keep anything
+    from hashlib import sha256  # noqa: PLC0415 - few commands cache anything
 
     return sha256(content).hexdigest().encode() + b"\n"
 
 
 State = tuple[int, int, int, int, int]
-"""Device, inode, size, and when its content and anything about it last changed [ns]: tells that a file changed."""
+"""Device, inode, size, and times of the last change of content and metadata [ns]. Any change to a file changes it.
+"""
 
 
 class NotAFileError(OSError):
-    """What a name leads to is a pipe, a socket or a device."""
+    """A path leads to a pipe, a socket or a device."""
 
 
 class ChangedError(OSError):
-    """A file does not hold what it held when it was checked."""
+    """A file has changed since it was checked."""
 
 
 def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
-    """A regular file, open for reading. Never waits, as a named pipe would make it wait for someone to write.
+    """Opens a regular file for reading. Never blocks, even for a named pipe.
 
     Raises:
         OSError: it cannot be opened, or is a folder (`IsADirectoryError`), or a pipe, a socket or a device
@@ -213,18 +216,19 @@ def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
     os.close(handle)
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
-    raise NotAFileError(errno.EINVAL, "this is a pipe or a device, not a file", os.fspath(path))
+    raise NotAFileError(errno.EINVAL, "it is a pipe or a device, not a file", os.fspath(path))
 
 
 class TooLongError(OSError):
-    """A file has more bytes than it may have."""
+    """A file is larger than allowed."""
 
 
 def read_at_most(path: str | os.PathLike[str], limit: int) -> bytes:
-    """The content of a regular file.
+    """Returns the content of a regular file.
 
     Raises:
-        OSError: it cannot be read; `TooLongError`: it has more than `limit` bytes.
+        OSError: it cannot be read.
+        TooLongError: it has more than `limit` bytes.
     """
     with open_regular(path) as file:
         data = file.read(limit + 1)
@@ -234,16 +238,17 @@ def read_at_most(path: str | os.PathLike[str], limit: int) -> bytes:
 
 
 def read_checked(path: str | os.PathLike[str], digest: str | None) -> bytes:
-    """The content of a file.
+    """Returns the content of a file.
 
     Args:
-        path: of the file.
-        digest: SHA-256 of what it held when it was checked; None: it was not.
+        path: path of the file.
+        digest: SHA-256 of its content when it was checked; None: it was not checked.
 
     Raises:
-        OSError: it cannot be read; `ChangedError`: it holds something else now.
+        OSError: it cannot be read.
+        ChangedError: its content has changed.
     """
-    from hashlib import sha256  # noqa: PLC0415 - few commands read what was checked
+    from hashlib import sha256  # noqa: PLC0415 - few commands compare hashes
 
     with open_regular(path) as file:
         data = file.read()
@@ -253,13 +258,13 @@ def read_checked(path: str | os.PathLike[str], digest: str | None) -> bytes:
 
 
 def state_of(status: os.stat_result) -> State:
-    """The state that a file is in."""
+    """Returns the state of a file from its `stat` result."""
     return (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
 
 
 def state_now(path: str | os.PathLike[str]) -> State | None:
-    """The state that a file is in; None where it is gone."""
+    """Returns the state of a file; None if it does not exist."""
     try:
-        return state_of(os.stat(path))  # noqa: PTH116 - a path of either kind
+        return state_of(os.stat(path))  # noqa: PTH116 - text or a Path
     except OSError:
         return None

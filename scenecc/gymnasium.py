@@ -30,19 +30,20 @@ if TYPE_CHECKING:
 __all__ = ["SceneVectorEnv"]
 
 _SEEDS = 2**31
-"""Seeds that a generator draws are below this: those from here on are free for evaluations."""
+"""Random seeds are below this value; evaluations can use those from here on."""
 
 
 class SceneVectorEnv(VectorEnv[Any, Any, Any]):
-    """Each scene of a batch as an environment; observations, rewards and ends are functions of the batch.
+    """A vector environment with one environment per scene of a batch. Callbacks give observations, rewards and
+    terminations.
 
     An environment that ends is reset within the same step (`AutoresetMode.SAME_STEP`): `step` returns the first
-    observation of its next episode, and `infos["final_obs"]` has the last one of the episode that ended. Rows are
-    `batch.scene_idxs`. An episode of seed s is what `batch.reset(seed=s)` draws in this scene. Where `reset` gets no
-    seed, and after an end, a generator of the environment draws the next one.
+    observation of its next episode, and `infos["final_obs"]` has the last one of the ended episode. Rows follow
+    `batch.scene_idxs`. An episode with seed s equals what `batch.reset(seed=s)` draws in this scene. If `reset` gets no
+    seed, and after an episode ends, the environment's generator draws the next seed.
 
-    Where episodes begin, `infos["passport"]` has their passports: `str` of one gives the text from which `scenecc
-    replay` builds the start. It is computed only when it is taken.
+    When episodes begin, `infos["passport"]` has their passports: `str` of one gives the text from which `scenecc
+    replay` rebuilds the initial state. It is computed only on access.
 
     Attributes:
         batch: the scenes; `close` closes them.
@@ -70,24 +71,25 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         max_episode_steps: int | None = None,
         check: bool = False,
     ) -> None:
-        """Sets the spaces; the batch stays as it is until the first `reset`.
+        """Sets the spaces. The batch does not change until the first `reset`.
 
         Args:
             batch: the scenes, N of them.
-            observation: gives (N, …), or what fits in `observation_space`.
-            reward: gives (N,), after each action.
-            terminated: gives (N,) bool: which episodes end here, by success or failure.
+            observation: returns (N, …), or whatever fits `observation_space`.
+            reward: returns (N,), after each action.
+            terminated: returns (N,) bool: which episodes end, by success or failure.
             act: applies actions (N, …), for example to `drive_target`. The batch is stepped after it.
-            action_space: of one environment.
-            observation_space: of one environment; by default an unbounded box of the shape of `observation`.
-            info: gives what else `infos` have: name → (N, …).
-            steps_per_action: how many time steps each action lasts.
-            max_episode_steps: after how many actions an episode is truncated; None: never.
-            check: raise a SceneError where the simulation diverges, as `batch.step(check=True)` does.
+            action_space: action space of one environment.
+            observation_space: observation space of one environment; default: an unbounded box with the shape of
+                `observation`.
+            info: returns further entries of `infos`: name → (N, …).
+            steps_per_action: time steps per action.
+            max_episode_steps: number of actions after which an episode is truncated; None: never.
+            check: raise a SceneError if the simulation diverges, as `batch.step(check=True)` does.
 
         Raises:
-            TypeError: a number is no integer.
-            ValueError: a number is not positive, or `observation` does not give a row for each scene.
+            TypeError: a number is not an integer.
+            ValueError: a number is not positive, or `observation` does not return one row per scene.
         """
         for name, number in {"steps_per_action": steps_per_action, "max_episode_steps": max_episode_steps}.items():
             if number is not None:
@@ -104,7 +106,7 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         if observation_space is None:
             first = np.asarray(observation(batch))
             if first.dtype == object:
-                raise ValueError("`observation` gives no array of numbers: it needs an `observation_space`")
+                raise ValueError("`observation` returns no array of numbers: it needs an `observation_space`")
             self._check_rows("observation", first.shape[:1])
             observation_space = spaces.Box(-np.inf, np.inf, first.shape[1:], first.dtype.type)
         self._dtype: Any = None
@@ -119,22 +121,23 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         """Begins new episodes, in all environments or in those of a mask.
 
         Args:
-            seed: of the episodes, for all or one for each environment; scenes of one seed differ. None: new ones.
-            options: `reset_mask`: (N,) bool, which environments are reset.
+            seed: seed of the episodes, for all or one per environment; scenes with the same seed differ. None: new
+                seeds.
+            options: `reset_mask`: (N,) bool, the environments to reset.
 
         Returns:
             Observations and infos of all environments.
 
         Raises:
-            TypeError: a seed is no integer.
-            ValueError: seeds or mask do not fit, there is another option, or something drawn has no value.
+            TypeError: a seed is not an integer.
+            ValueError: seeds or mask have the wrong shape, an option is unknown, or a draw has no value.
         """
         options = options or {}
         if options.keys() - {"reset_mask"}:
-            raise ValueError(f"the one option is reset_mask, and this has {sorted(options)}")
+            raise ValueError(f"the only option is reset_mask; found {sorted(options)}")
         mask = np.asarray(options.get("reset_mask", np.ones(self.num_envs, np.bool_)))
         if mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
-            raise ValueError(f"reset_mask is ({self.num_envs},) bool with a True in it, not {mask!r}")
+            raise ValueError(f"reset_mask must be ({self.num_envs},) bool with at least one True, not {mask!r}")
         if seed is not None:
             given: Any = seed if isinstance(seed, (list, tuple, np.ndarray)) else [seed] * self.num_envs
             seed = [None if one is None else integer(one, "seed", 0) for one in given]
@@ -147,25 +150,25 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         return self._observe(), begun | self._inform()
 
     def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        """Applies actions, steps the batch, and resets what ended.
+        """Applies actions, steps the batch, and resets the environments that end.
 
         Args:
             actions: (N, …), in `action_space`.
 
         Returns:
-            Observations, rewards (N,) float64, terminated and truncated (N,) bool, infos. Where an episode ended, infos
-            have `final_obs` and `final_info`, with the masks `_final_obs` and `_final_info`.
+            Observations, rewards (N,) float64, terminated and truncated (N,) bool, infos. If an episode ended, infos
+                have `final_obs` and `final_info`, with the masks `_final_obs` and `_final_info`.
 
         Raises:
             ResetNeeded: an environment was never reset.
             SceneError: the simulation diverges, with `check`.
-            ValueError: the actions have another shape, or a function does not give a value for each scene: a reward or
-                an observation of which a number is NaN is none.
+            ValueError: the actions have the wrong shape, or a callback does not return one value per scene, or returns
+                NaN as a reward or observation.
         """
         if (self._elapsed < 0).any():
             raise ResetNeeded("call reset() before the first step()")
         if self.action_space.shape is not None and np.shape(actions) != self.action_space.shape:
-            raise ValueError(f"actions are {self.action_space.shape} here, not {np.shape(actions)}")
+            raise ValueError(f"actions must have the shape {self.action_space.shape}, not {np.shape(actions)}")
         self._act(self.batch, actions)
         self.batch.step(self._steps_per_action, check=self._check)
         self._elapsed += 1
@@ -176,7 +179,7 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         self._check_numbers("reward", rewards)
         self._check_rows("terminated", terminated.shape)
         if terminated.dtype != np.bool_:
-            raise ValueError(f"`terminated` must give true or false, and gave {terminated.dtype}")
+            raise ValueError(f"`terminated` must return bool, not {terminated.dtype}")
         truncated = np.zeros(self.num_envs, np.bool_)
         if self._max_episode_steps is not None:
             truncated = self._elapsed >= self._max_episode_steps
@@ -197,11 +200,7 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         self.batch.close()
 
     def _begin(self, mask: NDArray[np.bool_], seeds: Sequence[int | None] | None) -> dict[str, Any]:
-        """Resets the environments of a mask, with their own seeds or, where there is none, the next of a generator.
-
-        Returns:
-            The infos that belong to a start.
-        """
+        """Resets the environments of a mask with the given or generated seeds, and returns the infos of their start."""
         rows: list[int] = np.flatnonzero(mask).tolist()
         chosen = [None if seeds is None else seeds[row] for row in rows]
         drawn = [
@@ -219,15 +218,15 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         found = self._observation(self.batch)
         if self._dtype is None:
             return found
-        rows: NDArray[Any] = np.array(found, self._dtype)  # a copy: the user's function may reuse its array
+        rows: NDArray[Any] = np.array(found, self._dtype)  # a copy, because the user's function may reuse its array
         self._check_rows("observation", rows.shape[:1])
         if rows.shape != self.observation_space.shape:
-            raise ValueError(f"`observation` must give {self.observation_space.shape}, and gave {rows.shape}")
+            raise ValueError(f"`observation` must return the shape {self.observation_space.shape}, not {rows.shape}")
         self._check_numbers("observation", rows)
         return rows
 
     def _inform(self) -> dict[str, Any]:
-        """What `info` gives, each with its mask."""
+        """Returns what `info` gives, with the mask of each entry."""
         infos: dict[str, Any] = {}
         found: Mapping[str, Any] = {} if self._info is None else self._info(self.batch)
         for name, values in found.items():
@@ -240,8 +239,8 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         if rows.dtype.kind == "f" and np.isnan(rows).any():
             missing = np.flatnonzero(np.isnan(rows).reshape(self.num_envs, -1).any(axis=1)).tolist()
             scenes = index_ranges([self.batch.scene_idxs[row] for row in missing])
-            raise ValueError(f"`{name}` is not a number (NaN) in scene {scenes}")
+            raise ValueError(f"`{name}` is NaN in scene {scenes}")
 
     def _check_rows(self, name: str, shape: tuple[int, ...]) -> None:
         if shape != (self.num_envs,):
-            raise ValueError(f"`{name}` must give a row for each of {self.num_envs} scenes, and gave the shape {shape}")
+            raise ValueError(f"`{name}` must return one row for each of {self.num_envs} scenes, not the shape {shape}")

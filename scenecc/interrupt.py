@@ -1,6 +1,6 @@
-"""Signals that end a process: what is undone before it ends, and what they wait for.
+"""Handling of signals that end a process: cleanup before it ends, and blocks that delay them.
 
-It loads next to nothing: until it is loaded, a signal ends the process with Python's traceback.
+It imports almost nothing: until it is loaded, a signal ends the process with Python's traceback.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import signal
 import threading
 from contextlib import ExitStack, contextmanager, suppress
 
-TYPE_CHECKING = False  # that of `typing` takes longer to load than all else here
+TYPE_CHECKING = False  # importing `typing` takes longer than everything else here
 if TYPE_CHECKING:
     import subprocess
     from collections.abc import Generator, Mapping
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _stacks: list[ExitStack] = []
-"""What is to be undone when the process ends."""
+"""Cleanup to run when the process ends."""
 
 
 def end_at_signals() -> None:
-    """Has Ctrl-C, SIGTERM and SIGHUP end this process with status 130, 143 and 129.
+    """Makes Ctrl-C, SIGTERM and SIGHUP end this process with status 130, 143 and 129.
 
-    It ends inside the handler. An exception raised there could come out of any line of Python: in a destructor or a
-    callback it would be dropped, and an engine that is taken apart while its threads draw crashes.
+    The process ends inside the handler. An exception raised there could surface in any line of Python: a destructor or
+    callback would drop it, and an engine crashes if it is torn down while its threads draw.
     """
     for number in _SIGNALS:
-        if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:  # ignored under nohup
+        if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:  # nohup ignores SIGHUP
             signal.signal(number, _end)
 
 
@@ -48,9 +48,9 @@ def _end(number: int, frame: FrameType | None) -> NoReturn:
 
 @contextmanager
 def undoing() -> Generator[ExitStack]:
-    """What is put on the stack is called when the block ends, however it ends: also where a signal ends the process.
+    """Yields a stack whose callbacks run when the block ends, even if a signal ends the process.
 
-    A signal may come in the middle of any function, so what is called must take no lock.
+    A signal may arrive inside any function, so a callback must not take a lock.
     """
     stack = ExitStack()
     _stacks.append(stack)
@@ -66,7 +66,7 @@ def undoing() -> Generator[ExitStack]:
 
 @contextmanager
 def temporary_folder(prefix: str | None = None, above: str | os.PathLike[str] | None = None) -> Generator[str]:
-    """A folder that is gone when the block ends, or this process by a signal. `above`: the folder to make it in."""
+    """Yields a temporary folder, removed when the block ends or a signal ends the process. `above`: its parent."""
     import shutil  # noqa: PLC0415 - few need them
     import tempfile  # noqa: PLC0415
 
@@ -79,12 +79,14 @@ def temporary_folder(prefix: str | None = None, above: str | os.PathLike[str] | 
 
 @contextmanager
 def child(command: list[str], **options: Any) -> Generator[subprocess.Popen[bytes]]:
-    """A process that is gone when the block ends, or this process by a signal. `options`: of `subprocess.Popen`."""
+    """Yields a process, killed when the block ends or a signal ends this process. `options`: those of
+    `subprocess.Popen`.
+    """
     import subprocess  # noqa: PLC0415 - few need it
 
     with undoing() as undo:
         with interrupts_wait():
-            process: subprocess.Popen[Any] = subprocess.Popen(command, **options)  # noqa: S603 - known to who calls this
+            process: subprocess.Popen[Any] = subprocess.Popen(command, **options)  # noqa: S603 - the caller knows the command
             undo.callback(process.kill)
         try:
             yield process
@@ -101,17 +103,17 @@ def ask_module(
     environment: Mapping[str, str] = os.environ,
     **options: Any,
 ) -> subprocess.CompletedProcess[bytes]:
-    """Runs one of our modules in a process of its own, which imports what this one would, until it ends.
+    """Runs one of our modules in a separate process until it ends. It imports the same modules as this process would.
 
     Args:
-        module: its name.
-        request: plain data, which is its standard input as JSON.
-        seconds: how long it may take; None: as long as it likes.
-        environment: its variables; `PYTHONPATH` is added.
-        options: of `subprocess.Popen`; its output and errors are read, unless these say otherwise.
+        module: name of the module.
+        request: plain data, passed as JSON on standard input.
+        seconds: time limit; None: no limit.
+        environment: its environment variables; `PYTHONPATH` is added.
+        options: those of `subprocess.Popen`. By default, standard output and error are captured.
 
     Raises:
-        subprocess.TimeoutExpired: it has taken longer, and was killed.
+        subprocess.TimeoutExpired: it exceeded the limit, and was killed.
     """
     import json  # noqa: PLC0415 - few need them
     import subprocess  # noqa: PLC0415
@@ -132,10 +134,10 @@ def ask_module(
 
 @contextmanager
 def interrupts_wait() -> Generator[None]:
-    """Delivers signals at the end of the block instead of inside it. They arrive in the main thread only.
+    """Delays signals to the end of the block. They arrive only in the main thread.
 
-    For what nobody can let go of by halves: a `sapien.Scene` whose `__init__` was interrupted ends the whole process
-    when it is freed, since its `__del__` clears what was never made.
+    For work that must not be interrupted: if the `__init__` of a `sapien.Scene` is interrupted, freeing it crashes the
+    process, because `__del__` clears what was never created.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -162,8 +164,8 @@ _PR_SET_PDEATHSIG = 1
 
 
 def exit_with_parent(parent: int) -> None:
-    """Has Linux end this process as soon as the one that asked for it ends, however that ends."""
-    import ctypes  # noqa: PLC0415 - of workers alone
+    """Makes Linux end this process as soon as its parent ends, for any reason."""
+    import ctypes  # noqa: PLC0415 - only workers need it
     import sys  # noqa: PLC0415
 
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

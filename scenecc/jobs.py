@@ -1,4 +1,4 @@
-"""Items that several processes work on. A process is replaced after some of them, and may die."""
+"""A pool of processes. Each is replaced after a number of items, and may crash."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 ITEMS_OF_A_PROCESS: Final = 100
-"""Items after which a process is replaced by a new one: SAPIEN keeps some memory of every scene that it built."""
+"""Number of items after which a process is replaced: SAPIEN keeps some memory of every scene that it built."""
 
 
 @dataclass(frozen=True, slots=True)
 class Died:
-    """In place of a result: the process that worked on an item ended without one. `status`: of the process."""
+    """The result of an item whose process crashed. `status`: exit status of the process."""
 
     status: int | None
 
 
 _AHEAD: Final = 2
-"""Items that a process is given at once, so that it need not wait for the next."""
+"""Number of items sent to a process at once, so that it need not wait for the next."""
 
 
 @dataclass(slots=True)
 class _Worker:
-    """A process. `items`: those that it works on or has before it; `given`: how many it was given so far."""
+    """A worker process. `items`: those not finished yet; `given`: the number of items sent so far."""
 
     process: BaseProcess
     items: deque[int]
@@ -46,12 +46,12 @@ class _Worker:
 def completed(
     function: Callable[[Item], Result], items: Sequence[Item], jobs: int
 ) -> Iterator[tuple[int, Result | Died]]:
-    """The results of a function for items, each with the item's number, in the order in which they are there.
+    """Yields (item's number, result) for each item, in the order of completion.
 
     Args:
-        function: what is done with each. Its results can be pickled. It raises nothing.
-        items: of any number.
-        jobs: how many processes, 1 or more.
+        function: applied to each item. Its results can be pickled. It raises nothing.
+        items: the items.
+        jobs: number of processes, 1 or more.
     """
     pool = _Pool(function, items)
     with undoing() as undo:
@@ -65,18 +65,18 @@ def completed(
 
 
 class _Pool:
-    """Processes that work on items."""
+    """A pool of worker processes."""
 
     def __init__(self, function: Callable[[Any], Any], items: Sequence[Any]) -> None:
         self._function = function
         self._items = items
         self._waiting = deque(range(len(items)))
         self._workers: dict[Connection, _Worker] = {}
-        # Forked, they have all that is loaded; this process has no threads.
+        # Forked processes share what is loaded; this process has no threads.
         self._context = multiprocessing.get_context("fork")
 
     def fill(self, jobs: int) -> None:
-        """Starts processes for what waits, `jobs` at most, and gives them work."""
+        """Starts up to `jobs` processes for the waiting items, and sends them work."""
         while self._waiting and len(self._workers) < jobs:
             ours, theirs = self._context.Pipe()
             process = self._context.Process(target=self._serve, args=(theirs, ours), daemon=True)
@@ -86,7 +86,7 @@ class _Pool:
             self._give(ours)
 
     def finished(self) -> dict[int, Any]:
-        """Waits for results; who gave one goes on with what waits."""
+        """Waits for results and returns them. Free processes get new items."""
         done: dict[int, Any] = {}
         for connection in wait(list(self._workers)):
             assert isinstance(connection, Connection)
@@ -104,19 +104,18 @@ class _Pool:
         return done
 
     def _give(self, connection: Connection) -> None:
-        """Gives a process what it can have before it; one without any more work ends."""
+        """Sends items to a process. A process without further items ends."""
         worker = self._workers[connection]
         while self._waiting and len(worker.items) < _AHEAD and worker.given < ITEMS_OF_A_PROCESS:
             number = self._waiting.popleft()
             worker.items.append(number)
             worker.given += 1
-            with suppress(BrokenPipeError):  # it died, which shows when its result is read
+            with suppress(BrokenPipeError):  # the process crashed; reading its result shows that
                 connection.send(number)
         if not worker.items:
             self._drop(connection)
 
     def kill(self) -> None:
-        """Ends all processes at once."""
         for worker in self._workers.values():
             worker.process.kill()
 
@@ -126,8 +125,8 @@ class _Pool:
         worker.process.join()
 
     def _serve(self, connection: Connection, parents: Connection) -> None:
-        """The life of a process: until nobody sends any more."""
-        # The collector would write to everything inherited, whose pages the system then copies.
+        """Runs in the worker process until the pool closes the connection."""
+        # The garbage collector would write to inherited pages, which the system then copies.
         gc.freeze()
         for inherited in (parents, *self._workers):
             inherited.close()

@@ -1,4 +1,4 @@
-"""Finding and reading the files that a scene, a plan or an asset names, inside what the scene may read."""
+"""Finds and reads the files that a scene, a plan or an asset names, within what the scene may read."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ if TYPE_CHECKING:
 
 
 DICT = "<dict>"
-"""What a scene is called that no file holds."""
+"""Name of a scene that was given as a dict."""
 
 
 def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) -> FileResolver:
-    """Finds what a scene names.
+    """Returns a function that finds the files a scene names.
 
     Args:
         scope: what may be read.
-        sink: takes what is wrong.
-        expansion: knows which document a path is written in; None: all is written in the top one.
+        sink: collects diagnostics.
+        expansion: maps a path to its document; None: everything is in the top document.
     """
     top = scope.root or Path.cwd()
 
     def find(uri: str, origin: Origin) -> AssetFile | None:
-        """The file of a uri as written; None, reported, where it cannot be used."""
+        """Returns the file of a URI as written; None, reported, if it cannot be used."""
         if sink.full:
             return None
         base, by = top, origin.file
@@ -57,10 +57,10 @@ def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) 
 
 
 def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refusal]:
-    """Finds what an asset names: a `assets.files.ResolveNamed`."""
+    """Returns an `assets.files.ResolveNamed`, which finds the files an asset names."""
 
     def find(reference: str, asset: AssetFile) -> Path | Refusal:
-        """The file of a reference inside an asset, or why it cannot be used."""
+        """Returns the file of a reference inside an asset, or why it cannot be used."""
         found = resolve_asset_reference(reference, owner=asset.path, owner_uri=asset.uri, scope=scope)
         if isinstance(found, Refusal):
             return found
@@ -71,18 +71,18 @@ def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refus
 
 
 def asset_files(scope: AssetScope, limits: Limits) -> AssetFiles:
-    """The files of one compilation."""
+    """Returns the files of one compilation."""
     from scenecc.assets.files import AssetFiles
 
     return AssetFiles(named_resolver(scope), limits.asset_bytes)
 
 
 def mesh_reader(scope: AssetScope, limits: Limits, sink: Sink) -> MeshReader:
-    """Reads the vertices of meshes, each file once."""
+    """Returns a function that reads the vertices of meshes, each file once."""
     known: dict[Path, Any] = {}
 
     def read(asset: AssetFile, origin: Origin) -> Any:
-        """A `MeshReader`."""
+        """Implements `MeshReader`."""
         from scenecc.checks.assets import read_vertices
 
         if asset.path not in known:
@@ -93,11 +93,11 @@ def mesh_reader(scope: AssetScope, limits: Limits, sink: Sink) -> MeshReader:
 
 
 def mesh_measurer(scope: AssetScope, limits: Limits, sink: Sink) -> MeshMeasurer:
-    """Finds the bounds of meshes, each file once."""
+    """Returns a function that computes the bounds of meshes, each file once."""
     known: dict[Path, list[list[float]] | None] = {}
 
     def measure(document: SceneDocument, uri: str, origin: Origin) -> list[list[float]] | None:
-        """A `MeshMeasurer`."""
+        """Implements `MeshMeasurer`."""
         if sink.full:
             return None
         found = resolve_path(document.reference(uri), base=document.folder, scope=scope)
@@ -119,13 +119,13 @@ Srdf = ResolvedFile | Literal["sibling"] | None
 
 
 class RobotReads:
-    """The robots of one compilation, each read once.
+    """Reads the robots of one compilation, each once.
 
     Args:
         scope: what may be read.
-        limits: sizes of files.
-        sink: takes what is wrong.
-        expansion: knows which document a path is written in; None: all is written in the top one.
+        limits: limits of file sizes.
+        sink: collects diagnostics.
+        expansion: maps a path to its document; None: everything is in the top document.
     """
 
     def __init__(self, scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion | None) -> None:
@@ -137,9 +137,9 @@ class RobotReads:
         self._budget: ReadBudget | None = None
 
     def read(self, request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, RobotDescription] | None:
-        """A `RobotReader`."""
+        """Implements `RobotReader`."""
         if self._sink.full or (self._budget is not None and self._budget.left < 0):
-            # Which was reported.
+            # Already reported.
             return None
         origin = places[request.format]
         file = self._resolve(request.uri, origin)
@@ -155,13 +155,13 @@ class RobotReads:
             return None
         if request.package_dir is not None and folder is None:
             return None
-        # All that decides what is read, with the files that are meant.
+        # Everything that determines the result, with resolved files.
         key = (replace(request, uri="", srdf=None, package_dir=None), file.path, srdf, folder)
         if key not in self._known:
             described = self._describe_robot(request, file, srdf, folder, places)
             self._known[key] = described, origin, pairing
         found, first, first_pairing = self._known[key]
-        # A fault of the file is reported once, with the entity that uses it.
+        # An error of the file is reported once, at the entity that uses it.
         self._sink.note_user(first, origin)
         self._sink.note_user(first_pairing, pairing)
         return None if found is None else (AssetFile(file.uri, file.path, read_by=found.read_by), found)
@@ -174,7 +174,7 @@ class RobotReads:
         folder: tuple[str, Path] | None,
         places: Mapping[str, Origin],
     ) -> RobotDescription | None:
-        """What a file says. `places`: where the keys are written."""
+        """Reads a robot file. `places`: where the keys are written."""
         origin = places[request.format]
         from scenecc.robots.files import ReadBudget
 
@@ -203,7 +203,7 @@ class RobotReads:
         uri, base = folder
 
         def find(inner: str) -> ResolvedFile | Refusal:
-            """What follows `package://`, in the folder."""
+            """Resolves the part after `package://` in the folder."""
             return resolve_path(posixpath.join(uri, inner), base=base, scope=self._scope)
 
         return find
@@ -217,10 +217,10 @@ class RobotReads:
         return found
 
     def _folder(self, uri: str, origin: Origin) -> tuple[str, Path] | None:
-        """A folder and the one in which its path starts; None where there is none."""
+        """Returns a folder and the base of its path; None if it does not exist."""
         uri, base = self._reference(uri, origin)
         found = resolve_path(uri.rstrip("/") or uri, base=base, scope=self._scope)
-        # A folder is refused as a file, which tells that it is there.
+        # A folder is rejected as a file, which shows that it exists.
         if isinstance(found, Refusal) and found.code == "SC404":
             return uri, base
         if isinstance(found, Refusal):
@@ -232,11 +232,11 @@ class RobotReads:
         self._sink.report(refusal.code, refusal.message, origin, hint=refusal.hint)
 
     def _file(self, origin: Origin) -> str:
-        """The document in which something is written."""
+        """Returns the name of the document at an origin."""
         return (origin if self._expansion is None else self._expansion.trace(origin)).file or DICT
 
     def _reference(self, uri: str, origin: Origin) -> tuple[str, Path]:
-        """A path as the document that wrote it means it, and the folder in which it starts."""
+        """Returns a path as its document means it, and the folder it is relative to."""
         if self._expansion is None:
             return uri, self._scope.root or Path.cwd()
         uri, document = self._expansion.reference(uri, origin)

@@ -1,14 +1,14 @@
-"""Names, each once."""
+"""Unique names."""
 
 from __future__ import annotations
 
 
 class UniqueNames:
-    """Unique names of one kind.
+    """Makes unique names of one kind.
 
     Args:
-        taken: names that are given away already.
-        separator: between a name that is taken and its number.
+        taken: names already in use.
+        separator: between a used name and the appended number.
     """
 
     def __init__(self, *taken: str, separator: str = "_") -> None:
@@ -17,7 +17,7 @@ class UniqueNames:
         self._counts: dict[str, int] = {}
 
     def new(self, wish: str) -> str:
-        """The requested name, with a number appended if it is taken."""
+        """Returns the requested name, with a number appended if it is in use."""
         name, count = wish, self._counts.get(wish, 1)
         while name in self._taken:
             count += 1

@@ -1,4 +1,4 @@
-"""Options that callers choose, declared once, and checks of the arguments that they give."""
+"""The options of the API, each declared once, and checks of arguments."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scenecc.source.paths import asset_roots as search_path
 
 
 class EnvironmentOptions(TypedDict, total=False):
-    """`CompileOptions` without `num_scenes`: a ManiSkill environment has a number of its own."""
+    """`CompileOptions` without `num_scenes`, because a ManiSkill environment sets it."""
 
     seed: int | None
     params: Mapping[str, Any] | None
@@ -31,16 +31,16 @@ class EnvironmentOptions(TypedDict, total=False):
 
 
 class CompileOptions(EnvironmentOptions, total=False):
-    """The options of every function that compiles a scene, as keywords.
+    """The keyword options of every function that compiles a scene.
 
     Attributes:
-        num_scenes: in place of the file's.
-        seed: in place of the file's.
+        num_scenes: number of scenes, overriding the file.
+        seed: seed, overriding the file.
         params: values of the file's parameters.
-        draws: values of the file's shared draws, one row a scene.
-        asset_roots: folders in which `asset://` is looked up, before those of `SCENECC_ASSET_PATH`.
-        allow_outside_assets: let paths leave the scene's folder and the asset roots.
-        limits: limits to raise or lower, by name; see `docs/reference/language.md`.
+        draws: values of the file's shared draws, one row per scene.
+        asset_roots: folders to search for `asset://` paths, before those of `SCENECC_ASSET_PATH`.
+        allow_outside_assets: allow paths outside the scene's folder and the asset roots.
+        limits: limits to change, by name; see `docs/reference/language.md`.
     """
 
     num_scenes: int | None
@@ -48,7 +48,7 @@ class CompileOptions(EnvironmentOptions, total=False):
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """`CompileOptions`, checked."""
+    """Checked `CompileOptions`."""
 
     num_scenes: int | None = None
     seed: int | None = None
@@ -70,11 +70,11 @@ class Options:
         allow_outside_assets: bool = False,
         limits: Mapping[str, int] | None = None,
     ) -> Options:
-        """Checks their ranges; their types are checked by `check_keywords`.
+        """Returns checked options. Only ranges are checked here; `check_keywords` checks types.
 
         Raises:
-            ValueError: one is out of its range, or an asset root is no folder.
-            TypeError: a number is no integer, or a folder no path.
+            ValueError: an option is out of range, or an asset root is not a folder.
+            TypeError: a number is not an integer, or a folder is not a path.
         """
         roots = _folders(asset_roots)
         if (fault := folder_fault(roots)) is not None:
@@ -93,16 +93,16 @@ class Options:
     def of_call(
         cls, function: Callable[..., object], given: Mapping[str, Any], declared: type[Any] = CompileOptions
     ) -> Options:
-        """The compile options among the keyword arguments of a function.
+        """Returns the compile options among the keyword arguments of a function.
 
         Args:
-            function: the public function, which error messages name.
+            function: the public function, for error messages.
             given: its `**` arguments.
-            declared: the TypedDict of these.
+            declared: the TypedDict of these arguments.
 
         Raises:
-            TypeError: as of `check_keywords` and `of`.
-            ValueError: as of `of`.
+            TypeError: as in `check_keywords` and `of`.
+            ValueError: as in `of`.
         """
         check_keywords(function, given, declared)
         return cls.of(**{name: given[name] for name in CompileOptions.__annotations__ if name in given})
@@ -114,13 +114,13 @@ def check_keywords(
     """Checks the `**` arguments of a public function against their declaration.
 
     Args:
-        function: the public function, which error messages name.
+        function: the public function, for error messages.
         given: its `**` arguments.
-        declared: the TypedDict of these.
+        declared: the TypedDict of these arguments.
 
     Raises:
-        TypeError: the function does not take a keyword, of which the message gives the nearest; or as of `check_types`.
-        ValueError: as of `check_types`.
+        TypeError: a keyword is unknown (the message gives the nearest one), or as in `check_types`.
+        ValueError: as in `check_types`.
     """
     unknown = next((name for name in given if name not in declared.__annotations__), None)
     if unknown is None:
@@ -140,10 +140,10 @@ def check_keywords(
 _REMOVED: Mapping[str, str] = {
     "backend": "SAPIEN's scenes are built on the CPU; for thousands of scenes on a GPU use `scenecc.maniskill`"
 }
-"""Arguments of earlier versions, and what to do instead."""
+"""Removed arguments, and what to use instead."""
 
 _OTHER_NAMES: Mapping[str, str] = {"scenes": "scene_idxs"}
-"""Arguments of some functions, and what others call the same."""
+"""Argument names of other functions → the name that this function may have instead."""
 
 _types_of = cache(get_type_hints)
 
@@ -152,13 +152,13 @@ def check_types(function: Callable[..., object], given: Mapping[str, Any], types
     """Checks the types of arguments of a public function.
 
     Args:
-        function: the public function, which error messages name.
+        function: the public function, for error messages.
         given: arguments by name.
-        types: their types by name, as of annotations. What else an iterator gives is checked when it is read.
+        types: their annotated types by name. The items of an iterator are not checked here, but when it is read.
 
     Raises:
-        TypeError: one is of another type. True and False are no integers.
-        ValueError: a string is none of those that there are.
+        TypeError: a value has the wrong type. True and False are not integers.
+        ValueError: a string is not one of the allowed values.
     """
     for name, value in given.items():
         if not _is_of_type(value, types[name]):
@@ -168,15 +168,15 @@ def check_types(function: Callable[..., object], given: Mapping[str, Any], types
 
 
 def path_argument(function: Callable[..., object], name: str, value: Any) -> Path:
-    """A path that a public function was given.
+    """Returns a path argument of a public function as a `Path`.
 
     Raises:
-        TypeError: it is none.
-        ValueError: it has a null character.
+        TypeError: it is not a path.
+        ValueError: it contains a null character.
     """
     check_types(function, {name: value}, {name: str | PathLike[str]})
     if "\0" in fspath(value):
-        raise ValueError(f"{function.__qualname__}(): {name} must have no null character: {value!r}")
+        raise ValueError(f"{function.__qualname__}(): {name} must not contain a null character: {value!r}")
     return Path(value)
 
 
@@ -192,7 +192,7 @@ _TYPE_WORDS: Mapping[Any, str] = {
     tuple[float, float, float]: "three numbers",
     Iterable[int]: "integers, as in [0, 2] or range(4)",
     Iterable[str]: 'names, as in ["a", "b"]',
-    Iterable: "folders, as paths",
+    Iterable: "paths of folders",
 }
 
 
@@ -215,7 +215,9 @@ def _is_of_type(value: Any, kind: Any) -> bool:
 
 
 def _is_several(value: Any, parts: tuple[Any, ...]) -> bool:
-    """Whether it is an iterable, or one path in place of several. An iterator is not read."""
+    """Returns whether a value is an iterable of the type, or a single path where several are allowed. Iterators are not
+    read.
+    """
     if isinstance(value, str | PathLike):
         return _is_of_type(value, parts[0])
     if not isinstance(value, Collection):
@@ -239,33 +241,33 @@ _TYPE_CHECKS: Mapping[Any, Callable[[Any, tuple[Any, ...]], bool]] = {
     tuple: _is_row,
     Iterable: _is_several,
 }
-"""How values of some types are recognised; those of others are instances."""
+"""Checks for types that `isinstance` does not cover."""
 
 
 def _folders(given: Any) -> list[str | PathLike[str]]:
     several: list[Any] = [given] if isinstance(given, str | PathLike) else [*given]
     for one in several:
         if not isinstance(one, str | PathLike):
-            raise TypeError(f"asset_roots must be folders, as paths, not {one!r}")
+            raise TypeError(f"asset_roots must be paths of folders, not {one!r}")
         if "\0" in fspath(one):
-            raise ValueError(f"asset_roots must have no null character: {one!r}")
+            raise ValueError(f"asset_roots must not contain a null character: {one!r}")
     return several
 
 
 def folder_fault(roots: Iterable[str | PathLike[str]]) -> str | None:
-    """Why a path is not a folder in which files can be looked up; None if all are."""
+    """Returns why a path is not a folder to search; None if all are."""
     for root in roots:
-        if not isdir(root):  # noqa: PTH112 - False where it may not be looked at, where `Path.is_dir` raises
+        if not isdir(root):  # noqa: PTH112 - False without access, where `Path.is_dir` raises
             is_there = lexists(root)
             return f"`{fspath(root)}` is not a folder" if is_there else f"there is no folder `{fspath(root)}`"
     return None
 
 
 def integer(value: object, name: str, least: int) -> int:
-    """An argument that is an integer, Python's or numpy's.
+    """Returns an integer argument, Python's or numpy's, as an int.
 
     Raises:
-        TypeError: it is none; True and False are none either.
+        TypeError: it is not an integer; True and False are not integers either.
         ValueError: it is below `least`.
     """
     number = _integer(value)
@@ -284,46 +286,46 @@ def _integer(value: Any) -> int | None:
 
 
 def _is_flag(value: object) -> bool:
-    """By its type's name: numpy 1 and 2 call their flag otherwise, and numpy may not be loaded at all."""
+    """Checks the name of the type: numpy 1 and 2 name their bool differently, and numpy may not be loaded."""
     return type(value).__name__ in {"bool", "bool_"}
 
 
 def read_indices(values: Iterable[Any], name: str) -> list[int]:
-    """An argument that names several things by their indices.
+    """Returns an argument of indices as a list of ints.
 
     Raises:
-        TypeError: one is no integer.
-        ValueError: one is negative.
+        TypeError: an index is not an integer.
+        ValueError: an index is negative.
     """
     return [integer(each, f"an index in {name}", 0) for each in values]
 
 
 def check_scene_idxs(given: Iterable[Any]) -> tuple[int, ...]:
-    """The indices as Python's integers, in the order given.
+    """Returns scene indices as Python ints, in the given order.
 
     Raises:
-        TypeError: it is not several integers. A mask of booleans is refused too: as indices it would name scenes 0
+        TypeError: it is not an iterable of integers. Boolean masks are rejected: as indices they would mean scenes 0
             and 1.
-        ValueError: one is given twice.
+        ValueError: an index is given twice.
     """
     if isinstance(given, str | bytes) or not hasattr(given, "__iter__"):
-        raise TypeError(f"scene_idxs are scene indices, as in [0, 2] or range(4), not {given!r}")
+        raise TypeError(f"scene_idxs must be scene indices, as in [0, 2] or range(4), not {given!r}")
     indices: list[int] = []
     for item in given:
         if _is_flag(item):
-            raise TypeError("scene_idxs are scene indices, not a mask: take numpy.flatnonzero(mask)")
+            raise TypeError("scene_idxs must be scene indices, not a mask: use numpy.flatnonzero(mask)")
         indices.append(_check_integer(item, "a scene index"))
     if len(set(indices)) != len(indices):
-        raise ValueError(f"scene_idxs name a scene twice: {indices}")
+        raise ValueError(f"scene_idxs contains a scene twice: {indices}")
     return tuple(indices)
 
 
 def check_seeds(seed: int | Iterable[int] | None, last: Sequence[int]) -> tuple[int, ...]:
-    """A seed for each of some scenes: one for all, one for each, or None for those that they had last.
+    """Returns a seed for each of some scenes: one for all, one for each, or None for their last ones.
 
     Raises:
-        TypeError: one is no integer.
-        ValueError: one is negative, or there are more or fewer than scenes.
+        TypeError: a seed is not an integer.
+        ValueError: a seed is negative, or the number of seeds is not the number of scenes.
     """
     if seed is None:
         return tuple(last)
@@ -338,11 +340,11 @@ def check_seeds(seed: int | Iterable[int] | None, last: Sequence[int]) -> tuple[
 def _check_seed(given: object) -> int:
     seed = _check_integer(given, "a seed")
     if seed < 0:
-        raise ValueError(f"a seed is not negative, as {seed} is")
+        raise ValueError(f"a seed must not be negative: {seed}")
     return seed
 
 
 def _check_integer(given: Any, what: str) -> int:
     if (number := _integer(given)) is None:
-        raise TypeError(f"{what} is an integer, not {given!r}")
+        raise TypeError(f"{what} must be an integer, not {given!r}")
     return number

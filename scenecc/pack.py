@@ -1,4 +1,4 @@
-"""Making a pack: which files a scene can name, where each lies in the pack, and a test that the pack is enough."""
+"""Makes packs: collects the files that a scene can name, lays them out, and tests that the pack is complete."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from scenecc.plan import ScenePlan
 
 _MOST_VARIANTS: Final = 16
-"""How often a scene is compiled with other options of its parameters."""
+"""Maximum number of compilations with other options of the scene's parameters."""
 
 _FILE_KEYS: Final = frozenset(("file", "include", "map", "mjcf", "package_dir", "srdf", "texture", "urdf", "use"))
 
@@ -45,17 +45,17 @@ _EXPRESSION: Final = re.compile(r"\$\{[^}]*\}")
 _SUFFIX: Final = re.compile(r"\.[A-Za-z]\w{1,4}$")
 
 _PATH: Final = re.compile(r"[^\s\"'{}]*[/.][^\s\"'{}]*")
-"""A text that may be the path of a file."""
+"""Text that may be a file path."""
 
 
 @dataclass(frozen=True)
 class Packed:
-    """A pack that was made.
+    """A new pack.
 
     Attributes:
-        content: the archive.
-        manifest: that it has, with the SHA-256 of each file.
-        diagnostics: those of the scene, and which files the pack may lack.
+        content: bytes of the archive.
+        manifest: its manifest, with the SHA-256 of each file.
+        diagnostics: diagnostics of the scene, and warnings about files that the pack may lack.
     """
 
     content: bytes
@@ -64,10 +64,10 @@ class Packed:
 
 
 def read_pack(path: str | PathLike[str]) -> Pack:
-    """Reads a pack, and compares all of it with its manifest, unless that was done before.
+    """Reads a pack and verifies it against its manifest, unless an earlier call did.
 
     Raises:
-        SceneError: it is no pack, or damaged.
+        SceneError: it is not a pack, or damaged.
     """
     sink = Sink()
     pack = open_pack(os.fspath(path), sink)
@@ -83,20 +83,21 @@ def pack_scene(
     add: Iterable[str | PathLike[str]] = (),
     **options: Unpack[CompileOptions],
 ) -> Packed:
-    """One archive of a scene, what it includes, and its assets. Everything that takes a scene takes it.
+    """Packs a scene, what it includes, and its assets into one archive, which can be used in place of the scene.
 
-    It holds the files of all seeds, of the parameters' defaults, of `params`, and, where names of files depend on
-    them, of each option of a `choice` and of true and false. What other values could name is told as a warning (SC429).
+    It holds the files for all seeds, for the parameters' defaults, for `params`, and, if file names depend on them, for
+    each option of a `choice` and for both values of a boolean. A warning (SC429) reports names that other values could
+    give.
 
     Args:
         source: path of the scene.
-        path: where the pack is written, `.scn`; None: it is not.
-        add: further files, and folders with all that is in them, beside or below the scene or in an asset root.
-        options: those of `CompileOptions`. The pack itself needs no `asset_roots`.
+        path: where to write the pack, `.scn`; None: it is not written.
+        add: further files, or folders with all their content, beside or below the scene or in an asset root.
+        options: fields of `CompileOptions`. A pack itself needs no `asset_roots`.
 
     Raises:
-        SceneError: the scene is at fault, or cannot be packed.
-        ValueError: an argument is out of its range, or `path` does not end in `.scn`.
+        SceneError: the scene has errors, or cannot be packed.
+        ValueError: an argument is out of range, or `path` does not end in `.scn`.
         OSError: a file cannot be read or written.
     """
     asked = Options.of_call(pack_scene, options)
@@ -104,7 +105,7 @@ def pack_scene(
     scene = path_argument(pack_scene, "source", source)
     target = None if path is None else path_argument(pack_scene, "path", path)
     if target is not None and target.suffix.lower() != PACK_SUFFIX:
-        raise ValueError(f"a pack is called NAME{PACK_SUFFIX}, not {target.name!r}")
+        raise ValueError(f"the name of a pack must be NAME{PACK_SUFFIX}, not {target.name!r}")
     sink = Sink()
     made = _Packer(scene, asked, sink).pack([add] if isinstance(add, str | PathLike) else [*add])
     if made is None:
@@ -118,9 +119,9 @@ class _Packer:
     """Packs one scene.
 
     Args:
-        scene: its path.
-        options: as they are asked for.
-        sink: takes what is wrong.
+        scene: path of the scene.
+        options: the requested options.
+        sink: collects diagnostics.
     """
 
     def __init__(self, scene: Path, options: Options, sink: Sink) -> None:
@@ -132,7 +133,7 @@ class _Packer:
         self._plans: list[tuple[Options, ScenePlan]] = []
 
     def pack(self, add: list[str | PathLike[str]]) -> tuple[bytes, Manifest] | None:
-        """The archive and its manifest; None where that was reported."""
+        """Returns the archive and its manifest; None if that failed, which is reported."""
         result = self._compile(self._options, self._sink)
         if result is None:
             return None
@@ -164,14 +165,16 @@ class _Packer:
         self._sink.report("SC428", message, self._place, hint=hint)
 
     def _compile(self, options: Options, sink: Sink) -> CompileResult | None:
-        """Compiles the scene, and remembers what it looks up; None where it is at fault."""
+        """Compiles the scene and records what it looks up; None if it has errors."""
         result = compile_source(self._scene, options, sink, memory=self._memory)
         if result is not None:
             self._plans.append((options, result.plan))
         return result
 
     def _unknown(self, result: CompileResult, open_params: set[str]) -> list[tuple[Severity, str, Location]]:
-        """Names of files that the pack may lack, as messages. `open_params`: whose values were not all tried."""
+        """Returns messages about file names that the pack may lack. `open_params`: parameters not tried with all
+        values.
+        """
         known = {lookup.path for lookup in self._memory.lookups}
         scope = replace(result.scope, memory=PathCache())
         found: list[tuple[Severity, str, Location]] = []
@@ -188,11 +191,11 @@ class _Packer:
             elif not names and _PATH.fullmatch(text):
                 file = resolve_path(document.reference(text), base=document.folder, scope=scope)
                 if isinstance(file, ResolvedFile) and file.path not in known:
-                    found.append(("note", f"`{text}` is not in the pack: it is used on a condition alone", place))
+                    found.append(("note", f"`{text}` is not in the pack: it is used only under a condition", place))
         return found
 
     def _documents(self, result: CompileResult) -> Iterator[SceneDocument]:
-        """The scene's own file, and those that it includes and uses, read again."""
+        """Yields the scene's own file, and those that it includes and uses, read again."""
         top: Document = result.document  # pyright: ignore[reportAssignmentType] - it has one
         yield SceneDocument(top, top.path.parent, None, "")  # pyright: ignore[reportOptionalMemberAccess]
         for path, naming in self._memory.named.items():
@@ -206,8 +209,8 @@ class _Packer:
         """Reads all files and lays them out."""
         absolute = next((one.written for one in self._memory.lookups if _is_absolute(one, self._memory)), None)
         if absolute is not None:
-            hint = "name it by a path from the file that names it, or by asset://"
-            return self._refuse(f"a pack cannot hold what an absolute path names: `{absolute}`", hint)
+            hint = "use a path relative to the file that names it, or asset://"
+            return self._refuse(f"a pack cannot hold files named by an absolute path:  `{absolute}`", hint)
         layout = _Layout(entry, self._memory, result.scope.asset_roots)
         files: dict[str, bytes] = {}
         left = MAX_PACK_BYTES
@@ -231,7 +234,7 @@ class _Packer:
             return self._refuse(f"the scene cannot be packed: {error.message}", error.hint)
 
     def _is_enough(self, content: bytes) -> bool:
-        """Whether the pack gives the same plans as the scene; reported where it does not."""
+        """Returns whether the pack gives the same plans as the scene; reports if not."""
         with temporary_folder() as folder:
             file = Path(folder, f"{self._scene.stem}{PACK_SUFFIX}")
             file.write_bytes(content)
@@ -243,14 +246,14 @@ class _Packer:
                     differences = diff_plans(_without_uris(plan), _without_uris(packed.plan))
                     error = None if not differences else f"{differences[0].name} {differences[0].path} differs"
                 if error is not None:
-                    hint = "name all files by paths inside the scene's folder, by pkg:// or by asset://"
+                    hint = "use only paths inside the scene's folder, pkg:// or asset://"
                     self._refuse(f"the scene in the pack would not be the same: {error}", hint)
                     return False
         return True
 
 
 def _without_uris(plan: ScenePlan) -> ScenePlan:
-    """A plan whose files count for what they hold. An absolute path is another in the pack."""
+    """Returns a plan with file names without folders, because an absolute path differs in the pack."""
     return replace(plan, files=tuple(replace(file, uri=Path(file.uri).name) for file in plan.files))
 
 
@@ -259,7 +262,7 @@ def _is_absolute(lookup: Lookup, memory: PathCache) -> bool:
 
 
 def _texts(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
-    """The texts of a document that may name files, and where they are."""
+    """Yields the texts of a document that may name files, with their paths in it."""
     if isinstance(node, str):
         yield path, node
     elif is_mapping(node):
@@ -272,17 +275,17 @@ def _texts(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
 
 
 def _is_file_key(path: KeyPath) -> bool:
-    """Whether a text names a file by its key, or by that of the form or list that it is in."""
+    """Returns whether a text names a file, by its key or that of the form or list around it."""
     return any(isinstance(key, str) and (key in _FILE_KEYS or key.endswith("_texture")) for key in path[-3:])
 
 
 def _choices(row: ParamRow) -> tuple[Any, ...]:
-    """All values of a parameter; empty where they cannot be listed."""
+    """Returns all values of a parameter; empty if they cannot be listed."""
     return row.options or ((False, True) if row.type == "boolean" else ())
 
 
 def _variants(rows: list[ParamRow], options: Options) -> tuple[list[Options], bool]:
-    """The options with other values of the parameters, and whether these are all that there are."""
+    """Returns options with other values of the parameters, and whether these are all."""
     lists = {row.name: _choices(row) for row in rows if _choices(row) and row.name not in options.params}
     values: list[dict[str, Any]] = [] if not options.params else [{}]
     are_all = prod(map(len, lists.values())) <= _MOST_VARIANTS
@@ -296,7 +299,8 @@ def _variants(rows: list[ParamRow], options: Options) -> tuple[list[Options], bo
 
 
 class _Layout:
-    """Where each file lies in the pack: those of the scene's folder as they are there, others below `OWN_FOLDER`.
+    """Decides the place of each file in the pack: files of the scene's folder keep theirs, others go below
+    `OWN_FOLDER`.
 
     Args:
         entry: the scene file.
@@ -304,9 +308,9 @@ class _Layout:
         roots: the asset roots.
 
     Attributes:
-        files: where each file is, by its path in the pack.
-        folders: that are named themselves.
-        asset_roots: those that are used, in order.
+        files: source path of each file, by its path in the pack.
+        folders: folders that the scene names themselves.
+        asset_roots: the used asset roots, in order.
         packages: folders of the packages that were found, by name.
     """
 
@@ -317,7 +321,7 @@ class _Layout:
         real = {root: Path(os.path.realpath(root)) for root in roots}
         used = {root: path for root, path in real.items() if any(one.is_relative_to(path) for one in shared)}
         top = _top_folder(Path(os.path.realpath(entry.parent)), shared, {*used.values()})
-        # The longest folder that holds a file says where it is.
+        # The longest folder that contains a file decides its place.
         self._places = {top: "", entry.parent: _join_inside("", Path(os.path.realpath(entry.parent)), top)}
         for path in sorted({*used.values()}, key=lambda path: len(path.parts)):
             if not path.is_relative_to(top):
@@ -328,7 +332,7 @@ class _Layout:
             self._places.setdefault(root.absolute(), self.member(path, None))
         self._packages = {folder: name for name, folder in memory.package_folders().items()}
         self.asset_roots = [self.member(path, None) for path in used.values()]
-        # Also without a file: which edition of a prefab is used depends on whether the package is there.
+        # Recorded even without a file: the edition of a prefab depends on whether the package exists.
         self.packages = {name: f"{OWN_FOLDER}/packages/{name}" for name in self._packages.values()}
         self.folders: list[str] = []
         self.files: dict[str, Path] = {}
@@ -344,7 +348,7 @@ class _Layout:
             self.files.setdefault(member, one.path)
 
     def member(self, path: Path, package: Path | None) -> str:
-        """The path in the pack; "" of what it has no place for, and of its own folder."""
+        """Returns the path in the pack; "" if there is no place for it, or it is the pack's own folder."""
         if package is not None and path.is_relative_to(package):
             return _join_inside(self.packages[self._packages[package]], path, package)
         above = [folder for folder in self._places if path.is_relative_to(folder)]
@@ -360,7 +364,7 @@ def _join_inside(prefix: str, path: Path, folder: Path) -> str:
 
 
 def _top_folder(top: Path, files: set[Path], roots: set[Path]) -> Path:
-    """The folder that lies at the top of the pack: the scene's, or the nearest above it with all that it names."""
+    """Returns the pack's top folder: the scene's, or the nearest parent that contains all files it names."""
     outside = {one for one in files if not one.is_relative_to(top)}
     for root in sorted(roots, key=lambda path: len(path.parts)):
         if top.is_relative_to(root) and any(one.is_relative_to(root) for one in outside):
@@ -371,7 +375,7 @@ def _top_folder(top: Path, files: set[Path], roots: set[Path]) -> Path:
 
 
 def _through_links(lookups: list[Lookup]) -> Iterator[Lookup]:
-    """The files below folders that are links, as they are found through these: a pack has no links."""
+    """Yields the files below linked folders under the paths through the links, because a pack has no links."""
     links: dict[tuple[Path, Path], None] = {}
     for one in lookups:
         link, folder = Path(os.path.normpath(one.joined)), one.path

@@ -1,4 +1,4 @@
-"""`replay`: one scene again from its passport, or what of files, parameters, versions and state differs."""
+"""`replay`: rebuilds one scene from its passport, or reports what differs in files, parameters, versions and state."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scenecc.source import Limits
 
 PASSPORT: Final = "<passport>"
-"""What messages call a passport that is given as text."""
+"""The file name in messages about a passport given as text."""
 
 _MAX_FAULTS: Final = 20
 
@@ -40,14 +40,14 @@ class _Strict(BaseModel):
 
 
 class ResetContent(_Strict):
-    """What a scene was reset with."""
+    """The arguments of a scene's last reset."""
 
     seed: Index
     draws: dict[str, Any] = {}
 
 
 class PassportContent(_Strict):
-    """What a passport says; `docs/how-to/reproducing.md` explains its keys."""
+    """The content of a passport; `docs/how-to/reproducing.md` explains its keys."""
 
     scenecc_passport: Literal[1]
     file: str | None = None
@@ -65,12 +65,12 @@ class PassportContent(_Strict):
 
 
 class ReplayOptions(TypedDict, total=False):
-    """Where a replay finds files; the other options of compiling are in the passport.
+    """Where a replay finds files. The passport has the other compile options.
 
     Attributes:
-        asset_roots: as of `CompileOptions`, like the others.
-        allow_outside_assets: see there.
-        limits: see there.
+        asset_roots: as in `CompileOptions`.
+        allow_outside_assets: as in `CompileOptions`.
+        limits: as in `CompileOptions`.
     """
 
     asset_roots: Iterable[str | PathLike[str]]
@@ -86,23 +86,23 @@ def replay(
     any_version: bool = False,
     **options: Unpack[ReplayOptions],
 ) -> SceneBatch:
-    """Builds the scene of a passport again, alone, as it was at its start, to the bit.
+    """Rebuilds only the scene of a passport, in its initial state, bit for bit.
 
     Args:
-        passport: the text that `SceneBatch.passport` gave, a path to it, or an open stream.
-        file: the scene, as for `validate`; None: the file that the passport names, from the current folder.
+        passport: the text that `SceneBatch.passport` returned, a path to it, or an open stream.
+        file: the scene, as for `validate`; None: the file that the passport names, relative to the current folder.
         render: as for `load_scene`.
-        any_version: build with other versions of programs than the passport's, too. They are warnings then.
-        options: those of `ReplayOptions`.
+        any_version: accept versions of programs that differ from the passport's, with warnings.
+        options: fields of `ReplayOptions`.
 
     Returns:
-        A batch of this scene alone, under its index among all.
+        A batch of only this scene, under its original index.
 
     Raises:
-        SceneError: the passport is none; a file, a parameter, a version or the state differs from it; or the scene, the
-            engine or the machine is at fault.
-        TypeError: an argument is of another type.
-        ValueError: an argument is out of its range.
+        SceneError: the passport is invalid; a file, a parameter, a version or the state differs from it; the scene has
+            errors; or the engine or machine failed.
+        TypeError: an argument has the wrong type.
+        ValueError: an argument is out of range.
     """
     check_types(replay, {"render": render, "any_version": any_version}, {**BUILD_TYPES, "any_version": bool})
     known, compiled = open_passport(passport, file=file, any_version=any_version, **options)
@@ -116,9 +116,10 @@ def open_passport(
     any_version: bool = False,
     **options: Unpack[ReplayOptions],
 ) -> tuple[PassportContent, CompiledSource]:
-    """Compiles the scene of a passport, and compares all but its state. Arguments and errors are those of `replay`.
+    """Compiles the scene of a passport, and compares everything but its state. Arguments and errors are those of
+    `replay`.
 
-    Whoever builds scenes of what it returns, builds this one as it was at its start.
+    Scenes built from the result have the initial state of the passport's scene.
     """
     check_keywords(replay, options, ReplayOptions)
     checked, sink = Options.of(**options), Sink()
@@ -126,7 +127,7 @@ def open_passport(
     source = None if known is None else _source(known, file, sink)
     if known is None or source is None:
         raise SceneError(sink.diagnostics())
-    # All scenes get this scene's row, the only one that counts.
+    # All scenes get this scene's row, because only this scene counts.
     draws = {name: [row] * known.num_scenes for name, row in known.draws.items()}
     asked = replace(checked, num_scenes=known.num_scenes, seed=known.seed, params=known.params, draws=draws)
     compiled = CompiledSource(source, asked)
@@ -146,7 +147,7 @@ def open_passport(
 
 
 def build_replay(known: PassportContent, compiled: CompiledSource, *, render: bool | None) -> SceneBatch:
-    """Builds what `open_passport` gave, and compares the state at the start. Errors are those of `replay`."""
+    """Builds the result of `open_passport`, and compares the initial state. Errors are those of `replay`."""
     found, sink = compiled.result, compiled.sink.another()
     assert found is not None
     batch = build_batch(found.plan, sink, scene_idxs=[known.scene], render=render, audit=True)
@@ -160,8 +161,8 @@ def build_replay(known: PassportContent, compiled: CompiledSource, *, render: bo
         if not good:
             batch.close()
     if not good:
-        message = f"the start of scene {known.scene} has the hash {state}, and had {known.state}"
-        hint = "files, parameters and seeds are the same: another version, processor or C library rounds otherwise"
+        message = f"the initial state of scene {known.scene} has the hash {state}, but had {known.state}"
+        hint = "files, parameters and seeds are the same: another version, processor or C library may round differently"
         sink.report("SC934", message, found.plan.origin or Location(None), hint=hint)
         raise SceneError([*compiled.sink.diagnostics(), *sink.diagnostics()])
     return batch
@@ -170,7 +171,7 @@ def build_replay(known: PassportContent, compiled: CompiledSource, *, render: bo
 def _read_passport(
     passport: str | PathLike[str] | IO[str] | IO[bytes], limits: Limits, sink: Sink
 ) -> PassportContent | None:
-    """The content of a passport; None where it was reported."""
+    """Returns the content of a passport; None if an error was reported."""
     name, content = PASSPORT, None
     if isinstance(passport, str) and passport.lstrip()[:1] == "{":
         content = passport
@@ -180,7 +181,7 @@ def _read_passport(
     elif hasattr(passport, "read"):
         content = read_from_stream(passport, name, sink, limits)
     else:
-        raise TypeError(f"a passport is its text, a path or a stream, not {type(passport).__name__}")
+        raise TypeError(f"a passport must be its text, a path or a stream, not {type(passport).__name__}")
     text = None if content is None else decode_text(content, name, sink, limits)
     if text is None:
         return None
@@ -193,10 +194,10 @@ def _read_passport(
     else:
         fault = None if isinstance(data, dict) and "scenecc_passport" in data else "it has no key `scenecc_passport`"
     if fault is None and data["scenecc_passport"] != 1:
-        fault = f"it is of version {show(data['scenecc_passport'])}, and scenecc {VERSION} reads version 1"
+        fault = f"it has version {show(data['scenecc_passport'])}, and scenecc {VERSION} reads version 1"
     if fault is not None:
         hint = "give the text that `batch.passport(k)` returned, one line of JSON"
-        sink.report("SC930", f"this is no passport: {cut(fault, 200)}", Location(name), hint=hint)
+        sink.report("SC930", f"invalid passport: {cut(fault, 200)}", Location(name), hint=hint)
         return None
     return _check_content(data, name, limits, sink)
 
@@ -207,10 +208,10 @@ def _check_content(data: Any, name: str, limits: Limits, sink: Sink) -> Passport
     except ValidationError as error:
         for one in error.errors(include_url=False, include_context=False, include_input=False)[:_MAX_FAULTS]:
             path = cut(".".join(map(str, one["loc"])))
-            sink.report("SC930", f"`{path}`: {one['msg']}", Location(name), hint="a passport is not written by hand")
+            sink.report("SC930", f"`{path}`: {one['msg']}", Location(name), hint="do not edit a passport by hand")
         return None
     if not known.scene < known.num_scenes <= limits.scenes:
-        message = f"there is no scene {show(known.scene)} among {show(known.num_scenes)}, or these are too many"
+        message = f"scene {show(known.scene)} of {show(known.num_scenes)} does not exist, or there are too many scenes"
         sink.report("SC930", message, Location(name))
         return None
     file = known.file
@@ -223,31 +224,31 @@ def _check_content(data: Any, name: str, limits: Limits, sink: Sink) -> Passport
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        raise ValueError("a key is there twice")
+        raise ValueError("a key occurs twice")
     return found
 
 
 def _source(known: PassportContent, file: Source | None, sink: Sink) -> Source | None:
-    """The scene of a passport; None where there is none."""
+    """Returns the scene of a passport; None if there is none."""
     if file is not None:
         return file
     if known.file is None:
         hint = "give the scene with --file (or as `file`)"
-        sink.report("SC931", "the scene of this passport was no file", Location(PASSPORT), hint=hint)
+        sink.report("SC931", "the scene of this passport was not a file", Location(PASSPORT), hint=hint)
         return None
     if not Path(known.file).is_file():
-        hint = "name it with --file (or as `file`), or start in the folder in which the passport was made"
+        hint = "name it with --file (or as `file`), or run in the folder in which the passport was made"
         sink.report("SC931", f"there is no file `{known.file}` here", Location(known.file), hint=hint)
         return None
     return known.file
 
 
-_FILE_HINT: Final = "restore what it was, from version control for example, or name another scene with --file"
+_FILE_HINT: Final = "restore it, for example from version control, or give another scene with --file"
 
 
 def _compare_named(known: PassportContent, source: Source, options: Options, sink: Sink) -> None:
-    """Reports which files of the passport differ, where the scene cannot be compiled."""
-    from scenecc.source.provenance import content_hash, hash_document  # noqa: PLC0415 - few replays fail so
+    """Reports which files of the passport differ, for a scene that cannot be compiled."""
+    from scenecc.source.provenance import content_hash, hash_document  # noqa: PLC0415 - needed only for this error
 
     found = None if hasattr(source, "read") else read_input(source, options.limits, Sink())
     if found is None:
@@ -263,12 +264,12 @@ def _compare_named(known: PassportContent, source: Source, options: Options, sin
 
 
 def _compare(known: PassportContent, found: CompileResult, sink: Sink, *, any_version: bool) -> None:
-    """Reports every file, default of a parameter and version that differs."""
+    """Reports every file, parameter default and version that differs."""
     from scenecc.backends.sapien.passport import build_versions  # noqa: PLC0415 - loads numpy
 
     now = found.provenance
     if now is None:
-        raise TypeError("a passport is of a scene file or a dict, and `file` is a plan as an object")
+        raise TypeError("a passport belongs to a scene file or a dict, but `file` is a plan object")
     place = Location(now.document.name)
     _compare_digest("the scene file", known.sha256, now.source_hash, place, sink)
     try:
@@ -287,7 +288,7 @@ def _compare(known: PassportContent, found: CompileResult, sink: Sink, *, any_ve
     for name in {**versions, **known.versions}:
         was, here = known.versions.get(name), versions.get(name)
         if was != here:
-            hint = "install that version, or build all the same with --any-version (any_version=True)"
+            hint = "install that version, or accept the difference with --any-version (any_version=True)"
             message = f"the version of {cut(name)} {_format_change(was and cut(was), here)}"
             severity = "warning" if any_version else "error"
             sink.report("SC933", message, Location(PASSPORT), hint=None if any_version else hint, severity=severity)
@@ -300,7 +301,7 @@ def _compare_digest(what: str, was: str | None, now: str | None, place: Location
 
 
 def _format_change(was: object, now: object) -> str:
-    """What something was and is; what is false was not there."""
+    """Returns the words for an old and a new value. A false value means that it did not exist."""
     if not was:
-        return f"is {now}, and there was none"
-    return f"was {was}, and is {now}" if now else f"was {was}, and now there is none"
+        return f"is {now}, but did not exist"
+    return f"was {was}, but is {now}" if now else f"was {was}, but no longer exists"

@@ -1,4 +1,4 @@
-"""The stages between a source and a checked plan, top to bottom, and the way from a plan to live scenes."""
+"""The stages from a source to a checked plan, in order, and from a plan to live scenes."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from scenecc.spec.document import SceneFile
 
 Source = Union[str, "PathLike[str]", IO[str], IO[bytes], Mapping[str, Any], Document, "ScenePlan", "CompiledSource"]
-"""A path (also of a pack), an open stream, a mapping, a document that was read, a plan, or a plan's JSON; or one that
-was compiled."""
+"""A path (also of a pack), an open stream, a mapping, a read document, a plan, the JSON of a plan, or a compiled
+source."""
 
 _PLAN_KEY = "scenecc_plan"
 _PLAN_TEXT = re.compile(r'\s*\{\s*"scenecc_plan"\s*:')
@@ -52,12 +52,12 @@ _PLAN_TEXT = re.compile(r'\s*\{\s*"scenecc_plan"\s*:')
 
 @frozen
 class Input:
-    """What was read.
+    """A source that was read.
 
     Attributes:
         document: the scene.
-        plan_text: the text of a plan, where it is one and no scene.
-        pack: that it is in; None: it is in none.
+        plan_text: the text of a plan; None for a scene.
+        pack: the pack that contains it, if any.
     """
 
     document: Document
@@ -65,7 +65,7 @@ class Input:
     pack: Pack | None = None
 
     def scope(self, options: Options, memory: PathCache | None = None) -> AssetScope:
-        """What the scene may read. `memory`: takes what is looked up."""
+        """Returns what the scene may read. `memory`: records what is looked up."""
         memory = memory or PathCache()
         if self.pack is not None:
             return self.pack.scope(memory)
@@ -74,7 +74,7 @@ class Input:
 
 
 def as_plan(source: Source) -> ScenePlan | None:
-    """The source itself, if it is a plan."""
+    """Returns the source if it is a plan, else None."""
     if isinstance(source, str | bytes | Mapping):
         return None
     from scenecc.plan import ScenePlan
@@ -83,10 +83,10 @@ def as_plan(source: Source) -> ScenePlan | None:
 
 
 def read_input(source: Source, limits: Limits, sink: Sink) -> Input | None:
-    """Reads a source that is no plan yet; None where it is no good.
+    """Reads a source that is not a plan object; None if an error was reported.
 
     Raises:
-        TypeError: the source is nothing that can hold a scene.
+        TypeError: the source cannot hold a scene.
     """
     path, pack = None, None
     if isinstance(source, Document):
@@ -112,7 +112,7 @@ def read_input(source: Source, limits: Limits, sink: Sink) -> Input | None:
         name = name if isinstance(name, str) else "<stream>"
         content = read_from_stream(source, name, sink, limits)
     else:  # pyright: ignore[reportUnreachable] - callers without a type checker
-        raise TypeError(f"a scene is a path, a stream, a mapping or a plan, not {type(source).__name__}")
+        raise TypeError(f"a scene must be a path, a stream, a mapping or a plan, not {type(source).__name__}")
     text = None if content is None else decode_text(content, name, sink, limits)
     if text is None:
         return None
@@ -127,13 +127,13 @@ def _is_stream(source: Source) -> TypeGuard[IO[str] | IO[bytes]]:
 
 
 def _input(document: Document, pack: Pack | None) -> Input:
-    """A plan may have become YAML or Python data on its way."""
+    """Returns the input for a document, which may be a plan in YAML or Python data."""
     is_plan = _PLAN_KEY in document.data
     return Input(document, json.dumps(document.data, ensure_ascii=False) if is_plan else None, pack)
 
 
 def _is_plan_json(text: str) -> bool:
-    """Whether JSON has the key of a plan at its top level. Text without that key anywhere is not parsed for it."""
+    """Returns whether JSON has the key of a plan at its top level. Text without that key is not parsed."""
     if _PLAN_TEXT.match(text):
         return True
     if f'"{_PLAN_KEY}"' not in text or text.lstrip()[:1] != "{":
@@ -148,7 +148,7 @@ def _is_plan_json(text: str) -> bool:
 _INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
 
 _LATER_BANDS = frozenset("78")
-"""First digits of codes that no compilation reports, only what exports or builds."""
+"""First digits of codes that only exports or builds report."""
 
 
 BUILD_TYPES: Mapping[str, Any] = {
@@ -159,7 +159,7 @@ BUILD_TYPES: Mapping[str, Any] = {
     "audit": bool,
     "progress": Callable[[int, int], None] | None,
 }
-"""Types of the arguments of functions that build, which `check_types` takes."""
+"""Types of the arguments of functions that build, for `check_types`."""
 
 CHECK_TYPES: Mapping[str, Any] = {
     "settle": float,
@@ -167,15 +167,15 @@ CHECK_TYPES: Mapping[str, Any] = {
     "progress": Callable[[int, int], None] | None,
     "rules": Mapping[str, Any] | None,
 }
-"""Types of the arguments of functions that check."""
+"""Types of the arguments of functions that check, for `check_types`."""
 
 
 class BuildChoices(TypedDict, total=False):
-    """Which scenes are built, and how. For the rest see `load_scene`.
+    """Which scenes are built, and how. `load_scene` has the other arguments.
 
     Attributes:
         scene_idxs: indices of the scenes to build; None: all.
-        render: build visual shapes too; None: where a render device exists.
+        render: build visual shapes too; None: if a render device exists.
         audit: compare what only the engine decides with the plan.
     """
 
@@ -186,16 +186,16 @@ class BuildChoices(TypedDict, total=False):
 
 @frozen
 class CompileResult:
-    """A plan, and how it came about.
+    """A plan, and how it was made.
 
     Attributes:
-        timings: the seconds of each stage that led to it.
-        scope: what was read on the way.
-        document: what the source held, without data where that is a plan; None where it is a plan as an object.
-        material_origins: for each physical material, where it is written; None of a plan.
-        provenance: for passports; None of a plan as an object.
-        replayed: the scene of a passport, and the reset that it had; None where it had none.
-        expansion: what the names of the source mean; None where it uses nothing that is expanded.
+        timings: duration of each stage [s].
+        scope: records what was read.
+        document: the source, without data if it is a plan; None for a plan object.
+        material_origins: where each physical material is written; None for a plan.
+        provenance: for passports; None for a plan object.
+        replayed: the scene of a passport, and its reset, if it had one.
+        expansion: meaning of the source's names; None if nothing is expanded.
     """
 
     plan: ScenePlan
@@ -208,10 +208,10 @@ class CompileResult:
     expansion: Expansion | None = None
 
     def reset_replayed(self, batch: SceneBatch, sink: Sink) -> None:
-        """Puts the scene that is `replayed` to its start, right after the build.
+        """Sets the `replayed` scene to its initial state, right after the build.
 
         Raises:
-            SceneError: what it draws has no value (SC817), or the engine does not hold it.
+            SceneError: one of its draws has no value (SC817), or the engine does not hold it.
         """
         if self.replayed is None or self.replayed[0] not in batch.scene_idxs:
             return
@@ -225,19 +225,19 @@ class CompileResult:
 
 
 class CompiledSource:
-    """A source that was compiled, as a source again: whoever takes it compiles nothing, and tells of the same lines.
+    """A compiled source, which can be used as a source without being compiled again.
 
     Args:
-        source: whatever holds a scene.
-        options: what overrides it, and what it may use.
-        memory: takes what is looked up.
+        source: any source of a scene.
+        options: overrides of the scene, and what it may use.
+        memory: records what is looked up.
 
     Attributes:
-        result: the plan, and how it came about; None where the scene is at fault.
-        sink: what was found.
+        result: the plan, and how it was made; None if the scene has errors.
+        sink: the diagnostics.
 
     Raises:
-        TypeError: the source is nothing that can hold a scene.
+        TypeError: the source cannot hold a scene.
     """
 
     def __init__(self, source: Source, options: Options, memory: PathCache | None = None) -> None:
@@ -246,7 +246,7 @@ class CompiledSource:
 
 
 class _Clock:
-    """The seconds of each stage."""
+    """Measures the duration of each stage [s]."""
 
     def __init__(self) -> None:
         self.timings: dict[str, float] = {}
@@ -258,22 +258,22 @@ class _Clock:
         self._since = now
 
 
-@collector_paused()  # a stage makes containers by the hundred thousand, and all of them stay
+@collector_paused()  # a stage makes hundreds of thousands of containers, which all stay
 def compile_source(
     source: Source, options: Options, sink: Sink, *, drawn: bool = True, memory: PathCache | None = None
 ) -> CompileResult | None:
-    """The plan of a source; None where an error was reported.
+    """Compiles a source; None if an error was reported.
 
     Args:
-        source: whatever holds a scene.
-        options: what overrides it, and what it may use; of a `CompiledSource` those that it was compiled with hold.
-        sink: takes the diagnostics; of a `CompiledSource` it must have none yet.
-        drawn: whether what expressions give in each scene is computed and checked; nothing is drawn otherwise.
-        memory: takes what was looked up, for those who want to know it also where the source is at fault.
+        source: any source of a scene.
+        options: overrides of the scene, and what it may use; ignored for a `CompiledSource`, which has its own.
+        sink: collects diagnostics; must be empty for a `CompiledSource`.
+        drawn: compute and check the values of expressions in each scene; otherwise nothing is drawn.
+        memory: records what is looked up, also if the source has errors.
 
     Raises:
-        TypeError: the source is nothing that can hold a scene.
-        RuntimeError: there is neither a plan nor an error, which is a fault of scenecc.
+        TypeError: the source cannot hold a scene.
+        RuntimeError: there is neither a plan nor an error, which is a bug in scenecc.
     """
     if isinstance(source, CompiledSource):
         sink.take_over(source.sink)
@@ -290,7 +290,7 @@ def _run_stages(
     clock, memory = _Clock(), memory or PathCache()
     plan = as_plan(source)
     if plan is not None:
-        # A plan that comes as an object has found its files already.
+        # A plan object has already found its files.
         scope = AssetScope(None, options.asset_roots, allow_outside=True, memory=memory)
         return _check_given_plan(plan, options, scope, sink, clock)
     found = read_input(source, options.limits, sink)
@@ -301,9 +301,9 @@ def _run_stages(
     try:
         return _compile_input(source, found, options, sink, clock, drawn=drawn, memory=memory)
     except RecursionError:
-        # With a limit raised: files are read deeper than later stages go.
+        # With a raised limit, files are read deeper than later stages can recurse.
         message = "files, prefabs or values are nested deeper than Python's stack allows"
-        hint = "nest less: each level takes frames of the stack"
+        hint = "use fewer levels: each takes frames of the stack"
         sink.report("SC602", message, Location(found.document.name), hint=hint)
         return None
 
@@ -311,7 +311,7 @@ def _run_stages(
 def _compile_input(
     source: Source, found: Input, options: Options, sink: Sink, clock: _Clock, *, drawn: bool, memory: PathCache
 ) -> CompileResult | None:
-    """What comes after reading."""
+    """Runs the stages after reading."""
     if sink.silencings:
         report_invalid(sink.silencings, found.document.name, sink)
     scope = found.scope(options, memory)
@@ -374,7 +374,7 @@ def _is_of_compilation(code: str) -> bool:
 def _parse_and_expand(
     document: Document, options: Options, scope: AssetScope, sink: Sink, clock: _Clock
 ) -> tuple[SceneFile, Expansion | None] | None:
-    """A document as models, with all that it uses; None where it is at fault, as written or expanded."""
+    """Parses a document and expands everything it uses; None if it has errors."""
     from scenecc.expand.documents import is_within_object_limit, needs_expansion
     from scenecc.spec.parse import parse
 
@@ -397,7 +397,7 @@ def _parse_and_expand(
     find = scene_loader(scope, limits, sink)
 
     def load(reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
-        """Finds a file or prefab, and remembers its document and who uses it."""
+        """Finds a file or prefab, and records its document and its user."""
         found = find(reference, owner, place)
         if found is not None:
             documents[found.name] = found.document
@@ -432,7 +432,7 @@ def _parse_and_expand(
 
 
 def _is_included(place: Origin) -> bool:
-    """Whether a file that is named at a place becomes a part of the top document."""
+    """Returns whether a file named at a place becomes part of the top document."""
     above: Origin | None = place
     while above is not None and above.path[:1] == ("include",):
         above = above.parent
@@ -464,7 +464,7 @@ def _lower(
 
 
 def _robots(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion | None) -> RobotReader:
-    """Reads robots' files; loaded where there are any."""
+    """Returns the reader of robot files, which is loaded only if there are any."""
     reader: RobotReader | None = None
 
     def read(request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, RobotDescription] | None:
@@ -484,7 +484,7 @@ def _check_given_plan(
     clock: _Clock,
     document: Document | None = None,
 ) -> CompileResult | None:
-    """A plan that was compiled before."""
+    """Checks a plan that was compiled earlier."""
     checked = _check_plan(plan, {}, scope, options.limits, sink) if _matches_options(plan, options, sink) else None
     clock.lap("check")
     if checked is not None and document is not None:
@@ -493,7 +493,7 @@ def _check_given_plan(
 
 
 def _warn_unknown_content(plan: ScenePlan, checked: ScenePlan, sink: Sink) -> None:
-    """Reports files of which a plan's JSON does not say what they held."""
+    """Reports files whose hashes are missing in a plan's JSON."""
     for index, (file, now) in enumerate(zip(plan.files, checked.files, strict=True)):
         if file.sha256 is None and now.sha256 is not None:
             place = (plan.origin or Origin(None)).child("files").child(index)
@@ -503,7 +503,7 @@ def _warn_unknown_content(plan: ScenePlan, checked: ScenePlan, sink: Sink) -> No
 
 
 def _decode_plan(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
-    """A plan from its JSON. Its relative paths start at the JSON's own folder."""
+    """Returns a plan from its JSON. Relative paths refer to the folder of the JSON."""
     from scenecc.plan.json_codec import plan_from_json
 
     find = resolver(scope, sink)
@@ -523,10 +523,10 @@ def _decode_plan(found: Input, scope: AssetScope, limits: Limits, sink: Sink) ->
 
 
 def _matches_options(plan: ScenePlan, options: Options, sink: Sink) -> bool:
-    """A plan is final: nothing about it can be overridden any more."""
+    """Checks that no option overrides a plan, which is final."""
     for name in ("params", "draws"):
         if getattr(options, name):
-            message = f"a plan takes no {name}: its values are final"
+            message = f"a plan does not accept {name}: its values are final"
             sink.report("SC907", message, plan.origin or Location(None), hint="compile the scene file again")
             return False
     for name in ("num_scenes", "seed"):
@@ -534,7 +534,7 @@ def _matches_options(plan: ScenePlan, options: Options, sink: Sink) -> bool:
         if asked is not None and asked != getattr(plan, name):
             sink.report(
                 "SC907",
-                f"a plan has its own {name}, {getattr(plan, name)}: it cannot become {asked}",
+                f"{name} of a plan is fixed at {getattr(plan, name)}; it cannot become {asked}",
                 plan.origin or Location(None),
                 hint="compile the scene file again",
             )
@@ -545,7 +545,7 @@ def _matches_options(plan: ScenePlan, options: Options, sink: Sink) -> bool:
 def _check_plan(
     plan: ScenePlan, material_origins: Mapping[int, Origin], scope: AssetScope, limits: Limits, sink: Sink
 ) -> ScenePlan | None:
-    """Every rule over the plan and its files: the plan with their hashes, or None after an error."""
+    """Checks the plan and its files. Returns the plan with file hashes; None after an error."""
     from scenecc.checks.physics import check_physics
 
     check_physics(plan, material_origins, sink)
@@ -558,7 +558,7 @@ def _check_plan(
 
 
 def compile_or_raise(source: Source, options: Options, sink: Sink) -> CompileResult:
-    """A scene's plan, and how long each stage took. Raises SceneError."""
+    """Returns a compiled scene with the duration of each stage. Raises SceneError."""
     found = compile_source(source, options, sink)
     if found is None:
         raise SceneError(sink.diagnostics())
@@ -574,11 +574,11 @@ def build_batch(
     audit: bool,
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBatch:
-    """The live scenes of a plan; arguments as of `load_scene`.
+    """Builds the live scenes of a plan. Arguments are those of `load_scene`.
 
     Raises:
-        SceneError: the engine or the machine is at fault.
-        ValueError: an argument is out of its range.
+        SceneError: the engine or the machine failed.
+        ValueError: an argument is out of range.
     """
     from scenecc.backends.sapien import instantiate
 
@@ -589,16 +589,16 @@ def build_batch(
 
 
 def list_result_params(done: CompileResult, limits: Limits) -> list[ParamRow]:
-    """The parameters of a scene that was compiled, in order; none of a plan."""
+    """Returns the parameters of a compiled scene, in order; a plan has none."""
     if done.document is None or not done.document.data:
         return []
     found = list_document_params(done.document, done.scope, limits, Sink())
-    assert found is not None, "what was compiled has parameters that can be listed"
+    assert found is not None, "the parameters of a compiled scene can be listed"
     return found
 
 
 def list_document_params(document: Document, scope: AssetScope, limits: Limits, sink: Sink) -> list[ParamRow] | None:
-    """The parameters of a document and of what it includes, in order; None where an error was reported."""
+    """Returns the parameters of a document and of what it includes, in order; None if an error was reported."""
     from scenecc.expand.documents import scene_loader
     from scenecc.expand.listing import list_params
 
@@ -606,7 +606,7 @@ def list_document_params(document: Document, scope: AssetScope, limits: Limits, 
 
 
 def select_scenes(scenes: str, num_scenes: int, sink: Sink, argument: str = "scenes") -> tuple[int, ...] | None:
-    """The scenes that an argument selects, in the notation of a file; None where that was reported."""
+    """Returns the scenes that an argument selects, in a scene file's notation; None if an error was reported."""
     from scenecc.spec.references import resolve_scene_idxs
 
     found = Sink()

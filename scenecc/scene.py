@@ -1,6 +1,6 @@
-"""The public functions over a scene: check it, compile it, build it, compare it, list its parameters.
+"""The public functions over a scene: check, compile, build, compare, export, and list its parameters.
 
-Stages below report into a sink and stop; here, and where a simulation diverges, `SceneError` is raised.
+The stages below report into a sink and stop. These functions, and a diverging simulation, raise `SceneError`.
 """
 
 from __future__ import annotations
@@ -69,19 +69,19 @@ def validate(
     rules: Mapping[str, Rule] | None = None,
     **options: Unpack[CompileOptions],
 ) -> list[Diagnostic]:
-    """Everything that can be found without an engine; empty for a scene without fault.
+    """Returns all diagnostics that need no engine; empty for a valid scene.
 
-    Nothing is drawn (but for `rules`), built or written, and a source's mistakes never raise.
+    Nothing is drawn (except for `rules`), built or written. Errors in the source are returned, not raised.
 
     Args:
-        source: a path, an open text or binary stream, a mapping (tuples, numpy values and paths accepted), a
-            `ScenePlan`, or a plan's JSON (a path, a stream, or the text).
-        rules: of your own, by id (`ACM001`); they get the plan with its draws. See `docs/how-to/checking.md`.
-        options: those of `CompileOptions`.
+        source: a path, an open text or binary stream, a mapping (tuples, numpy values and paths are accepted), a
+            `ScenePlan`, or the JSON of a plan (a path, a stream, or the text).
+        rules: your own rules by id (`ACM001`); they get the plan with its draws. See `docs/how-to/checking.md`.
+        options: fields of `CompileOptions`.
 
     Raises:
-        ValueError: an argument is out of its range.
-        TypeError: the source is none of the above, or a number is no integer (Python's or numpy's, and no flag).
+        ValueError: an argument is out of range.
+        TypeError: the source is none of the above, or a number is not an integer of Python or numpy.
     """
     asked = Options.of_call(validate, options)
     check_types(validate, {"rules": rules}, CHECK_TYPES)
@@ -91,7 +91,7 @@ def validate(
 def validate_source(
     source: Source, options: Options, rules: Mapping[str, Rule], memory: PathCache | None
 ) -> list[Diagnostic]:
-    """As `validate`. `memory`: takes what was looked up."""
+    """Returns the diagnostics of `validate`. `memory`: records what is looked up."""
     sink = Sink()
     found = compile_source(source, options, sink, drawn=bool(rules), memory=memory)
     if rules and found is not None:
@@ -105,10 +105,10 @@ def compile_scene(
     source: Source,
     **options: Unpack[CompileOptions],
 ) -> ScenePlan:
-    """The plan of a scene; no engine is started. Arguments are those of `validate`.
+    """Returns the plan of a scene. No engine is started. Arguments are those of `validate`.
 
     Raises:
-        SceneError: the scene is at fault.
+        SceneError: the scene has errors.
     """
     sink = Sink()
     asked = Options.of_call(compile_scene, options)
@@ -150,25 +150,25 @@ def load_scene(
 
     Args:
         source: as for `validate`.
-        scene: a ManiSkill environment's scene, to build into it in place of scenes of our own, one in each environment:
-            `scenecc.maniskill.load_into`. Everything about the simulation is the environment's then.
-        scene_idxs: which of the scenes to build, each as it is among all; every one by default.
-        render: build what is seen too; None: where a render device exists.
-        audit: compare what only the engine decides with the plan, and fail where it differs (SC802): counts and order
-            of everything that was built, poses, masses, and volumes and numbers of parts of cooked meshes.
-        options: those of `CompileOptions`.
+        scene: the scene of a ManiSkill environment to build into, one in each environment, as
+            `scenecc.maniskill.load_into` does. The environment then controls the simulation.
+        scene_idxs: indices of the scenes to build. A scene is the same as in the full batch. Default: all.
+        render: build visual shapes too; None: if a render device exists.
+        audit: compare what only the engine decides with the plan, and fail if it differs (SC802): counts and order of
+            all objects, poses, masses, and volumes and part counts of cooked meshes.
+        options: fields of `CompileOptions`.
 
     Raises:
-        SceneError: the scene, the engine or the machine is at fault (`SceneError.at_fault`).
-        TypeError: `scene` is no environment's, or another argument is of another type.
-        ValueError: an argument is out of its range, or is the environment's where there is a `scene`.
+        SceneError: the scene has errors, or the engine or machine failed (`SceneError.at_fault`).
+        TypeError: `scene` is not a ManiSkill scene, or another argument has the wrong type.
+        ValueError: an argument is out of range, or cannot be combined with `scene`.
     """
     asked = Options.of_call(load_scene, options)
     chosen = {"scene_idxs": scene_idxs, "render": render, "audit": audit}
     check_types(load_scene, chosen, BUILD_TYPES)
     if scene is not None:
         if (asked.num_scenes, scene_idxs, render) != (None, None, None):
-            raise ValueError("num_scenes, scene_idxs and render are not taken with scene")
+            raise ValueError("num_scenes, scene_idxs and render cannot be combined with scene")
         return build_into(scene, source, asked, audit=audit)
     sink = Sink()
     scene_idxs = None if scene_idxs is None else read_indices(scene_idxs, "scene_idxs")
@@ -179,11 +179,11 @@ def load_scene(
 
 
 def build_into(scene: ManiSkillScene, source: Source, options: Options, *, audit: bool) -> LoadedScene:
-    """Builds a scene in a ManiSkill environment, which decides the number of scenes.
+    """Builds a scene in a ManiSkill environment, which sets the number of scenes.
 
     Raises:
-        SceneError: the scene, the engine or the machine is at fault.
-        TypeError: `scene` is no environment's.
+        SceneError: the scene has errors, or the engine or machine failed.
+        TypeError: `scene` is not a ManiSkill scene.
     """
     from scenecc.backends.maniskill import instantiate
 
@@ -197,24 +197,24 @@ def build_into(scene: ManiSkillScene, source: Source, options: Options, *, audit
 
 
 def _check_environments(scene: object) -> None:
-    """Raises TypeError for what is no scene of a ManiSkill environment."""
+    """Raises TypeError for anything but the scene of a ManiSkill environment."""
     if not hasattr(scene, "sub_scenes"):
-        what = "a scene of a ManiSkill environment is needed, its `env.unwrapped.scene`"
-        alone = "`load_scene` without `scene` makes SAPIEN's scenes by itself"
-        raise TypeError(f"{what}, and this is of the type {type(scene).__name__}; {alone}")
+        what = "`scene` must be a ManiSkill environment's scene, `env.unwrapped.scene`"
+        alone = "without `scene`, `load_scene` makes SAPIEN's scenes itself"
+        raise TypeError(f"{what}, not {type(scene).__name__}; {alone}")
 
 
 @dataclass(frozen=True, slots=True)
 class Build:
-    """A scene that was built, and how.
+    """A built scene, and how it was built.
 
     Attributes:
-        plan: what was asked of the engine.
+        plan: the plan.
         batch: the live scenes; None after a dry run.
-        scene_idxs: the scenes that were asked for.
+        scene_idxs: indices of the selected scenes.
         diagnostics: warnings and notes.
-        timings: stage → seconds, in order.
-        summary: a row an entity, in build order.
+        timings: stage → duration [s], in order.
+        summary: one row per entity, in build order.
     """
 
     plan: ScenePlan
@@ -235,19 +235,19 @@ def build_scene(
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> Build:
-    """As `load_scene`, with what a person wants to read about it; `scenecc build` prints this.
+    """Builds like `load_scene`, and returns a summary; `scenecc build` prints it.
 
     Args:
         source: as for `validate`.
-        scenes: which to build, as `scene_idxs` of a file: `0:4`, `::2`, `0,2`; all by default.
+        scenes: scenes to build, in the notation of `scene_idxs` in a file: `0:4`, `::2`, `0,2`; default: all.
         dry_run: compile only; no engine is started.
         render: as for `load_scene`.
         audit: as for `load_scene`.
-        progress: called with (scenes done, scenes in all) while the engine builds.
-        options: those of `CompileOptions`.
+        progress: called with (scenes done, total scenes) while the engine builds.
+        options: fields of `CompileOptions`.
 
     Raises:
-        SceneError: the scene, the engine or the machine is at fault.
+        SceneError: the scene has errors, or the engine or machine failed.
     """
     from scenecc.inspect.entities import summarize
 
@@ -273,10 +273,10 @@ def build_scene(
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Everything in which two scenes differ; false where they are the same.
+    """All differences between two scenes; false if they are equal.
 
     Attributes:
-        differences: one a field.
+        differences: one per field.
         diagnostics: warnings and notes of both.
     """
 
@@ -288,12 +288,12 @@ class Comparison:
 
 
 def compare_scenes(a: Source, b: Source, **options: Unpack[CompileOptions]) -> list[Difference]:
-    """Everything in which two scenes differ, by their plans; empty where they are the same.
+    """Returns all differences between the plans of two scenes; empty if they are equal.
 
-    A name that follows from a file's is no difference. Arguments are those of `validate`, for both scenes.
+    A scene name that comes from the file name is not a difference. Arguments are those of `validate`, for both scenes.
 
     Raises:
-        SceneError: one of them, or each, is at fault.
+        SceneError: one or both have errors.
     """
     check_keywords(compare_scenes, options)
     return open_scene(a, **options).diff(open_scene(b, **options)).differences
@@ -302,6 +302,7 @@ def compare_scenes(a: Source, b: Source, **options: Unpack[CompileOptions]) -> l
 def _is_unnamed(compiled: CompiledSource) -> bool:
     """Whether a scene file has no `name`, so that the plan's name is the file's."""
     document = compiled.result and compiled.result.document
+
     return document is not None and bool(document.data) and "name" not in document.data
 
 
@@ -312,12 +313,12 @@ def list_params(
     allow_outside_assets: bool = False,
     limits: Mapping[str, int] | None = None,
 ) -> list[ParamRow]:
-    """The parameters of a scene and of what it includes, in order. Arguments are those of `validate`.
+    """Returns the parameters of a scene and of what it includes, in order. Arguments are those of `validate`.
 
-    Nothing but the files of the language is looked at; a plan has no parameters any more.
+    Only scene files are read, not their assets. A plan has no parameters.
 
     Raises:
-        SceneError: one of these files is at fault.
+        SceneError: one of these files has errors.
     """
     if as_plan(source) is not None:
         return []
@@ -336,21 +337,21 @@ def list_params(
 
 
 def list_prefabs() -> list[PrefabRow]:
-    """The prefabs that ship with the package, by name."""
+    """Returns the prefabs that ship with the package, by name."""
     from scenecc.expand.listing import list_prefabs as listed
 
     return listed()
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema of scene files, for editors."""
+    """Returns the JSON Schema of scene files, for editors."""
     from scenecc.spec.json_schema import json_schema as schema
 
     return schema()
 
 
 def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
-    """A compiled plan as JSON, without checking it or its files again. `base`: as for `emit_scene`."""
+    """Returns a compiled plan as JSON, without checking it or its files again. `base`: as for `emit_scene`."""
     from scenecc.plan import ScenePlan
     from scenecc.plan.json_codec import plan_to_json
 
@@ -360,17 +361,17 @@ def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
 
 
 def emit_scene(source: Source, target: str, *, base: Path | None = None, **options: Unpack[CompileOptions]) -> str:
-    """A scene as the text of another program's input: "python" or "json". Other arguments are those of `validate`.
+    """Returns a scene as "python" or "json" text. Other arguments are those of `validate`.
 
     Args:
         source: as for `validate`.
         target: a key of `scenecc.emit.EMITTERS`.
-        base: folder that the text will lie in, from which its relative paths then start; None: the scene's own.
-        options: those of `CompileOptions`.
+        base: folder to which relative paths in the text refer; None: the folder of the scene.
+        options: fields of `CompileOptions`.
 
     Raises:
-        SceneError: the scene is at fault, or cannot be written so.
-        ValueError: there is no such target.
+        SceneError: the scene has errors, or the target cannot hold it.
+        ValueError: unknown target.
     """
     from scenecc.emit import EMITTERS
     from scenecc.export import check_target
@@ -382,19 +383,19 @@ def emit_scene(source: Source, target: str, *, base: Path | None = None, **optio
 
 
 def export_scene(source: Source, target: str, **given: Unpack[ExportArguments]) -> dict[str, bytes]:
-    """A scene as the files of another program, by their paths relative to the folder that they will lie in.
+    """Exports a scene as files of another program, keyed by path relative to the output folder.
 
-    The first is the file itself; the others, which it refers to, lie in a folder beside it. `Scene.emit` gives the
-    warnings, too, among them one for everything that the target cannot hold.
+    The first is the main file; the others, which it references, are in a folder beside it. `Scene.emit` also returns
+    the warnings, including one for everything that the target does not support.
 
     Args:
         source: as for `validate`.
         target: a key of `scenecc.emit.EXPORTS`: "glb", "mjcf", "urdf" or "usd".
-        given: those of `EmitChoices` and of `CompileOptions`.
+        given: fields of `EmitChoices` and `CompileOptions`.
 
     Raises:
-        SceneError: the scene, the engine or the machine is at fault, or nothing can be written so.
-        ValueError: there is no such target, it does not take an argument, or there is no such scene.
+        SceneError: the scene has errors, the target cannot hold it, or the engine or machine failed.
+        ValueError: the target or the scene index does not exist, or the target does not accept an argument.
     """
     from scenecc.emit import EXPORTS
     from scenecc.export import ExportArguments, check_target, emit_source
@@ -405,15 +406,15 @@ def export_scene(source: Source, target: str, **given: Unpack[ExportArguments]) 
 
 
 def inspect_scene(source: Source, **given: Unpack[InspectArguments]) -> Item:
-    """Everything that is said of a scene, as a tree; `Scene.inspect` gives the warnings, too.
+    """Returns the contents of a scene as a tree. `Scene.inspect` also returns the warnings.
 
     Args:
         source: as for `validate`.
-        given: those of `InspectChoices` and of `CompileOptions`.
+        given: fields of `InspectChoices` and `CompileOptions`.
 
     Raises:
-        SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
-        ValueError: an argument is out of its range.
+        SceneError: the scene has errors, the scene index or entity does not exist, or the engine or machine failed.
+        ValueError: an argument is out of range.
     """
     from scenecc.inspect.inspection import InspectArguments, inspect_source
 
@@ -429,7 +430,7 @@ def export_page(
     progress: Progress | None = None,
     **options: Unpack[CompileOptions],
 ) -> str:
-    """A scene as one page of HTML. Arguments and errors are those of `Scene.page`, others those of `validate`."""
+    """Returns a scene as one HTML page. Arguments and errors are those of `Scene.page` and `validate`."""
     from scenecc.viewer.options import ARGUMENT_TYPES
 
     check_types(export_page, {"look": look, "steps": steps, "progress": progress}, ARGUMENT_TYPES)
@@ -437,24 +438,24 @@ def export_page(
 
 
 def open_scene(source: Source, **options: Unpack[CompileOptions]) -> Scene:
-    """Opens a scene: it is compiled once, when something of it is first asked for.
+    """Opens a scene. It is compiled once, at its first use.
 
     Args:
         source: as for `validate`.
-        options: those of `CompileOptions`.
+        options: fields of `CompileOptions`.
 
     Raises:
-        ValueError: an argument is out of its range. The first use raises it for a stream that was closed before.
-        TypeError: a number is no integer, or `params` or `draws` no mapping.
+        ValueError: an argument is out of range. The first use raises it for a closed stream.
+        TypeError: a number is not an integer, or `params` or `draws` is not a mapping.
     """
     return Scene(source, options)
 
 
 class Scene:
-    """A scene that was opened by `open_scene`.
+    """A scene opened by `open_scene`.
 
-    `diagnostics` never raises for a scene at fault; everything else raises `SceneError` then. Results of methods have
-    `diagnostics` of their own: those of the scene, and those of what was done with it.
+    `diagnostics` never raises for a scene with errors; everything else raises `SceneError` then. Results of methods
+    have `diagnostics` of their own, which include those of the scene.
     """
 
     def __init__(self, source: Source, options: CompileOptions) -> None:
@@ -463,7 +464,7 @@ class Scene:
         self._given: CompileOptions = {**options}
         roots = options.get("asset_roots", ())
         if not isinstance(roots, str | PathLike) and hasattr(roots, "__iter__"):
-            self._given["asset_roots"] = tuple(roots)  # it may give them once only
+            self._given["asset_roots"] = tuple(roots)  # an iterator can be read only once
         self._options = Options.of(**self._given)
 
     @cached_property
@@ -477,39 +478,38 @@ class Scene:
 
     @property
     def diagnostics(self) -> list[Diagnostic]:
-        """Everything that is found without an engine: errors, warnings and notes."""
+        """All diagnostics that need no engine: errors, warnings and notes."""
         return self._compile.sink.diagnostics()
 
     @property
     def plan(self) -> ScenePlan:
-        """The plan."""
+        """The compiled plan."""
         return self._result().plan
 
     @property
     def params(self) -> list[ParamRow]:
-        """The parameters of the scene and of what it includes, in order; none of a plan."""
+        """The parameters of the scene and of what it includes, in order; a plan has none."""
         return list_result_params(self._result(), self._options.limits)
 
     def build(self, **choices: Unpack[BuildChoices]) -> SceneBatch:
-        """The live scenes. Arguments are those of `BuildChoices`, and errors those of `load_scene`."""
+        """Builds the live scenes. Arguments are those of `BuildChoices`, errors those of `load_scene`."""
         check_keywords(Scene.build, choices, BuildChoices)
         return load_scene(self._compile, **choices, **self._given)
 
     def emit(self, target: str, *, base: Path | None = None, **choices: Unpack[EmitChoices]) -> Emitted:
-        """The scene in another program's form, in memory.
+        """Exports the scene in memory.
 
-        Numbers that only an engine knows (masses, hulls of meshes, where links are) are those of SAPIEN, in which the
-        scene is built for that, without anything seen.
+        Numbers that only an engine knows (masses, hulls of meshes, poses of links) come from SAPIEN, in which the scene
+        is built for this purpose, without visual shapes.
 
         Args:
             target: "python", "json", "glb", "mjcf", "urdf" or "usd".
-            base: folder that a text will lie in, from which its relative paths then start (python, json); None: the
-                scene's own.
-            choices: those of `EmitChoices`.
+            base: folder to which relative paths in the text refer (python, json); None: the folder of the scene.
+            choices: fields of `EmitChoices`.
 
         Raises:
-            SceneError: the scene, the engine or the machine is at fault, or nothing can be written so.
-            ValueError: there is no such target, it does not take an argument, or there is no such scene.
+            SceneError: the scene has errors, the target cannot hold it, or the engine or machine failed.
+            ValueError: the target or the scene index does not exist, or the target does not accept an argument.
         """
         from scenecc.export import EmitChoices, emit_source
 
@@ -520,17 +520,17 @@ class Scene:
     def export(
         self, path: str | PathLike[str], *, target: str | None = None, **choices: Unpack[FileChoices]
     ) -> Emitted:
-        """Writes the scene for another program, all files or none. What the file refers to lies in a folder beside it.
+        """Exports the scene to files, all or none. Files that the main file references are in a folder beside it.
 
         Args:
-            path: of the file. Its suffix says what is written: `.py`, `.json`, `.glb`, `.xml` (MJCF), `.urdf`, `.usda`
+            path: the main file. Its suffix selects the target: `.py`, `.json`, `.glb`, `.xml` (MJCF), `.urdf`, `.usda`
                 or `.usd`.
-            target: as of `emit`, where the suffix stands for another (`.xml` of a URDF).
-            choices: those of `FileChoices`.
+            target: as for `emit`, if the suffix means another target (`.xml` for a URDF).
+            choices: fields of `FileChoices`.
 
         Raises:
-            SceneError: as of `emit`.
-            ValueError: as of `emit`, or the suffix stands for no target.
+            SceneError: as for `emit`.
+            ValueError: as for `emit`, or no target has the suffix.
             OSError: a file cannot be written.
         """
         from scenecc.emit import EMITTERS
@@ -545,18 +545,17 @@ class Scene:
         return write_emitted(self.emit(wanted, base=base, name=file.stem, binary=binary, **choices), file)
 
     def render(self, path: str | PathLike[str] | None = None, **choices: Unpack[RenderChoices]) -> Rendering:
-        """Pictures of the scene.
+        """Renders pictures of the scene.
 
         Args:
-            path: the file to write; None: none. Its suffix says what: `.png` the picture or the sheet, `.mp4` or `.gif`
-                a film over the `steps`.
-            choices: those of `RenderChoices`.
+            path: the file to write, if any. Its suffix selects the content: `.png` the picture or contact sheet, `.mp4`
+                or `.gif` a video of the `steps`.
+            choices: fields of `RenderChoices`.
 
         Raises:
-            SceneError: as of `render_scene`.
-            TypeError: a flag is neither True nor False, or a number is no integer.
-            ValueError: an argument is out of its range, or the suffix stands for nothing, or for another film than
-                `film`.
+            SceneError: as for `render_scene`.
+            TypeError: a flag is neither True nor False, or a number is not an integer.
+            ValueError: an argument is out of range, or the suffix is unknown or contradicts `film`.
             OSError: the file cannot be written.
         """
         from scenecc.files import replace_all
@@ -580,7 +579,7 @@ class Scene:
         place: PageAddress | None = None,
         ready: Callable[[str], None] | None = None,
     ) -> None:
-        """Shows the scene on a page in the browser until it is interrupted. For the rest see `view_scene`.
+        """Shows the scene on a page in the browser until it is interrupted. Other arguments are those of `view_scene`.
 
         Raises:
             ValueError: the scene was opened from a stream, which can be read only once; the page reads it again.
@@ -597,16 +596,16 @@ class Scene:
         view_scene(self._source, look=look, place=place, ready=ready, **self._given)
 
     def page(self, *, look: ViewOptions | None = None, steps: int = 0, progress: Progress | None = None) -> ScenePage:
-        """The scene as one page of HTML that needs nothing else, no network and no server.
+        """Returns the scene as one self-contained HTML page, which needs no network and no server.
 
         Args:
             look: what is shown.
-            steps: of the simulation, which the page plays; 0: the scene stands still.
-            progress: called with (scenes done, scenes in all) while the engine builds, and with steps after that.
+            steps: number of simulation steps that the page plays; 0: a still scene.
+            progress: called with (scenes done, total scenes) while the engine builds, and with steps after that.
 
         Raises:
-            SceneError: the scene, the engine or the machine is at fault, or there is no such scene.
-            ValueError: an argument is out of its range.
+            SceneError: the scene has errors, the scene index does not exist, or the engine or machine failed.
+            ValueError: an argument is out of range.
         """
         from scenecc.viewer import page_of_source
         from scenecc.viewer.options import ARGUMENT_TYPES
@@ -615,15 +614,15 @@ class Scene:
         return page_of_source(self._compile, look=look, steps=steps, progress=progress, **self._given)
 
     def inspect(self, **choices: Unpack[InspectChoices]) -> Inspection:
-        """Everything that is said of the scene, as a tree.
+        """Returns the contents of the scene as a tree.
 
         Args:
-            choices: those of `InspectChoices`.
+            choices: fields of `InspectChoices`.
 
         Raises:
-            SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
-            TypeError: `build` is neither True nor False, or a number is no integer.
-            ValueError: an argument is out of its range.
+            SceneError: the scene has errors, the scene index or entity does not exist, or the engine or machine failed.
+            TypeError: `build` is neither True nor False, or a number is not an integer.
+            ValueError: an argument is out of range.
         """
         from scenecc.inspect.inspection import InspectChoices, inspect_source
 
@@ -631,19 +630,17 @@ class Scene:
         return inspect_source(self._compile, **choices, **self._given)
 
     def diff(self, other: Scene) -> Comparison:
-        """Everything in which another scene differs from this one, by their plans.
+        """Returns all differences of another scene from this one, by their plans.
 
-        A name that follows from a file's is no difference.
+        A scene name that comes from the file name is not a difference.
 
         Raises:
-            SceneError: one of them, or each, is at fault.
+            SceneError: one or both have errors.
         """
         from scenecc.plan.diff import diff_plans
 
         if not isinstance(other, Scene):  # pyright: ignore[reportUnnecessaryIsInstance]
-            raise TypeError(
-                f"a scene is compared with a scene, as `open_scene` gives it, not with {type(other).__name__}"
-            )
+            raise TypeError(f"`other` must be a scene from `open_scene`, not {type(other).__name__}")
         both = (self, other)
         diagnostics = [one for each in both for one in each.diagnostics]
         if any(each._compile.result is None for each in both):  # noqa: SLF001 - of this class

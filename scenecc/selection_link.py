@@ -1,8 +1,8 @@
-"""Has pages and editors of one user tell each other what is selected: datagrams between sockets in a folder of theirs.
+"""Shares the selection between pages and editors of one user, by datagrams between sockets in a private folder.
 
-Each end has a socket that is named after its kind, and writes to all that are named after the other kind. So it does
-not matter which of them starts first, and none waits for another. A message says where something is written, and asks
-for nothing but a selection; what is anything else is dropped.
+Each end has a socket named after its kind, and writes to all sockets named after the other kind. So the start order
+does not matter, and no end waits for another. A message gives the place of an entity and can only select it; other
+messages are dropped.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
 _MOST_BYTES: Final = 2**16
-"""Of a message."""
+"""Maximum size of a message."""
 
 
 class Place(NamedTuple):
-    """Where an entity is written.
+    """The place of an entity in a scene file.
 
     Attributes:
-        file: its absolute path, without symbolic links.
-        path: of its node there.
+        file: absolute path, without symbolic links.
+        path: path of its node in the file.
     """
 
     file: str
@@ -46,11 +46,11 @@ _MESSAGE: Final = TypeAdapter(list[Place])
 
 
 class SelectionLink:
-    """One end of the link. Where there is no folder for it, nothing is sent and nothing comes.
+    """One end of the link. Without a folder for the sockets, it neither sends nor receives.
 
     Args:
-        here: what this end is; the others are of the other kind.
-        heard: called with the places of each message, innermost first, from a thread of its own.
+        here: kind of this end; it talks to the other kind.
+        heard: called with the places of each message, innermost first, from a separate thread.
     """
 
     def __init__(self, here: Literal["page", "editor"], heard: Callable[[list[Place]], None]) -> None:
@@ -68,7 +68,7 @@ class SelectionLink:
             self._thread.start()
 
     def send(self, places: Iterable[Place]) -> None:
-        """Tells all other ends where what is selected is written, innermost first. Waits for none of them."""
+        """Sends the places of the selection, innermost first, to all other ends. Does not block."""
         if self._closed or not self._thread.is_alive():
             return
         message = json.dumps([*places]).encode()
@@ -83,7 +83,7 @@ class SelectionLink:
                 other.unlink()
 
     def close(self) -> None:
-        """Ends it."""
+        """Closes this end."""
         self._closed = True
         self._ending.close()
         if self._thread.is_alive():
@@ -101,7 +101,7 @@ class SelectionLink:
 
 
 def _places(message: bytes) -> list[Place]:
-    """What a message says; none where it is no such message."""
+    """Returns the places in a message; empty for an invalid message."""
     try:
         return _MESSAGE.validate_json(message, strict=True) if len(message) <= _MOST_BYTES else []
     except ValueError:
@@ -109,11 +109,11 @@ def _places(message: bytes) -> list[Place]:
 
 
 def _private_folder() -> Path:
-    """The folder of the sockets, which only its user can enter. Raises OSError if it cannot be had."""
+    """Returns the folder of the sockets, which only its user can enter. Raises OSError if that fails."""
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     folder = Path(runtime) / "scenecc" if runtime else cache_folder("selection")
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     status = folder.lstat()
     if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o077:
-        raise PermissionError(f"'{folder}' is not of its user alone")
+        raise PermissionError(f"'{folder}' is accessible to other users")
     return folder

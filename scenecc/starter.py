@@ -1,4 +1,4 @@
-"""A folder to begin with: a scene and its robot, a test, the commit hook and the workflow."""
+"""Files of a starter folder: a scene and its robot, a test, the commit hook and the workflow."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from scenecc.version import VERSION
 _FOLDER: Final = Path(__file__).parent / "templates"
 
 ROBOTS: Final[dict[str, str | None]] = {"arm": None, "panda": "maniskill", "quadruped": None}
-"""Robots, and the extra of scenecc that has the files of one; None: its links are written in the template."""
+"""Robot → the extra of scenecc that has its files; None: the template itself contains its links."""
 
 _ROBOT: Final = "\n  robot: {use: robot.yaml}\n"
-"""What is added to the entities of a template that needs no robot."""
+"""Added to the entities of a template that needs no robot."""
 
 
 @frozen
 class StarterTemplate:
-    """A scene to begin with.
+    """A starter scene.
 
     Attributes:
-        description: what is in it.
-        robots: those that it takes, by name; unless one is asked for, the first.
-        needs_robot: whether it has one without being asked.
+        description: what it contains.
+        robots: names of the supported robots; the first is the default.
+        needs_robot: whether it has a robot by default.
     """
 
     description: str
@@ -39,15 +39,15 @@ TEMPLATES: Final[dict[str, StarterTemplate]] = {
     "locomotion": StarterTemplate("ground with stones, for a robot that walks", ("quadruped",)),
     "empty": StarterTemplate("a ground and a cube", tuple(ROBOTS), needs_robot=False),
 }
-"""By name; each is a file in `templates/scenes`, and each robot one in `templates/robots`."""
+"""Templates by name; each is a file in `templates/scenes`, and each robot one in `templates/robots`."""
 
 
 def starter_files(template: str, robot: str | None) -> dict[str, bytes]:
-    """The files of a new folder, by their paths in it.
+    """Returns the files of a new folder, by their paths in it.
 
     Args:
-        template: one of `TEMPLATES`.
-        robot: one that the template takes, or None.
+        template: a key of `TEMPLATES`.
+        robot: a robot that the template supports, or None.
     """
     from scenecc.spec.json_schema import json_schema  # noqa: PLC0415 - loads all models
 
@@ -61,7 +61,7 @@ def starter_files(template: str, robot: str | None) -> dict[str, bytes]:
         for name, content in {
             **files,
             "test_scenes.py": _text("project/test_scenes.py"),
-            # Beside the scenes, an editor finds it without a network.
+            # An editor finds the schema beside the scenes, without a network.
             "scene.schema.json": json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n",
             ".pre-commit-config.yaml": _text("project/pre-commit-config.yaml"),
             ".github/workflows/scenes.yml": _with_extras(workflow, ROBOTS.get(robot or "")),

@@ -1,4 +1,4 @@
-"""The version of scenecc: the one place where it is written."""
+"""The version of scenecc, declared only here."""
 
 from __future__ import annotations
 

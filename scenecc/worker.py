@@ -1,7 +1,7 @@
-"""Processes in which libraries read files of strangers, with limits of memory and time.
+"""Worker processes in which libraries read untrusted files, with limits of memory and time.
 
-A process serves this one for as long as it lives: importing a library takes longer than reading most files. It is
-killed when a request takes too long, and started again for the next.
+A worker lives as long as this process, because importing a library takes longer than reading most files. It is killed
+when a request takes too long, and restarted for the next one.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from typing import Any
 from scenecc import worker_process
 
 MAX_ANSWER = 2**30
-"""The largest answer that is taken [bytes]."""
+"""Maximum size of an answer [bytes]."""
 
 
 class WorkerError(Exception):
-    """The process ended, or was killed because a request took too long. Its text says which."""
+    """The process ended, or was killed because a request took too long. The message says which."""
 
 
 class Worker:
     """A process that answers requests.
 
     Args:
-        module: name of the module whose `prepare` gives what answers; see `scenecc.worker_process`.
-        memory: address space of the process [bytes].
-        seconds: longest time for one request.
-        name: of the library, for messages.
-        opens_files: whether the library may open files; otherwise all that it reads comes with the request.
+        module: module whose `prepare` returns the function that answers; see `scenecc.worker_process`.
+        memory: limit of the process's address space [bytes].
+        seconds: time limit of one request.
+        name: name of the library, for messages.
+        opens_files: whether the library may open files; otherwise the request carries all data.
     """
 
     def __init__(self, module: str, *, memory: int, seconds: float, name: str, opens_files: bool = False) -> None:
@@ -49,7 +49,7 @@ class Worker:
         os.register_at_fork(after_in_child=self._forget)
 
     def ask(self, header: dict[str, Any], parts: list[bytes]) -> worker_process.Message:
-        """The answer to a request. Raises WorkerError."""
+        """Returns the answer to a request. Raises WorkerError."""
         with self._lock:
             return self._ask(header, parts)
 
@@ -62,14 +62,14 @@ class Worker:
         assert process is not None
         assert process.stdin is not None
         assert process.stdout is not None
-        # A writer of its own: the process may end before it has read everything.
+        # A separate thread writes, because the process may end before it has read everything.
         writer = threading.Thread(target=_send, args=(process.stdin, header, parts), daemon=True)
         writer.start()
         try:
             stream = _TimedStream(process.stdout.fileno(), self._name, self._seconds)
             answer = worker_process.read_message(stream)  # pyright: ignore[reportArgumentType] - it reads, which is enough
         except (LookupError, OSError, RecursionError, TypeError, ValueError) as error:
-            # A file may have overwritten the process's memory.
+            # A malicious file may have overwritten the process's memory.
             self.stop()
             raise WorkerError(f"the answer of {self._name} cannot be read") from error
         except BaseException:
@@ -78,14 +78,15 @@ class Worker:
         if answer is None:
             self.stop()
             if not fresh:
-                # It ends with the thread that started it, which may be another one.
+                # The process ends with the thread that started it, which may be another one.
                 return self._ask(header, parts)
-            raise WorkerError(f"{self._name} ended: the file needs too much memory, or crashes it")
+            raise WorkerError(f"{self._name} ended: the file needs too much memory, or crashes the library")
         return answer
 
     def _start(self) -> None:
         arguments = json.dumps(self._arguments | {"parent": os.getpid(), "path": sys.path})
-        # Isolated, with this process's path: nothing of the current folder is imported that this one would not import.
+        # Isolated, with this process's path: nothing is imported from the current folder that this process would not
+        # import.
         command = [sys.executable, "-I", worker_process.__file__, arguments]
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(  # noqa: S603 - a constant command
@@ -100,21 +101,21 @@ class Worker:
             process.communicate()
 
     def _forget(self) -> None:
-        """Leaves the process to the one that this one was forked from."""
+        """Drops the process without ending it, because it belongs to the process that this one was forked from."""
         if self._process is not None:
             self._process.returncode = 0
-        # Kept, for closing its pipe would send what another thread has begun to write.
+        # Keep it: closing its pipe would send what another thread has begun to write.
         self._inherited, self._process, self._lock = self._process, None, threading.Lock()
 
 
 def _send(stream: Any, header: dict[str, Any], parts: list[bytes]) -> None:
-    # Where the process has ended, the reader of its answer finds it too.
+    # If the process has ended, the reader of its answer also finds that.
     with contextlib.suppress(OSError):
         worker_process.write_message(stream, header, parts)
 
 
 class _TimedStream:
-    """Reads a pipe for some seconds."""
+    """Reads a pipe with a time limit."""
 
     def __init__(self, pipe: int, name: str, seconds: float) -> None:
         self._pipe = pipe
@@ -124,7 +125,7 @@ class _TimedStream:
         self._left = MAX_ANSWER
 
     def read(self, size: int) -> bytes:
-        """So many bytes, fewer at the end of the stream. Raises WorkerError."""
+        """Reads `size` bytes, fewer at the end of the stream. Raises WorkerError."""
         parts: list[bytes] = []
         self._left -= size
         if self._left < 0:
@@ -134,7 +135,7 @@ class _TimedStream:
             while size:
                 left = self._deadline - time.monotonic()
                 if left <= 0 or not selector.select(left):
-                    raise WorkerError(f"{self._name} takes more than {self._seconds:g} s")
+                    raise WorkerError(f"{self._name} took more than {self._seconds:g} s")
                 part = os.read(self._pipe, min(size, 2**20))
                 if not part:
                     break

@@ -1,7 +1,7 @@
-"""The process at the other end of a `scenecc.worker.Worker`: requests on standard input, answers on standard output.
+"""The process behind a `scenecc.worker.Worker`: it reads requests on standard input and answers on standard output.
 
-It runs beside the process that asks, with limits of memory and time. A module that reads files of strangers has a
-function `prepare`, which imports its library and returns what answers a request.
+It has limits of memory and time. A module that reads untrusted files has a function `prepare`, which imports its
+library and returns the function that answers a request.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Answer = Callable[[dict[str, Any], list[bytes]], Message]
 
 
 def read_message(stream: BinaryIO) -> Message | None:
-    """A header and the byte strings that follow it; None at the end of the stream."""
+    """Reads a header and the byte strings that follow it; None at the end of the stream."""
     prefix = stream.read(4)
     if len(prefix) < 4:
         return None
@@ -33,12 +33,12 @@ def read_message(stream: BinaryIO) -> Message | None:
         return None
     header = json.loads(text)
     parts = [stream.read(size) for size in header["sizes"]]
-    # Who writes may end in the middle.
+    # The writer may end in the middle.
     return (header, parts) if [len(part) for part in parts] == header["sizes"] else None
 
 
 def write_message(stream: BinaryIO, header: dict[str, Any], parts: list[bytes]) -> None:
-    """Writes what `read_message` reads."""
+    """Writes a message for `read_message`."""
     text = json.dumps({**header, "sizes": [len(part) for part in parts]}).encode()
     stream.write(struct.pack("<I", len(text)) + text)
     stream.writelines(parts)
@@ -54,14 +54,14 @@ def main() -> None:
     exit_with_parent(arguments["parent"])
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     answers = os.fdopen(os.dup(1), "wb")
-    # Whatever a library prints must not get into the answers.
+    # Output of a library must not get into the answers.
     os.dup2(2, 1)
     answer: Answer = importlib.import_module(arguments["module"]).prepare()
     _, most = resource.getrlimit(resource.RLIMIT_AS)
     memory = arguments["memory"] if most == resource.RLIM_INFINITY else min(arguments["memory"], most)
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     if not arguments["opens_files"]:
-        # Any file that a library would open by itself is refused by the kernel.
+        # The kernel refuses to open any file that the library tries to open itself.
         resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))
     while (request := read_message(sys.stdin.buffer)) is not None:
         write_message(answers, *answer(*request))

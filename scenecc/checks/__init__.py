@@ -1,1 +1,1 @@
-"""Rules over a plan and its assets: one rule a function, one file a family."""
+"""Rules over a plan and its assets: one function per rule, one file per family."""

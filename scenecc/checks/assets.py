@@ -1,6 +1,6 @@
 """Checks of the files that a plan uses: their content, their hashes and the environment map.
 
-Each file is read once, however many shapes use it. An error is reported at the first shape it concerns.
+Each file is read once, for all shapes that use it. An error is reported at the first affected shape.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ _DIGEST_CHARS = 12
 
 
 def check_unchanged(known: AssetFile, found: AssetFile, origin: Origin, sink: Sink) -> None:
-    """Reports a file that changed (SC716).
+    """Reports a file that has changed (SC716).
 
     Args:
-        known: the file as the plan has it; without a hash it is taken as it is.
-        found: the same as it was read now.
+        known: the file in the plan; without a hash, any content is accepted.
+        found: the file as read now.
         origin: where it is named.
-        sink: takes the fault.
+        sink: collects diagnostics.
     """
     if known.sha256 is None:
         return
@@ -55,10 +55,10 @@ def check_unchanged(known: AssetFile, found: AssetFile, origin: Origin, sink: Si
     after = {"": found.sha256} | {one.uri: one.sha256 for one in found.names}
     for uri in dict.fromkeys([*before, *after]):
         if before.get(uri) != after.get(uri):
-            name = f"{known.uri}: the file `{uri}`, which it names," if uri else f"{known.uri}: the file"
+            name = f"{known.uri}: the file `{uri}`, which it references," if uri else f"{known.uri}: the file"
             was, now = (_short_digest(hashes.get(uri)) for hashes in (before, after))
-            hint = "compile the scene again, or put the file back"
-            sink.report("SC716", f"{name} is not what it was: {now} now, {was} in the plan", origin, hint=hint)
+            hint = "compile the scene again, or restore the file"
+            sink.report("SC716", f"{name} has changed: {now} now, {was} in the plan", origin, hint=hint)
 
 
 def _short_digest(digest: str | None) -> str:
@@ -66,7 +66,7 @@ def _short_digest(digest: str | None) -> str:
 
 
 def _check_environment_map(plan: ScenePlan, files: AssetFiles, sink: Sink) -> None:
-    """Reports environment maps whose images do not fit together; each image alone is valid."""
+    """Reports environment maps whose images, each valid, do not fit together."""
     if plan.environment is None or plan.environment.map is None:
         return
     place = (plan.environment.origin or plan.origin or Origin(None)).child("map")
@@ -87,14 +87,14 @@ def _check_cube_map(plan: ScenePlan, surroundings: CubeMap, files: AssetFiles, o
         sizes = {index: files.image(plan.files[index].path) for index in dict.fromkeys(numbers)}
         few = next((index for index in numbers if not sizes[index].has_all_levels), None)
         if few is not None:
-            message = f"a side of a cube has levels down to one pixel, or none, and {plan.files[few].uri} has fewer"
+            message = f"a cube map side needs mip levels down to one pixel, or none; {plan.files[few].uri} has fewer"
             sink.report("SC553", message, origin)
             return
         first = numbers[0]
         other = next((index for index in numbers if sizes[index] != sizes[first]), None)
         if other is not None:
             a, b = (f"{plan.files[index].uri} ({sizes[index]})" for index in (first, other))
-            sink.report("SC553", f"the sides of a cube are alike, and {a} and {b} are not", origin)
+            sink.report("SC553", f"sides of a cube map need one size and format; {a} and {b} differ", origin)
             return
 
 
@@ -103,18 +103,18 @@ def _check_sky_map(plan: ScenePlan, surroundings: SkyMap, files: AssetFiles, ori
     for index in list_indices(surroundings.file):
         size = files.image(plan.files[index].path)
         if size.levels and not (size.sides == 6 and size.columns == size.rows and size.has_all_levels):
-            what = "a KTX of all directions has six square sides, and levels down to one pixel"
-            hint = "make it with its mipmaps, or take one picture in PNG, HDR or EXR"
+            what = "a KTX environment map needs six square sides, and mip levels down to one pixel"
+            hint = "export it with mipmaps, or use one image in PNG, HDR or EXR"
             sink.report("SC554", f"{what}; {plan.files[index].uri} has not", origin, hint=hint)
             return
         if not size.levels and size.columns != 2 * size.rows:
-            message = f"a map of all directions is twice as wide as it is high, and {plan.files[index].uri} is not"
-            sink.report("SC554", f"{message} ({size})", origin, hint="six pictures are written {px: …, nx: …, …}")
+            message = f"an environment map must be twice as wide as high; {plan.files[index].uri} is not"
+            sink.report("SC554", f"{message} ({size})", origin, hint="write six images as {px: …, nx: …, …}")
             return
 
 
 _LeftOut = tuple["Origin | None", str, bool]
-"""The node that names a robot's file, the kind of what a mesh of it names, and whether that is missing."""
+"""The node that names a robot's file, the kind of file that its mesh references, and whether that file is missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,9 +122,8 @@ class _AssetChecker:
     """State of one check of all files.
 
     Attributes:
-        textures: the fault of each texture, if any, by its path: several meshes may share one.
-        left_out: what is said, and where, of files that are left out, by who names the meshes, the kind of the file
-            and why; a robot may have one a mesh.
+        textures: the error of each texture, if any, by path: several meshes may share one.
+        left_out: messages about ignored files with their places, grouped by `_LeftOut`; a robot may have one per mesh.
     """
 
     sink: Sink
@@ -142,16 +141,17 @@ def check_assets(
     resolve_named: ResolveNamed,
     max_asset_bytes: int,
 ) -> tuple[AssetFile, ...]:
-    """Reports every file of a plan that SAPIEN could not use as planned, or that changed since.
+    """Reports every file of a plan that SAPIEN cannot use as planned, or that has changed.
 
     Args:
         plan: its `files` are read from their `path`.
-        sink: where faults go.
-        resolve_named: finds the files that an asset names (MTL, textures, buffers), inside what the scene may read.
-        max_asset_bytes: the limit `asset_bytes`, of a file and of what it unpacks to [bytes].
+        sink: collects diagnostics.
+        resolve_named: finds the files that an asset references (MTL, textures, buffers), inside what the scene may
+            read.
+        max_asset_bytes: the limit `asset_bytes`, of a file and of its unpacked content [bytes].
 
     Returns:
-        The plan's files with what was read of them: hashes, and those that they name in turn.
+        The plan's files with their hashes and references.
     """
     checker = _AssetChecker(sink, AssetFiles(resolve_named, max_asset_bytes))
     meshes: dict[int, dict[MeshUse, Origin]] = {}
@@ -188,12 +188,12 @@ def check_assets(
 
 
 def read_vertices(asset: AssetFile, origin: Origin, sink: Sink, files: AssetFiles) -> NDArray[np.float32] | None:
-    """The vertices (n, 3) [m] of a mesh as the engine has them; None if it cannot be read, which is reported.
+    """Returns the vertices (n, 3) [m] of a mesh as the engine loads them; None if it cannot be read, which is reported.
 
     Args:
         asset: the file.
-        origin: where it is asked for.
-        sink: takes the fault.
+        origin: where it is used.
+        sink: collects diagnostics.
         files: the files of the scene.
     """
     try:
@@ -204,9 +204,9 @@ def read_vertices(asset: AssetFile, origin: Origin, sink: Sink, files: AssetFile
 
 
 def read_bounds(asset: AssetFile, origin: Origin, sink: Sink, files: AssetFiles) -> list[list[float]] | None:
-    """The corners of the bounding box of a mesh [m]; None if it cannot be read, which is reported.
+    """Returns the corners of a mesh's bounding box [m]; None if it cannot be read, which is reported.
 
-    Args: those of `read_vertices`.
+    Arguments are those of `read_vertices`.
     """
     try:
         whole = check_measures(files.mesh(asset))
@@ -217,7 +217,7 @@ def read_bounds(asset: AssetFile, origin: Origin, sink: Sink, files: AssetFiles)
 
 
 def _list_meshes(plan: ScenePlan) -> Iterator[tuple[int, MeshUse, Origin]]:
-    """The uses of every mesh, and where it is named."""
+    """Yields the uses of every mesh, and where it is named."""
     top = plan.origin or Origin(None)
     for structure in (body for entity in plan.entities for body in entity.bodies):
         for shape in (*structure.collisions, *structure.visuals):
@@ -227,7 +227,7 @@ def _list_meshes(plan: ScenePlan) -> Iterator[tuple[int, MeshUse, Origin]]:
 
 
 def _textures(plan: ScenePlan) -> Iterator[tuple[int, str, Origin]]:
-    """Every image, the field of a material that names it ("" for lights and environments), and a place that uses it."""
+    """Yields every image, the material field that names it ("" for lights and environments), and one place of use."""
     top = plan.origin or Origin(None)
     for file in _light_and_environment_files(plan):
         yield file, "", top
@@ -241,7 +241,7 @@ def _textures(plan: ScenePlan) -> Iterator[tuple[int, str, Origin]]:
 
 
 def _light_and_environment_files(plan: ScenePlan) -> Iterator[int]:
-    """The files of lights and of what surrounds the scenes."""
+    """Yields the files of lights and environments."""
     surroundings = plan.environment and plan.environment.map
     if surroundings is not None:
         for item in fields(surroundings):
@@ -252,7 +252,7 @@ def _light_and_environment_files(plan: ScenePlan) -> Iterator[int]:
 
 
 def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[MeshUse, Origin]) -> dict[str, Path]:
-    """Checks a mesh for all its uses. Returns the files that it names and a build opens, by name."""
+    """Checks a mesh for all its uses. Returns the referenced files that a build opens, by name."""
     first = next(iter(by_use.values()))
     try:
         mesh = checker.files.mesh(asset)
@@ -279,12 +279,12 @@ def _check_references(
     by_use: Mapping[MeshUse, Origin],
     named: dict[str, Path],
 ) -> None:
-    """Checks the files that an asset names. Those that a build opens are added to `named`."""
+    """Checks the files that an asset references. Those that a build opens are added to `named`."""
     visual = by_use.get("visual")
     origin = visual or next(iter(by_use.values()))
     references = [one for one in mesh.names if one.kind != "buffer"]
-    images: dict[str, tuple[AssetReference, ...]] = {}  # of each MTL, by its SHA-256: a mesh may name one in many ways
-    for reference in references:  # which grows
+    images: dict[str, tuple[AssetReference, ...]] = {}  # by SHA-256: a mesh may name an MTL in many ways
+    for reference in references:  # the list grows
         with _report_asset_errors(checker, asset, origin):
             try:
                 path = checker.files.resolve(asset, reference)
@@ -303,8 +303,8 @@ def _check_references(
                         _check_optional(checker, asset, reference, fault, visual)
                     continue
             elif reference.kind in {"material", "fallback"} and any(use != "decomposed" for use in by_use):
-                # The engine reads it for what collides, too (and whatever it takes for one that is missing), and gives
-                # up where it cannot; images it opens only for what is visible. A decomposition reads none of them.
+                # The engine also reads an MTL for a collision mesh, or whatever it takes for a missing one, and fails
+                # if it cannot. It opens images only for visual meshes. A decomposition reads neither.
                 digest = checker.files.digest(path)
                 if digest not in images:
                     images[digest] = material_images(checker.files.content(path))
@@ -318,22 +318,14 @@ def _check_references(
 def _check_optional(
     checker: _AssetChecker, asset: AssetFile, reference: AssetReference, fault: AssetError, visual: Origin | None
 ) -> None:
-    """Raises the fault of a file that an asset names, unless it may be missing: not rendered, or by `repair`.
-
-    Args:
-        checker: takes the note of a repair.
-        asset: what names the file.
-        reference: by which it does.
-        fault: why the file cannot be used.
-        visual: where the asset is rendered; None: it only collides.
-    """
+    """Raises the error of a referenced file, unless it is not rendered or `repair` allows it to be missing."""
     missing = isinstance(fault, MissingError)
     if visual is None:
         unused = missing or (fault.code == "SC418" and reference.kind == "image")
         if reference.kind == "buffer" or not unused:
             raise fault
         return
-    # A build takes images out of an OBJ only: of others SAPIEN opens them at the first picture.
+    # A build ignores images only in an OBJ. For other formats, SAPIEN opens them at the first picture.
     if reference.kind == "image" and Path(asset.path).suffix.lower() != ".obj":
         repaired = missing and asset.optional_names
         raise AssetError(fault.code, fault.message, _ONLY_OF_OBJ) if repaired else fault
@@ -343,28 +335,28 @@ def _check_optional(
     if not asset.optional_names:
         raise _with_repair(fault, visual)
     why = "is missing" if missing else f"cannot be used ({fault.message})"
-    message = f"{asset.uri} names `{reference.uri[:60]}`, which {why}: it is left out"
+    message = f"{asset.uri} references `{reference.uri[:60]}`, which {why}; it is ignored"
     checker.left_out.setdefault((visual.parent, reference.kind, missing), []).append((message, visual))
 
 
-_ONLY_OF_OBJ = "`repair: [files]` leaves images out of OBJ meshes only: put the image there, or export the mesh as OBJ"
+_ONLY_OF_OBJ = "`repair: [files]` ignores only images of OBJ meshes: add the image, or export the mesh as OBJ"
 
 _UNREAD_IMAGE = {"SC410", "SC420"}
-"""Codes of images that are there and that cannot be read."""
+"""Codes of images that exist but cannot be read."""
 
 
 def _with_repair(fault: AssetError, origin: Origin) -> AssetError:
-    """A missing file, with a hint at the repair that leaves it out, if a URDF names the mesh."""
+    """Adds a hint at `repair` to the error of a missing file, if a URDF names the mesh."""
     by = origin.parent.path[-1:] if origin.parent is not None else ()
     if by != ("urdf",):
         return fault
-    repair = "with `repair: [files]` in the scene it is left out"
+    repair = "add `repair: [files]` to ignore it"
     return AssetError(fault.code, fault.message, repair if fault.hint is None else f"{fault.hint}; {repair}")
 
 
 @contextmanager
 def _naming_image(reference: AssetReference) -> Generator[None, None, None]:
-    """Names the image in an `AssetError` raised inside, which is reported for the mesh."""
+    """Adds the image's name to an `AssetError` raised inside, which is reported for the mesh."""
     try:
         yield
     except AssetError as fault:
@@ -373,7 +365,6 @@ def _naming_image(reference: AssetReference) -> Generator[None, None, None]:
 
 @contextmanager
 def _report_asset_errors(checker: _AssetChecker, asset: AssetFile, origin: Origin) -> Generator[None, None, None]:
-    """Reports an `AssetError` raised inside."""
     try:
         yield
     except AssetError as fault:
@@ -395,25 +386,25 @@ def _check_uncached_texture(checker: _AssetChecker, path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix not in IMAGE_SUFFIXES:
         kind = f"`{suffix}` is not an image format" if suffix else "a file without a suffix is not an image"
-        raise AssetError("SC410", f"{kind} that is read", "save it as PNG or JPEG")
+        raise AssetError("SC410", f"{kind} that SAPIEN reads", "save it as PNG or JPEG")
     checker.files.image(path)
 
 
 _GREY_RESULTS = {
     "base_color_texture": "the shape is invisible",
-    "emission_texture": "nothing glows",
-    "normal_texture": "the normals point elsewhere",
+    "emission_texture": "there is no emission",
+    "normal_texture": "the normals are wrong",
 }
-"""What a picture of SAPIEN 3.0 shows where a texture of three channels has one; the others are read from one."""
+"""What SAPIEN 3.0 renders if a three-channel texture has only one channel; other textures use only one."""
 
 
 def _check_colors(checker: _AssetChecker, asset: AssetFile, slots: Mapping[str, Origin]) -> None:
-    """Warns of a grey image where SAPIEN needs three channels. `slots`: a place that uses it, by field."""
+    """Warns of a grey image where SAPIEN needs three channels. `slots`: the field → a place that uses it."""
     if not checker.files.image(asset.path).grey:
         return
     for slot, place in slots.items():
         if slot in _GREY_RESULTS:
-            # Another slot may have named the file first.
+            # Another slot may have used the file first.
             origin = asset.origin if asset.origin is not None and slot in asset.origin.path else place
             message = f"{asset.uri} is a grey image, which SAPIEN reads as red only: as {slot}, {_GREY_RESULTS[slot]}"
             checker.sink.report("SC424", message, origin, hint="save it in colour (RGB)")

@@ -1,6 +1,6 @@
-"""What is built and has no effect: drives that pull nothing, bodies that nothing meets, scenes without a body.
+"""Checks for objects without an effect: drives without force, bodies that collide with nothing, scenes without a body.
 
-`scenecc check` asks these rules; `validate` does not. They take a plan whose draws are made, and judge all its scenes.
+Only `scenecc check` applies these rules. They need a plan with its draws, and check all its scenes.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def check_effects(plan: ScenePlan, sink: Sink) -> None:
     """Applies every rule of this module.
 
     Args:
-        plan: with its draws made.
-        sink: takes the findings.
+        plan: a plan with its draws.
+        sink: collects diagnostics.
     """
     for rule in PLAN_RULES:
         rule(plan, sink)
@@ -48,18 +48,18 @@ def check_effects(plan: ScenePlan, sink: Sink) -> None:
 def _check_empty_scenes(plan: ScenePlan, sink: Sink) -> None:
     empty = set(range(plan.num_scenes)).difference(*(entity.scene_idxs for entity in plan.entities))
     if empty:
-        some = f"no body is in scene {index_ranges(sorted(empty))}"
+        some = f"there is no body in scene {index_ranges(sorted(empty))}"
         message = "no scene has a body" if len(empty) == plan.num_scenes else some
         place = plan_origin(plan).child("entities")
         sink.report("SC543", message, place, at="key", hint="write `entities`, or give an entity these `scene_idxs`")
 
 
 def check_declared_names(document: Document, sink: Sink) -> None:
-    """Reports names of a file's own sections that differ in case alone; a plan does not hold these.
+    """Reports names in a file's own sections that differ only in case; a plan does not contain these.
 
     Args:
         document: the scene file, as written.
-        sink: takes the findings.
+        sink: collects diagnostics.
     """
     for section in ("params", "draws", "materials", "collision_groups", "frames"):
         declared = document.data.get(section)
@@ -68,7 +68,7 @@ def check_declared_names(document: Document, sink: Sink) -> None:
 
 
 def _check_names(plan: ScenePlan, sink: Sink) -> None:
-    """Names of one kind that differ in case alone. Entities and cameras share their names."""
+    """Reports names of one kind that differ only in case. Entities and cameras share their names."""
     around = plan_origin(plan)
     sections: dict[str, tuple[Any, ...]] = {
         "cameras": plan.cameras, "lights": plan.lights, "constraints": plan.constraints
@@ -93,12 +93,12 @@ def _check_names(plan: ScenePlan, sink: Sink) -> None:
 
 
 def _report_alike(named: Iterable[tuple[str, Origin]], sink: Sink) -> None:
-    """Reports names, each with its place, that differ from an earlier one in case alone."""
+    """Reports (name, place) pairs whose name differs from an earlier one only in case."""
     first: dict[str, tuple[str, Origin]] = {}
     for name, place in named:
         other, there = first.setdefault(name.casefold(), (name, place))
         if other != name:
-            message = f"`{cut(name)}` and `{cut(other)}` differ in case alone"
+            message = f"`{cut(name)}` and `{cut(other)}` differ only in case"
             here: list[RelatedPlace] = [(f"`{cut(other)}` is here", there, "key")]
             sink.report("SC547", message, place, at="key", hint="give one of them another name", related=here)
 
@@ -121,16 +121,16 @@ def _check_drives(plan: ScenePlan, sink: Sink) -> None:
                 sink.report("SC537", message, place.child("drive", drive.axis), at="key", hint=_DRIVE_HINT)
 
 
-_DRIVE_HINT: Final = "give it a stiffness or a damping, and a force limit above 0; or leave it out"
+_DRIVE_HINT: Final = "give it a stiffness or damping, and a force limit above 0; or remove it"
 
 
 def _is_driven(joint: Joint) -> bool:
-    """Whether the drive of a joint is meant to pull: a stiffness and damping of 0 alone say that it is passive."""
+    """Returns whether a joint's drive is meant to act: a stiffness and damping of 0 mean a passive joint."""
     return any(map(_is_nonzero, (joint.stiffness, joint.damping, joint.drive_velocity_target)))
 
 
 def _why_no_pull(drive: Joint | AxisDrive) -> str | None:
-    """Why a drive has no force in any scene; None where it has one."""
+    """Returns why a drive has no force in any scene; None if it has one."""
     if not _is_nonzero(drive.stiffness) and not _is_nonzero(drive.damping):
         return "its stiffness and its damping are 0"
     return "its force limit is 0" if drive.force_limit is not None and not _is_nonzero(drive.force_limit) else None
@@ -141,46 +141,48 @@ def _is_nonzero(value: Value | None) -> bool:
 
 
 def _check_locks(plan: ScenePlan, sink: Sink) -> None:
-    """Dynamic bodies that cannot move, and joints whose limits leave no room."""
+    """Reports dynamic bodies that cannot move, and joints whose limits leave no range."""
     for name, body, origin, _ in scene_bodies(plan):
         if body.locked_motion_axes is not None and bool(body.locked_motion_axes.data.all()):
-            message = f"all six axes of `{cut(name)}` are locked: it is dynamic and never moves"
+            message = f"`{cut(name)}` is dynamic but cannot move: all six axes are locked"
             hint = "use `body_type: static` or `kinematic`"
             sink.report("SC545", message, origin.child("locked_axes"), at="key", hint=hint)
     for entity in plan.entities:
         for structure in entity.structures:
-            # Whoever writes the scene cannot change the limits of a robot's file.
+            # The author of a scene cannot change the limits in a robot file.
             if not isinstance(structure, ArticulationStructure) or structure.file is not None:
                 continue
             for link in structure.links:
                 joint = link.joint if link.file is None else None
                 limits = None if joint is None else joint.limits
                 if joint is not None and limits is not None and (limits.data[:, 0] == limits.data[:, 1]).all():
-                    message = f"joint `{cut(joint.name)}` never moves: both of its limits are {limits.data[0, 0]:g}"
+                    message = f"joint `{cut(joint.name)}` cannot move: both of its limits are {limits.data[0, 0]:g}"
                     place = structure_origin(link.body, entity, plan).child("joint")
                     sink.report("SC545", message, place, at="key", hint="use `type: fixed`, or widen the limits")
 
 
 def _check_collision_bits(plan: ScenePlan, sink: Sink) -> None:
-    """Bodies whose collision bits no other entity has. Those that ignore one another by the last two are meant to."""
+    """Reports bodies whose collision bits match no other entity, unless the last two numbers make them ignore each
+    other.
+    """
     by_entity = {entity.name: _collision_bits(entity.bodies) for entity in plan.entities}
     colliding = Counter(bits for bits in by_entity.values() if bits != (0, 0))
     if colliding.total() < 2:
         return
     for name, body, origin, entity in scene_bodies(plan):
         first, second = _collision_bits((body,))
-        # Bits of 0 are meant: such a body meets nothing.
+        # Bits of 0 are intended: the body collides with nothing.
         if (first, second) == (0, 0) or all(groups is None for groups in body.shape_groups()):
             continue
         others = colliding - Counter([by_entity[entity.name]])
         if others and not any(first & second_of | second & first_of for first_of, second_of in others):
-            message = f"`{cut(name)}` collides with nothing: no other body answers its collision bits"
-            hint = "two shapes collide if bits of the first number of one are in the second of the other"
+            message = f"`{cut(name)}` collides with nothing: no other body has matching collision bits"
+            hint = "two shapes collide if the first number of one shares a bit with the second number of the other"
             sink.report("SC544", message, origin.child("collision_bits"), at="key", hint=hint)
 
 
 def _collision_bits(bodies: Iterable[BodyStructure]) -> tuple[int, int]:
-    """The first two of SAPIEN's integers, the bits of all shapes together."""
+    """Returns the first two collision group integers, with the bits of all shapes combined."""
     first = second = 0
     for body in bodies:
         for groups in body.shape_groups() if body.body_type != "none" else ():
@@ -191,7 +193,7 @@ def _collision_bits(bodies: Iterable[BodyStructure]) -> tuple[int, int]:
 
 
 def _check_copies(plan: ScenePlan, sink: Sink) -> None:
-    """Bodies of one kind in one place that nothing moves apart; the overlap of dynamic ones is found."""
+    """Reports bodies of one kind in one place that never move apart. Other checks report overlaps of dynamic ones."""
     kinds: dict[object, list[Entity]] = {}
     for entity in plan.entities:
         structure = entity.structures[0]
@@ -217,25 +219,25 @@ def _check_copies(plan: ScenePlan, sink: Sink) -> None:
 
 
 def _check_shape_copies(plan: ScenePlan, sink: Sink) -> None:
-    """Colliding shapes that a body has twice in one place: they weigh twice."""
+    """Reports collision shapes that a body has twice in one place: their mass counts twice."""
     for name, body, origin, _ in scene_bodies(plan):
         seen: set[object] = set()
         for shape in body.collisions:
             if _solid(shape) in seen:
-                message = f"`{cut(name)}` has this colliding shape twice in the same place"
+                message = f"`{cut(name)}` has this collision shape twice in the same place"
                 hint = "`shapes` collide too: move one of them, or remove it"
                 sink.report("SC546", message, shape.origin or origin, hint=hint)
             seen.add(_solid(shape))
 
 
 def _solid(shape: CollisionShape) -> object:
-    """What two colliding shapes have in common that fill the same room of their bodies."""
+    """Returns a key that is equal for collision shapes that fill the same space of their bodies."""
     pose = shape.pose
     return shape.geometry, None if pose is None or (pose.data == IDENTITY_POSE).all() else pose
 
 
 def _check_visible(plan: ScenePlan, sink: Sink) -> None:
-    """Bodies that move and that nothing can show."""
+    """Reports moving bodies that no camera can show."""
     for name, body, origin, entity in scene_bodies(plan):
         if body.body_type != "dynamic" or not body.collisions or entity.hidden:
             continue
@@ -251,7 +253,7 @@ def _check_visible(plan: ScenePlan, sink: Sink) -> None:
 
 
 def _is_clear(shape: VisualShape, plan: ScenePlan) -> bool:
-    """Whether the colour of a visual shape is fully transparent in each scene."""
+    """Returns whether a visual shape is fully transparent in every scene."""
     if shape.material is None:
         return False
     for index in shape.material.data.ravel():
@@ -263,7 +265,7 @@ def _is_clear(shape: VisualShape, plan: ScenePlan) -> bool:
 
 
 def _check_variants(plan: ScenePlan, sink: Sink) -> None:
-    """Variants that no scene has, whatever is drawn, in no copy of where they are written."""
+    """Reports variants that no scene uses, for any draw, in any copy of the entity."""
     used: set[object] = set()
     unused: dict[object, tuple[str, Origin]] = {}
     for entity in plan.entities:
@@ -274,11 +276,11 @@ def _check_variants(plan: ScenePlan, sink: Sink) -> None:
         for number, structure in enumerate(entity.structures):
             place = structure_origin(structure, entity, plan)
             written = place if sink.trace is None else sink.trace(place)
-            # A `pick` that is one number may be a parameter's.
+            # A `pick` of a single number may come from a parameter.
             if number in picked or len(picked) == 1:
                 used.add((written.file, written.path))
             else:
-                message = f"no scene has variant {number} of `{cut(entity.name)}`"
+                message = f"no scene uses variant {number} of `{cut(entity.name)}`"
                 unused.setdefault((written.file, written.path), (message, place))
     for written, (message, place) in unused.items():
         if written not in used:

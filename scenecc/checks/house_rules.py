@@ -1,4 +1,4 @@
-"""Rules of a team's own over a plan: functions that report."""
+"""House rules: a team's own functions that check a plan and report warnings."""
 
 from __future__ import annotations
 
@@ -13,41 +13,41 @@ if TYPE_CHECKING:
 
 
 class HasOrigin(Protocol):
-    """A part of a plan that knows where it is written: an entity, a light, a joint."""
+    """A part of a plan with an origin: an entity, a light, a joint."""
 
     @property
     def origin(self) -> Origin | None:
-        """The node of the file; None where there is none."""
+        """Its node in the file, if any."""
         ...
 
 
 class Report(Protocol):
-    """Reports a warning of a rule."""
+    """Callback with which a rule reports a warning."""
 
     def __call__(self, message: str, part: HasOrigin | None = None, *keys: str | int, hint: str | None = None) -> None:
-        """Reports one.
+        """Reports a warning.
 
         Args:
             message: one sentence about this scene.
-            part: of the plan; None: the plan as a whole.
-            keys: below it, as in the file: `"mass"`.
-            hint: what to do.
+            part: part of the plan; None: the whole plan.
+            keys: keys below it, as in the file: `"mass"`.
+            hint: how to fix it.
         """
         ...
 
 
 Rule = Callable[["ScenePlan", Report], None]
-"""A rule: it looks at a plan, and reports."""
+"""A rule: it checks a plan, and reports."""
 
 
 def run_rules(plan: ScenePlan, rules: Mapping[str, Rule], file: str | None, sink: Sink) -> None:
     """Runs rules over a plan.
 
     Args:
-        plan: with its draws.
-        rules: by id, which is the code of what they report.
-        file: that is checked.
-        sink: takes the warnings, and an error (SC917) for a rule that fails.
+        plan: a plan with its draws.
+        rules: rules by id, which is the code of their warnings.
+        file: the checked file.
+        sink: collects the warnings, and an error (SC917) for a rule that raises.
     """
 
     def report_as(code: str) -> Report:
@@ -61,7 +61,7 @@ def run_rules(plan: ScenePlan, rules: Mapping[str, Rule], file: str | None, sink
     for code, rule in rules.items():
         try:
             rule(plan, report_as(code))
-        except Exception as error:  # noqa: BLE001, PERF203 - code of somebody else
+        except Exception as error:  # noqa: BLE001, PERF203 - third-party code
             message = f"the rule {code} failed: {type(error).__name__}: {error}"
-            sink.report("SC917", message, plan.origin or Location(file), hint="this is a fault of the rule's package")
+            sink.report("SC917", message, plan.origin or Location(file), hint="this is a bug in the rule's package")
     report_unused(sink, file, rules.__contains__)

@@ -1,4 +1,4 @@
-"""Rules of articulations and constraints that SAPIEN and PhysX do not enforce themselves."""
+"""Rules of articulations and constraints that SAPIEN and PhysX do not enforce."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 
 
 _MAX_JOINT_DISTANCE = 1e6
-"""Maximum distance of a joint from its links [m]: beyond, a simulation counts as diverged (SC820)."""
+"""Maximum distance of a joint from its links [m]. Beyond it, a simulation counts as diverged (SC820)."""
 
 
 def apply_joint_rules(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """Applies every rule to an articulation.
 
     Args:
-        structure: of it.
-        name: the entity's.
-        origin: of the entity.
-        sink: takes the diagnostics.
+        structure: the articulation.
+        name: name of the entity.
+        origin: origin of the entity.
+        sink: collects diagnostics.
         drawn: check only values of expressions, which are deferred until they are drawn.
     """
     for link in structure.links:
@@ -54,10 +54,10 @@ def _check_joint_limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool
     found = joint.limits and reversed_limits(joint.limits, _reversed, drawn=drawn)
     if found is not None:
         low, high = found.found
-        message = f"the lowest position of {_format_joint(joint)}, {low:g}, is above the highest, {high:g}"
+        message = f"the lower limit of {_format_joint(joint)}, {low:g}, is above its upper limit, {high:g}"
         place = joint.limits_origin or joint.origin or origin
         at: Literal["key", "value"] = "key" if joint.limits_origin is None else "value"
-        report_fault(sink, "SC520", message, place, "limits are [lowest, highest]", found.sample, at=at)
+        report_fault(sink, "SC520", message, place, "limits are [lower, upper]", found.sample, at=at)
 
 
 def _reversed(limits: Row) -> Row | None:
@@ -72,8 +72,8 @@ def _check_joint_distance(joint: Joint, origin: Origin, sink: Sink, *, drawn: bo
     for place in (joint.pose_in_parent, joint.pose_in_child):
         found = place and find_single_fault(place, judge, drawn=drawn)
         if found is not None:
-            far = f"{found.found:.3g} m from a link of it, and {_MAX_JOINT_DISTANCE:g} m is the most"
-            hint = "mend the coordinates: they are in metres"
+            far = f"{found.found:.3g} m from one of its links; the maximum is {_MAX_JOINT_DISTANCE:g} m"
+            hint = "fix the coordinates: they are in metres"
             report_fault(sink, "SC512", f"{_format_joint(joint)} is {far}", joint.origin or origin, hint, found.sample)
             return
 
@@ -81,8 +81,8 @@ def _check_joint_distance(joint: Joint, origin: Origin, sink: Sink, *, drawn: bo
 def _check_link_count(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
     count = len(structure.links)
     if count > MAX_LINKS:
-        message = f"`{name}` has {count} links, and PhysX holds {MAX_LINKS} of an articulation"
-        sink.report("SC519", message, origin, at="key", hint="make one link of links that are fixed to one another")
+        message = f"`{name}` has {count} links; PhysX allows {MAX_LINKS} per articulation"
+        sink.report("SC519", message, origin, at="key", hint="merge links that are fixed to each other")
 
 
 def _check_names(structure: ArticulationStructure, origin: Origin, sink: Sink) -> None:
@@ -96,8 +96,8 @@ def _check_names(structure: ArticulationStructure, origin: Origin, sink: Sink) -
 def _check_unique_name(what: str, name: str, place: Origin, names: dict[tuple[str, str], Origin], sink: Sink) -> None:
     first = names.setdefault((what, name), place)
     if first is not place:
-        related = [(f"the first {what} of this name", first, "value")]
-        sink.report("SC326", f"two {what}s are called `{cut(name)}`", place, related=related)  # pyright: ignore[reportArgumentType]
+        related = [(f"the first {what} with this name", first, "value")]
+        sink.report("SC326", f"two {what}s have the name `{cut(name)}`", place, related=related)  # pyright: ignore[reportArgumentType]
 
 
 def _check_mimics(structure: ArticulationStructure, origin: Origin, sink: Sink) -> None:
@@ -106,24 +106,24 @@ def _check_mimics(structure: ArticulationStructure, origin: Origin, sink: Sink) 
     for mimic in structure.mimics:
         place = mimic.origin or origin
         if mimic.source not in joints:
-            message = f"`{cut(mimic.joint)}` follows `{cut(mimic.source)}`, and there is no such joint"
+            message = f"`{cut(mimic.joint)}` mimics `{cut(mimic.source)}`, which does not exist"
             hint = suggest_name(mimic.source, sorted(joint for joint in joints if joint), sink)
             sink.report("SC521", message, place, hint=hint)
             continue
         why = _mimic_obstacle(mimic, structure, follows)
         if why is not None:
-            message = f"`{cut(mimic.joint)}` cannot follow `{cut(mimic.source)}`: {why}"
-            sink.report("SC521", message, place, hint="leave `mimic` out, and drive both joints")
+            message = f"`{cut(mimic.joint)}` cannot mimic `{cut(mimic.source)}`: {why}"
+            sink.report("SC521", message, place, hint="remove `mimic`, and drive both joints")
 
 
 def _mimic_obstacle(mimic: Mimic, structure: ArticulationStructure, follows: dict[str, str]) -> str | None:
-    """Why PhysX cannot make one joint follow another; None where it can."""
+    """Returns why PhysX cannot make one joint mimic another; None if it can."""
     if any(factor == 0 for factor in mimic.multiplier.numbers()):
-        return "a multiplier of 0 leaves nothing to follow"
+        return "its multiplier is 0"
     at, visited = mimic.source, {mimic.joint}
     while at in follows:
         if at in visited:
-            return "they follow one another in a circle"
+            return "the mimic joints form a cycle"
         visited.add(at)
         at = follows[at]
     return why_no_tendon(structure, mimic)
@@ -141,7 +141,7 @@ def _check_masses(structure: ArticulationStructure, name: str, origin: Origin, s
         moves = not structure.fix_root_link if link.joint is None else link.joint.type != "fixed"
         if moves and not weighs[number]:
             place = link.body.origin or origin
-            message = f"`{name}/{cut(link.name)}` moves, and neither it nor what hangs on it has a mass"
+            message = f"`{name}/{cut(link.name)}` moves, but neither it nor any link below it has a mass"
             if structure.file is None and link.file is None:
                 hint = "give it `shapes` or `collisions`, or `inertial`"
                 sink.report("SC522", message, place, hint=hint)
@@ -157,8 +157,8 @@ def check_constraints(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> No
     """Applies every rule to every constraint. Draws nothing, unless `drawn`.
 
     Args:
-        plan: with or without lines behind its origins.
-        sink: takes the diagnostics.
+        plan: with or without lines for its origins.
+        sink: collects diagnostics.
         drawn: check only values of expressions, which are deferred until they are drawn.
     """
     if not plan.constraints:
@@ -182,7 +182,7 @@ def check_constraints(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> No
 
 
 def _iterate_limits(constraint: Constraint, origin: Origin) -> Iterator[tuple[Value, Origin, bool]]:
-    """The limits of a constraint, where they are written, and whether they are angles."""
+    """Yields the limits of a constraint, their origin, and whether they are angles."""
     joint = constraint.joint
     if isinstance(joint, Distance):
         yield joint.limits, origin.child("limits"), False
@@ -195,15 +195,15 @@ def _check_drive_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool
     found = reversed_limits(limits, _reversed, drawn=drawn)
     if found is not None:
         low, high = found.found
-        message = f"the lowest must not be above the highest: {low:g} is above {high:g}"
-        hint = "PhysX takes such limits and applies none, or others"
+        message = f"the lower limit must not be above the upper one: {low:g} is above {high:g}"
+        hint = "PhysX accepts such limits but applies none, or others"
         report_fault(sink, "SC560", message, place, hint, found.sample)
         return
     found = reversed_limits(limits, _beyond_half_turn, drawn=drawn) if turns else None
     if found is not None:
         far = found.found
-        message = f"PhysX knows the twist from -π to π only, so that a limit of {far:g} is never reached"
-        hint = "`limits_deg` takes degrees" if abs(far) > 2 * pi else "write one within -π and π, or ±.inf for none"
+        message = f"PhysX measures twist from -π to π, so a limit of {far:g} is never reached"
+        hint = "`limits_deg` takes degrees" if abs(far) > 2 * pi else "use -π to π, or ±.inf for no limit"
         report_fault(sink, "SC561", message, place, hint, found.sample)
 
 
@@ -214,23 +214,23 @@ def _beyond_half_turn(limits: Row) -> float | None:
 def _check_ratio(ratio: Value, place: Origin, sink: Sink, *, drawn: bool) -> None:
     found = find_single_fault(ratio, lambda row: None if row[0] else row, drawn=drawn)
     if found is not None:
-        report_fault(sink, "SC104", "`ratio` must not be 0", place, "a gear of ratio 0 turns nothing", found.sample)
+        report_fault(sink, "SC104", "`ratio` must not be 0", place, "a gear of ratio 0 has no effect", found.sample)
 
 
 def _check_ends(constraint: Constraint, entities: Mapping[str, Entity], origin: Origin, sink: Sink) -> bool:
-    """Whether SAPIEN has components for both ends, which are two."""
+    """Checks that both ends exist, differ, and can carry SAPIEN's components."""
     if constraint.parent == constraint.child:
-        sink.report("SC562", f"`{cut(constraint.name)}` ties a body to itself", origin.child("child"))
+        sink.report("SC562", f"`{cut(constraint.name)}` connects a body to itself", origin.child("child"))
         return False
     good = True
     for key, mount in (("child", constraint.child), ("parent", constraint.parent)):
         kinds = _motion_types(mount, entities) if mount is not None else frozenset[str]()
         if "none" in kinds:
-            message = f"`{cut(str(mount))}` has no physics body: no constraint can connect it"
-            hint = "give it another body_type, or let it go with `relative_to`"
+            message = f"`{cut(str(mount))}` has no physics body, so no constraint can connect it"
+            hint = "give it another body_type, or attach it with `relative_to`"
         elif key == "child" and "static" in kinds:
             message = f"`{cut(str(mount))}` never moves, so it cannot carry a constraint"
-            hint = "exchange `parent` and `child`: SAPIEN hangs a constraint on a child that can move"
+            hint = "swap `parent` and `child`: SAPIEN attaches a constraint to a child that can move"
         else:
             continue
         good = False
@@ -245,11 +245,13 @@ def _check_movable(constraint: Constraint, entities: Mapping[str, Entity], origi
     names = [f"`{cut(str(mount))}`" for mount in ends]
     moved = f"no force moves {names[0]}" if len(names) == 1 else f"forces move neither {names[0]} nor {names[1]}"
     message = f"`{cut(constraint.name)}` does nothing: {moved}"
-    sink.report("SC564", message, origin, at="key", hint="one of both must be dynamic, or a link that can move")
+    sink.report("SC564", message, origin, at="key", hint="one of them must be dynamic, or a link that can move")
 
 
 def _motion_types(mount: Mount | None, entities: Mapping[str, Entity]) -> frozenset[str]:
-    """How the body moves in the scenes: a link that can move is dynamic, a fixed root static but may carry things."""
+    """Returns how a body moves in its scenes. A movable link counts as dynamic, a fixed root as static, though it may
+    carry constraints.
+    """
     assert mount is not None
     kinds: set[str] = set()
     for structure in entities[mount.entity].structures:
@@ -271,7 +273,7 @@ def _check_drive(joint: Drive, name: str, origin: Origin, sink: Sink) -> None:
     for axis in _SLERP_AXES:
         if axis in axes and "slerp" in axes:
             message = f"`{axis}` does nothing with `slerp`, which drives all rotations"
-            sink.report("SC115", message, origin.child("drive", axis), at="key", hint="leave one of the two out")
+            sink.report("SC115", message, origin.child("drive", axis), at="key", hint="remove one of them")
     if axes:
         return
     for key, given in (
@@ -280,15 +282,15 @@ def _check_drive(joint: Drive, name: str, origin: Origin, sink: Sink) -> None:
     ):
         if given is not None:
             message = f"`{key}` does nothing: no axis is driven"
-            sink.report("SC115", message, origin.child(key), at="key", hint="write `drive`, or leave it out")
+            sink.report("SC115", message, origin.child(key), at="key", hint="add `drive`, or remove it")
 
 
 def _check_hinges(constraint: Constraint, entities: Mapping[str, Entity], origin: Origin, sink: Sink) -> None:
     for mount in (constraint.parent, constraint.child):
         if mount is None or not _is_hinged(mount, entities):
             what = "the world" if mount is None else f"`{cut(str(mount))}`"
-            message = f"`enable_hinges` does nothing: {what} is no link with a revolute joint"
-            hint = "leave it out: the velocities of the two are held to the ratio without it"
+            message = f"`enable_hinges` does nothing: {what} is not a link with a revolute joint"
+            hint = "remove it: the gear constrains the velocities without it"
             sink.report("SC115", message, origin.child("enable_hinges"), at="key", hint=hint)
             return
 

@@ -40,7 +40,7 @@ _DEFAULT_DENSITY_VALUE = literal(DEFAULT_DENSITY)
 
 
 def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """Checks the mass that follows from densities: SAPIEN must keep it, or for a kinematic body represent it."""
+    """Checks that SAPIEN keeps the mass computed from densities or, for a kinematic body, can represent it."""
     if body.body_type not in _TYPES_WITH_MASS or body.inertial is not None or not body.collisions:
         return
     values = [_DEFAULT_DENSITY_VALUE if shape.density is None else shape.density for shape in body.collisions]
@@ -58,9 +58,10 @@ def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sin
 
 
 def _corners(values: Sequence[Value], holes: Collection[int] = ()) -> list[tuple[Row, ...]]:
-    """The values of the least and of the greatest mass: all at their minimum or maximum, sizes of holes the other way.
+    """Returns the values for the minimum and maximum mass: all values at their extreme, but sizes of holes at the
+    opposite.
 
-    `holes`: numbers of the values that are sizes of holes.
+    `holes`: indices of the values that are sizes of holes.
     """
     light = tuple((highest if number in holes else lowest)(value) for number, value in enumerate(values))
     heavy = tuple((lowest if number in holes else highest)(value) for number, value in enumerate(values))
@@ -76,15 +77,15 @@ class _MassFault(NamedTuple):
 
 
 def _density_mass_fault(body: BodyStructure, name: str, row: tuple[Row, ...], origin: Origin) -> _MassFault | None:
-    """Why one row of a body's densities, then its sizes, gives no mass that SAPIEN can represent; None if it does."""
+    """Returns why one row of densities and sizes gives a mass that SAPIEN cannot represent; None if it can."""
     sizes = iter(row[len(body.collisions) :])
     weight, dense, complete = 0.0, False, True
     for shape, (density,) in zip(body.collisions, row, strict=False):
-        # What a mesh weighs is known once the engine has read it; the other shapes alone may weigh too much.
+        # The mass of a mesh is known only after the engine has read it, but the other shapes may already be too heavy.
         solid = shape.geometry if isinstance(shape.geometry, Solid) else None
         volume = 0 if solid is None else solid.volume(*chain.from_iterable(islice(sizes, len(solid.__slots__))))
         if solid is not None and solid.HOLES and volume <= 0:
-            return None  # a hole as wide as its body, which no row may have: it is reported by itself
+            return None  # a hole as wide as its body, which is reported separately
         if density:
             dense = True
             complete = complete and solid is not None
@@ -94,29 +95,29 @@ def _density_mass_fault(body: BodyStructure, name: str, row: tuple[Row, ...], or
         return _zero_density_fault(body, name, origin) if light else None
     hint = "correct the sizes or the densities: lengths are in metres"
     if weight > FLOAT32_MAX:
-        message = f"`{name}` weighs {weight:.3g} kg by its densities, more than single precision holds"
+        message = f"`{name}` weighs {weight:.3g} kg by its densities, which float32 cannot represent"
         return _MassFault("SC512", message, origin, hint)
     if weight * max(chain(*row[len(body.collisions) :]), default=0) ** 2 > FLOAT32_MAX:
-        message = f"`{name}` is so large that single precision does not hold its inertia"
+        message = f"`{name}` is so large that float32 cannot represent its inertia"
         return _MassFault("SC512", message, origin, hint)
     if light and weight < MIN_MASS:
         hint = "correct the sizes or the densities (lengths are in metres), or give `inertial`"
-        message = f"`{name}` weighs {weight:.3g} kg by its densities, and SAPIEN would make a milligram of it"
+        message = f"`{name}` weighs {weight:.3g} kg by its densities, which SAPIEN would replace by a milligram"
         return _MassFault("SC511", message, origin, hint)
     return None
 
 
 def _zero_density_fault(body: BodyStructure, name: str, origin: Origin) -> _MassFault:
     if body.mass is None:
-        message = f"`{name}` has densities of 0 only: it would weigh a milligram"
+        message = f"`{name}` has only densities of 0: it would weigh a milligram"
         return _MassFault("SC511", message, origin, "give a density, or `inertial`")
-    message = f"`{name}` has densities of 0 only, so there is nothing that `mass` could scale"
-    hint = "give a density, or `inertial` in place of `mass`"
+    message = f"`{name}` has only densities of 0, which `mass` cannot scale"
+    hint = "give a density, or `inertial` instead of `mass`"
     return _MassFault("SC510", message, origin.child("mass"), hint, "value")
 
 
 def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """Checks that single precision represents a given mass and the positions of shapes and centre of mass."""
+    """Checks that float32 can represent a given mass, and the positions of shapes and centre of mass."""
     if body.body_type == "kinematic":
         _check_kinematic_shapes(body, name, origin, sink, drawn=drawn)
     if body.body_type not in DYNAMIC_TYPES:
@@ -134,18 +135,18 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
         if far <= MAX_BODY_OFFSET:
             return None
         message = (
-            f"a shape or the centre of mass of `{name}` is {far:.3g} m from its origin, and {MAX_BODY_OFFSET:g} m is "
-            "the most that leaves something of its inertia in single precision"
+            f"a shape or the centre of mass of `{name}` is {far:.3g} m from its origin; "
+            f"beyond {MAX_BODY_OFFSET:g} m, float32 loses its inertia"
         )
-        return _MassFault("SC512", message, origin, "mend the coordinates: they are in metres")
+        return _MassFault("SC512", message, origin, "fix the coordinates: they are in metres")
 
     def judge_numbers(numbers: Row) -> _MassFault | None:
-        # The engine keeps the inverse, and takes 1 where that is no normal number.
+        # The engine stores the inverse, and uses 1 if that is not a normal number.
         wrong = next((number for number in numbers if not FLOAT32_MIN <= number <= 1 / FLOAT32_MIN), None)
         if wrong is None:
             return None
-        message = f"the mass or a moment of inertia of `{name}` is {wrong:.3g}, whose inverse the engine does not hold"
-        return _MassFault("SC512", message, origin, "mend the mass or the inertia: they are in kg and kg·m²")
+        message = f"the mass or a moment of inertia of `{name}` is {wrong:.3g}, whose inverse float32 cannot represent"
+        return _MassFault("SC512", message, origin, "fix the mass or the inertia: they are in kg and kg·m²")
 
     for values, judge in ((places, judge_place), (given, judge_numbers)):
         found = (find_single_fault(value, judge, drawn=drawn) for value in values)
@@ -160,8 +161,8 @@ def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink
         far = max(map(abs, place[:3]))
         if far**2 <= FLOAT32_MAX:
             return None
-        message = f"a shape of `{name}` is {far:.3g} m from its origin, which single precision does not hold"
-        return _MassFault("SC512", message, origin, "mend the coordinates: they are in metres")
+        message = f"a shape of `{name}` is {far:.3g} m from its origin, which float32 cannot represent"
+        return _MassFault("SC512", message, origin, "fix the coordinates: they are in metres")
 
     found = (find_single_fault(place, judge, drawn=drawn) for place in places)
     _report(next((fault for fault in found if fault is not None), None), sink)
@@ -175,7 +176,7 @@ def _report(fault: Fault | None, sink: Sink) -> None:
 
 
 def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """Checks that no principal moment is above the sum of the other two."""
+    """Checks that no principal moment exceeds the sum of the other two."""
     if body.inertial is None:
         return
     inertia = body.inertial.inertia
@@ -189,12 +190,12 @@ def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *,
 
     found = find_fault([inertia], judge, drawn=drawn, corners=corners)
     if found is not None:
-        message = f"no body has the inertia of `{name}`: one moment is above the sum of the others"
-        hint = "each of ixx, iyy, izz is at most the sum of the other two"
+        message = f"the inertia of `{name}` is impossible: one moment exceeds the sum of the others"
+        hint = "each of ixx, iyy, izz must be at most the sum of the other two"
         report_fault(sink, "SC506", message, origin.child("inertial", "inertia"), hint, found.sample)
 
 
 def _extreme_moments(inertia: Value) -> list[Row]:
-    """For moments between bounds: each at its maximum with the others at their minimum."""
+    """Returns one row per moment, with that moment at its maximum and the others at their minimum."""
     least, most = lowest(inertia), highest(inertia)
     return [tuple(most[j] if j == i else least[j] for j in range(3)) for i in range(3)]

@@ -1,7 +1,7 @@
-"""Doubtful meshes: valid for the engine, and not what somebody wants of the use that the scene makes of them.
+"""Checks for doubtful meshes, which the engine accepts but which do not suit their use in the scene.
 
-`scenecc check` asks these rules; `validate` does not. A mesh that is only seen need not be watertight, and of a convex
-hull the winding has no meaning: a rule judges the uses for which it matters. Robot files are left out.
+Only `scenecc check` applies these rules. A purely visual mesh need not be watertight, and winding does not matter for a
+convex hull, so a rule checks only the relevant uses. Robot files are not checked.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ if TYPE_CHECKING:
     from scenecc.plan import AssetFile, CollisionShape, ScenePlan, VisualShape
 
     Box = tuple[NDArray[np.float64], NDArray[np.float64]]
-    """The lowest and the highest corner, each (3,) [m]."""
+    """Lower and upper corner, each (3,) [m]."""
 
 MIN_SIZE: Final = 1e-3
-"""[m] What is smaller than a millimetre was modelled in another unit."""
+"""[m] A mesh below a millimetre was probably modelled in another unit."""
 
 FAR: Final = 10.0
-"""How far a mesh may be from the origin of its body, in diagonals of its box."""
+"""Maximum distance of a mesh from its body's origin, in diagonals of its box."""
 
 HULL_RATIO: Final = 2.5
-"""Volume of a hull, in that of its mesh: a mug has 3 and more, a chair 5."""
+"""Volume of a hull relative to its mesh: 3 and more for a mug, 5 for a chair."""
 
 LEAST_MOMENT: Final = 1e-6
-"""[kg·m²] SAPIEN gives no smaller moment of inertia to what it weighs by densities, as was measured. Reported is ten
-times as much as can be: cubes of 15 mm in ManiSkill's tasks have four times their moment."""
+"""[kg·m²] SAPIEN's minimum moment of inertia for masses from densities (measured). Reported from ten times the possible
+moment: cubes of 15 mm in ManiSkill's tasks have four times theirs."""
 
 BARE: Final = 0.1
-"""How large a part that is seen and does not collide is at least, and how far from the rest, in sizes of its body."""
+"""Minimum size of a visual part without collision, and its minimum distance from the rest, in sizes of its body."""
 
 DEGENERATE: Final = 0.1
 """Share of triangles without area from which it is reported."""
@@ -58,8 +58,8 @@ def check_meshes(plan: ScenePlan, sink: Sink) -> None:
     """Applies every rule of this module.
 
     Args:
-        plan: with its draws made, and files that were checked.
-        sink: takes the findings.
+        plan: a plan with its draws, whose files were checked.
+        sink: collects diagnostics.
     """
     _check_file_names(plan, sink)
     for body in scene_bodies(plan):
@@ -80,12 +80,12 @@ def _check_file_names(plan: ScenePlan, sink: Sink) -> None:
             other = first.setdefault(name.casefold(), name)
             if other != name:
                 place = _file_origin(plan, index)
-                message = f"{cut(file.uri)} and `{cut(other)}` differ in case alone"
+                message = f"{cut(file.uri)} and `{cut(other)}` differ only in case"
                 sink.report("SC443", message, place, hint="on Windows and macOS both are one file: rename one")
 
 
 def _file_origin(plan: ScenePlan, index: int) -> Origin:
-    """The first shape that names a file."""
+    """Returns the origin of the first shape that uses a file."""
     for entity in plan.entities:
         for body in entity.bodies:
             for shape in (*body.collisions, *body.visuals):
@@ -98,7 +98,7 @@ def _file_origin(plan: ScenePlan, index: int) -> Origin:
 def _check_mesh(body: Body, shape: CollisionShape | VisualShape, plan: ScenePlan, sink: Sink) -> None:
     """Checks one mesh in one use, with each file and scale that it has in a scene.
 
-    `unread`: takes files that trimesh does not read. They are reported once.
+    `unread`: collects files that trimesh cannot read. They are reported once.
     """
     geometry: Any = shape.geometry
     place = (shape.origin or body.origin).child("file")
@@ -121,27 +121,27 @@ def _surface_faults(geometry: MeshGeometry, suffix: str, measures: SurfaceMeasur
     solid = isinstance(geometry, TriangleMesh) and geometry.sdf
     raw = isinstance(geometry, ConvexParts) and geometry.coacd is not None and geometry.coacd.preprocess_mode == "off"
     if (solid or raw) and not measures.is_watertight:
-        edges = f"{measures.open_edges} open edges and {measures.crowded_edges} of three triangles or more"
+        edges = f"{measures.open_edges} open edges and {measures.crowded_edges} with three or more triangles"
         what = "a signed distance field" if solid else "CoACD without preprocessing"
-        hint = "close it in the program that made it, or use `convex_parts` with `coacd`"
+        hint = "close it in your modelling program, or use `convex_parts` with `coacd`"
         yield "SC434", f"is not watertight ({edges}), and {what} needs an inside", hint
-    # A room that is seen faces inwards.
+    # The faces of a visual room point inwards.
     sided = isinstance(geometry, Mesh) and body.structure.body_type in DYNAMIC_TYPES
     if isinstance(geometry, TriangleMesh) and not measures.consistent:
-        yield "SC435", "has neighbouring triangles that face opposite sides", "recompute its normals"
+        yield "SC435", "has neighbouring triangles with opposite winding", "recompute its normals"
     elif (sided or isinstance(geometry, TriangleMesh)) and measures.is_watertight and measures.volume < 0:
         yield "SC435", "is inside out: its triangles face inwards", "flip its normals"
     if isinstance(geometry, TriangleMesh) and measures.degenerate > DEGENERATE * measures.faces:
         message = f"has {measures.degenerate} triangles without area, of {measures.faces}"
-        yield "SC436", message, "merge its vertices by distance, and remove what is degenerate"
+        yield "SC436", message, "merge its vertices by distance, and remove degenerate triangles"
     if isinstance(geometry, ConvexMesh | ConvexParts) and suffix == ".ply" and measures.beyond > 0:
-        # SAPIEN keeps them of a PLY alone, as was measured with one file in each format.
+        # Measured with one file per format: SAPIEN keeps unused vertices only of a PLY.
         message = f"has {measures.unused} vertices that no triangle uses, up to {measures.beyond:.3g} m outside of it"
-        yield "SC440", f"{message}, and the hull goes around them", "remove loose vertices in the program that made it"
+        yield "SC440", f"{message}, and the hull includes them", "remove loose vertices in your modelling program"
 
 
 def _hull_faults(geometry: MeshGeometry, file: AssetFile, measures: SurfaceMeasures) -> Iterator[_Fault]:
-    """Hulls that fill what is hollow."""
+    """Yields faults of hulls that fill hollows."""
     whole, parts = isinstance(geometry, ConvexMesh), isinstance(geometry, ConvexParts) and geometry.coacd is None
     if not (whole or parts) or not measures.is_watertight or measures.volume <= 0:
         return
@@ -154,8 +154,8 @@ def _hull_faults(geometry: MeshGeometry, file: AssetFile, measures: SurfaceMeasu
         what = "`decomposition: coacd`" if parts else "`convex_parts` with `decomposition: coacd`"
         yield (
             "SC439",
-            f"{has} of {ratio:.1f} times its volume, and collides as that",
-            f"use {what}, so that hollows stay hollow",
+            f"{has} with {ratio:.1f} times its volume, which is used for collision",
+            f"use {what}, to keep hollows hollow",
         )
 
 
@@ -170,17 +170,17 @@ def _size_faults(shape: CollisionShape | VisualShape, measures: SurfaceMeasures,
         return
     if longest.max() > MAX_SIZE:
         hint = "lengths are in metres: for millimetres write `scale: [0.001, 0.001, 0.001]`"
-        yield "SC437", f"is {longest.max():.4g} m long here, and the body moves", hint
+        yield "SC437", f"is {longest.max():.4g} m long here, on a moving body", hint
         return
     centre = (np.array(measures.high) + measures.low) / 2 * geometry.scale.data
     away, diagonal = np.linalg.norm(centre, axis=1), np.linalg.norm(extents, axis=1)
     if body.structure.body_type == "dynamic" and shape.pose is None and (away > np.maximum(FAR * diagonal, 1)).any():
-        message = f"is {away.max():.3g} m from the origin of its body, and {diagonal.max():.2g} m large"
-        yield "SC438", message, "export it about its own centre, or move it back with the `pose` of the shape"
+        message = f"is {away.max():.3g} m from the origin of its body, but only {diagonal.max():.2g} m large"
+        yield "SC438", message, "export it around its own centre, or move it back with the `pose` of the shape"
 
 
 def _check_overlap(body: Body, plan: ScenePlan, sink: Sink) -> None:
-    """What is seen of a body and what collides are in the same place, by the boxes around them, in each scene."""
+    """Checks that the visual and collision shapes of a body are in the same place in each scene, by their boxes."""
     structure = body.structure
     if not (structure.collisions and structure.visuals):
         return
@@ -188,7 +188,7 @@ def _check_overlap(body: Body, plan: ScenePlan, sink: Sink) -> None:
     has_mesh = any(isinstance(shape.geometry, MeshGeometry) for shape in shapes)
     written = {shape.origin for shape in structure.collisions} - {None}
     if not has_mesh and {shape.origin for shape in structure.visuals} <= written:
-        return  # each stands under `shapes`, which does both
+        return  # each is under `shapes`, which does both
     varies = any(value.varies for shape in shapes for value in _values(shape))
     for row in range(len(body.entity.scene_idxs) if varies else 1):
         boxes = [[_box(shape, row, plan) for shape in group] for group in (structure.collisions, structure.visuals)]
@@ -197,26 +197,26 @@ def _check_overlap(body: Body, plan: ScenePlan, sink: Sink) -> None:
         solid, seen = ([box for box in group if box is not None] for group in boxes)
         gap = _gap(_bounding_box(solid), _bounding_box(seen))
         if gap > 0:
-            message = f"what is seen of `{cut(body.name)}` is {gap:.3g} m away from what collides"
-            hint = "see whether both have the same `scale` and `pose`"
+            message = f"the visuals of `{cut(body.name)}` are {gap:.3g} m away from its collision shapes"
+            hint = "check that both have the same `scale` and `pose`"
             sink.report("SC441", message, body.origin, at="key", hint=hint)
             return
         if not has_mesh:
-            continue  # what is put together of boxes and balls is decorated by some
+            continue  # bodies made of boxes and spheres often have decorations
         size = np.linalg.norm(np.ptp(_bounding_box([*solid, *seen]), axis=0))
         for shape, box in zip(structure.visuals, seen, strict=True):
             apart = min(_gap(one, box) for one in solid)
             if apart > BARE * size and np.linalg.norm(np.ptp(box, axis=0)) > BARE * size:
-                message = f"what is seen here of `{cut(body.name)}` is {apart:.3g} m from all that collides"
-                hint = "give it a collision shape, too, if things may touch it"
+                message = f"this visual of `{cut(body.name)}` is {apart:.3g} m from all its collision shapes"
+                hint = "add a collision shape for it if objects may touch it"
                 sink.report("SC442", message, shape.origin or body.origin, hint=hint)
                 return
 
 
 def _check_least_moment(body: Body, plan: ScenePlan, sink: Sink) -> None:
-    """Finds bodies so small or thin that the engine's least moment of inertia is more than all of their mass allows.
+    """Reports bodies so small or thin that the engine's minimum moment of inertia exceeds what their mass allows.
 
-    A pin of steel, 100 mm long and 1 mm thick, would turn about its axis 10 000 times as slowly as it does.
+    A steel pin, 100 mm long and 1 mm thick, would rotate about its axis 10 000 times too slowly.
     """
     structure = body.structure
     if structure.body_type not in DYNAMIC_TYPES or structure.inertial is not None or not structure.collisions:
@@ -231,19 +231,19 @@ def _check_least_moment(body: Body, plan: ScenePlan, sink: Sink) -> None:
         for shape, volume in zip(structure.collisions, volumes, strict=True)
     ]
     mass, half = sum(weights), np.ptp(_bounding_box(solid), axis=0) / 2
-    # At most all mass is at the corners of the box around it.
+    # The moment is largest with all mass at the corners of the bounding box.
     least = mass * float((half @ half - half**2).min())
     if 0 < least < LEAST_MOMENT / 10:
         message = (
-            f"`{cut(body.name)}` weighs {mass * 1000:.3g} g by its shapes, and SAPIEN gives it moments of inertia of "
-            f"1e-06 kg·m² at least: at most {least:.2g} is possible about one of its axes"
+            f"`{cut(body.name)}` weighs {mass * 1000:.3g} g by its shapes, but SAPIEN sets its moments of inertia to "
+            f"at least 1e-06 kg·m²; about one of its axes, at most {least:.2g} is possible"
         )
-        hint = "write its moments under `inertial`, which are taken as they are"
+        hint = "set its moments under `inertial`, which are used unchanged"
         sink.report("SC572", message, body.origin, at="key", hint=hint)
 
 
 def _volume(shape: CollisionShape, plan: ScenePlan) -> float | None:
-    """Of a shape in its first scene [m³]; None: it is not known."""
+    """Returns the volume of a shape in its first scene [m³]; None if unknown."""
     geometry: Any = shape.geometry
     if isinstance(geometry, ConvexMesh):
         file = plan.files[int(geometry.file.row(0))]
@@ -252,7 +252,7 @@ def _volume(shape: CollisionShape, plan: ScenePlan) -> float | None:
 
 
 def _gap(one: Box, other: Box) -> float:
-    """How far apart two boxes are along the axis on which they are farthest apart [m]; negative where they overlap."""
+    """Returns the gap between two boxes along the axis where it is largest [m]; negative if they overlap."""
     return float(np.maximum(one[0] - other[1], other[0] - one[1]).max())
 
 
@@ -266,7 +266,7 @@ def _values(shape: CollisionShape | VisualShape) -> Iterator[Any]:
 
 
 def _box(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> Box | None:
-    """The box around a shape in the frame of its body; None: it is a plane or terrain."""
+    """Returns the bounding box of a shape in the frame of its body; None for a plane or terrain."""
     geometry: Any = shape.geometry
     matrix = np.eye(4) if shape.pose is None else pose_matrix(shape.pose.row(row).tolist())
     if isinstance(geometry, MeshGeometry):

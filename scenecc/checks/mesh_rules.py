@@ -1,4 +1,4 @@
-"""Rules for meshes, by use. What PhysX cooks of them is compared in the build (`backends/sapien/cooked_hulls.py`)."""
+"""Rules for meshes, by use. During the build, `backends/sapien/cooked_hulls.py` compares cooked meshes."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from scenecc.assets.meshes import MeshRecord
 
 MIN_THICKNESS = 1e-5
-"""Thickness below which a hull is refused [m]. PhysX cooks a thinner one to something else, or not at all."""
+"""Minimum thickness of a hull [m]. PhysX cooks thinner ones to something else, or fails."""
 
 
 def check_mesh_use(
     mesh: MeshRecord, use: MeshUse, suffix: str, parts: Callable[[], tuple[Measures, ...]]
 ) -> Iterator[AssetError]:
-    """Faults of a mesh in one use, of parts only that of the first.
+    """Yields faults of a mesh in one use; of its parts, only those of the first faulty one.
 
     Args:
-        mesh: what was read.
-        use: what is made of it.
-        suffix: of the file, in lower case.
+        mesh: the mesh.
+        use: how it is used.
+        suffix: suffix of the file, in lower case.
         parts: measures the convex parts that SAPIEN makes of the mesh.
     """
     try:
@@ -40,7 +40,7 @@ def check_mesh_use(
     if use == "parts" and suffix == ".stl":
         yield AssetError(
             "SC421",
-            "an STL has no parts: SAPIEN guesses them from its triangles",
+            "an STL has no named parts: SAPIEN guesses them from its triangles",
             "export the parts as objects of an OBJ",
         )
     if use in {"triangles", "decomposed"} and all(part.degenerate for part in mesh.parts):
@@ -48,7 +48,7 @@ def check_mesh_use(
     if use == "hull":
         yield from _hull_faults((whole,), "", _FLAT)
     if use == "parts":
-        hint = _FLAT if suffix != ".ply" else "merge its vertices: triangles are one part where they share vertices"
+        hint = _FLAT if suffix != ".ply" else "merge its vertices: triangles that share vertices form one part"
         yield from _hull_faults(parts(), " of one of its parts", hint)
 
 
@@ -56,7 +56,7 @@ _FLAT = "give it a thickness, or use a box"
 
 
 def _hull_faults(hulls: tuple[Measures, ...], whose: str, hint: str) -> Iterator[AssetError]:
-    """Hulls without volume, and far from their origin. `hint`: of the first."""
+    """Yields faults of hulls without volume, or far from their origin. `hint`: hint of the first."""
     thin = min(hull.thickness for hull in hulls)
     if thin < MIN_THICKNESS:
         yield AssetError("SC415", f"the hull{whose} has no volume: it is {thin:.3g} m thick", hint)
@@ -64,11 +64,11 @@ def _hull_faults(hulls: tuple[Measures, ...], whose: str, hint: str) -> Iterator
     for hull in hulls:
         step, tolerance = float(np.spacing(np.float32(hull.reach))), hull.plane_tolerance
         if step > tolerance:
-            # Where rounding moves vertices farther than that, PhysX may cook for ever.
+            # If rounding moves vertices farther than that, PhysX may never finish.
             yield AssetError(
                 "SC417",
                 f"the hull{whose} is {hull.length:.3g} m long and reaches {hull.reach:.3g} m from its origin, where "
                 f"coordinates are rounded to {step:.2g} m",
-                "export it about its own centre",
+                "export it around its own centre",
             )
             return

@@ -1,6 +1,5 @@
-"""Rules for bodies, materials and contacts that SAPIEN does not enforce itself. `BODY_RULES` and `NUMBER_RULES` list
-the rules of a body; articulations, constraints, lights and cameras have modules of their own, loaded only when a
-plan has them.
+"""Rules for bodies, materials and contacts that SAPIEN does not enforce. `BODY_RULES` and `NUMBER_RULES` list the rules
+of a body. Articulations, constraints, lights and cameras have separate modules, loaded only if a plan contains them.
 """
 
 from __future__ import annotations
@@ -34,13 +33,15 @@ if TYPE_CHECKING:
 
 
 CollisionKey = tuple[tuple[int, ...], "tuple[int, ...] | None", "tuple[Value | None, ...]"]
-"""The scenes of an entity, those of its rows that have a structure (None: all), and the groups of its shapes."""
+"""The scenes of an entity, the scenes of its rows with a given structure (None: all), and the groups of its shapes."""
 
 
 def may_collide(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: BodyStructure) -> bool:
-    """Whether the two are in one scene with these structures and their collision groups let them collide."""
+    """Returns whether two entities with these structures occur in one scene and their collision groups let them
+    collide.
+    """
     if not any(_varies_by_scene(*body) for body in ((a, a_structure), (b, b_structure))):
-        # The many bodies that are everywhere share one tuple.
+        # Bodies that are in every scene share one tuple.
         together = a.scene_idxs is b.scene_idxs or not set(a.scene_idxs).isdisjoint(b.scene_idxs)
         return together and _groups_collide(a_structure, 0, b_structure, 0)
     rows = {scene: row for row, scene in enumerate(b.scene_idxs)}
@@ -56,7 +57,7 @@ def may_collide(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: B
 
 
 def collision_key(entity: Entity, structure: BodyStructure) -> CollisionKey:
-    """All inputs of `may_collide`: bodies with equal keys may collide with the same others."""
+    """Returns all inputs of `may_collide`: bodies with equal keys may collide with the same others."""
     rows = None
     if entity.pick is not None:
         rows = tuple(row for row in range(len(entity.scene_idxs)) if _may_have_structure(entity, structure, row))
@@ -64,12 +65,12 @@ def collision_key(entity: Entity, structure: BodyStructure) -> CollisionKey:
 
 
 def _varies_by_scene(entity: Entity, structure: BodyStructure) -> bool:
-    """Whether the entity's scenes differ in what `may_collide` looks at."""
+    """Returns whether the entity's scenes differ in the inputs of `may_collide`."""
     return entity.pick is not None or any(groups is not None and groups.may_vary for groups in structure.shape_groups())
 
 
 def _may_have_structure(entity: Entity, structure: BodyStructure, row: int) -> bool:
-    """Whether an entity may have a structure in one of its scenes, whatever is drawn."""
+    """Returns whether an entity may have a structure in one of its scenes, for any draw."""
     if entity.pick is None or entity.pick.known:
         return _contains_body(entity.structure(row), structure)
     return any(_contains_body(entity.structures[int(index)], structure) for index in entity.pick.numbers())
@@ -80,19 +81,19 @@ def _contains_body(whole: BodyStructure | ArticulationStructure, body: BodyStruc
 
 
 def _groups_collide(a: BodyStructure, row_a: int, b: BodyStructure, row_b: int) -> bool:
-    """Whether the groups of any shape of the one and any of the other let them collide."""
+    """Returns whether the groups of any shape of one body and any shape of the other let them collide."""
     theirs = _collision_groups(b, row_b)
     return any(groups_collide(mine, other) for mine in _collision_groups(a, row_a) for other in theirs)
 
 
 def _collision_groups(structure: BodyStructure, row: int) -> Sequence[Sequence[int]]:
-    """The groups of the shapes of a body, each once."""
+    """Returns the distinct groups of the shapes of a body."""
     each = _distinct_groups(structure)
     return [DEFAULT_COLLISION_GROUPS if groups is None else [int(x) for x in groups.row(row)] for groups in each]
 
 
 def _distinct_groups(structure: BodyStructure) -> tuple[Value | None, ...]:
-    """By identity: the values of many scenes take long to compare."""
+    """Compares by identity, because comparing the values of many scenes is slow."""
     return tuple({id(groups): groups for groups in structure.shape_groups()}.values())
 
 
@@ -100,20 +101,20 @@ def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Si
     """Checks that dynamic friction is at most static friction, and restitution at most 1.
 
     Args:
-        material: whatever may differ from scene to scene in it.
-        origin: of the material.
-        sink: takes the diagnostics.
+        material: the material; its values may differ between scenes.
+        origin: origin of the material.
+        sink: collects diagnostics.
         drawn: check only values of expressions, which are deferred until they are drawn.
     """
     found = wrong_pair(material.dynamic_friction, material.static_friction, gt, drawn=drawn)
     if found is not None:
         (dynamic, static), sample = found
         message = f"dynamic friction {dynamic:g} is above static friction {static:g}"
-        hint = "what is left out is the default material's; sliding never rubs more than sticking"
+        hint = "dynamic friction cannot exceed static friction; missing values come from the default material"
         report_fault(sink, "SC504", message, origin, hint, sample)
     found = find_single_fault(material.restitution, lambda row: None if 0 <= row[0] <= 1 else row[0], drawn=drawn)
     if found is not None:
-        report_fault(sink, "SC505", f"restitution {found.found:g} is not in 0..1", origin, "", found.sample)
+        report_fault(sink, "SC505", f"restitution {found.found:g} must be from 0 to 1", origin, "", found.sample)
 
 
 def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None:
@@ -121,8 +122,8 @@ def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None
 
     Args:
         physics: settings of the document.
-        origin: of `physics`.
-        sink: takes the diagnostics.
+        origin: origin of `physics`.
+        sink: collects diagnostics.
     """
     default = physics.default_material
     if default is not None:
@@ -140,10 +141,10 @@ def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin,
     """Checks that contact offsets are above rest offsets.
 
     Args:
-        body: whose shapes are judged.
+        body: the body whose shapes are checked.
         physics: settings of the document.
-        origin: of the body.
-        sink: takes the diagnostics.
+        origin: origin of the body.
+        sink: collects diagnostics.
         drawn: check only values of expressions, which are deferred until they are drawn.
     """
     for shape in body.collisions:
@@ -170,8 +171,8 @@ def _begins_before(contact: float, rest: float) -> bool:
 def _report_offsets(
     contact: float, rest: float, origin: Origin, sink: Sink, sample: tuple[int, int] | None = None
 ) -> None:
-    message = f"contact_offset {contact:g} is not above rest_offset {rest:g}"
-    hint = "contacts must begin before shapes rest: raise contact_offset or lower rest_offset"
+    message = f"contact_offset {contact:g} must be above rest_offset {rest:g}"
+    hint = "raise contact_offset or lower rest_offset"
     report_fault(sink, "SC507", message, origin, hint, sample)
 
 
@@ -179,19 +180,19 @@ class NumberRule(Protocol):
     """A rule about numbers of a body."""
 
     def __call__(self, body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-        """Reports what is wrong. `drawn`: check only deferred values."""
+        """Reports faults. `drawn`: check only deferred values."""
 
 
 LANGUAGE_KEYS = {row.field: row.key for row in PROPERTIES if row.field != row.key}
-"""Fields of the plan with a different key in scene files."""
+"""Fields of the plan that have a different key in scene files."""
 
 DYNAMIC_FIELDS = (*property_fields("mass"), "inertial", *property_fields("body"))
-"""Fields of dynamic bodies only: forces move no others."""
+"""Fields that only dynamic bodies use."""
 
 VISUAL_FIELDS = property_fields("look")
 
 NO_EFFECT_REASONS = {
-    "kinematic": "PhysX does not move it by forces",
+    "kinematic": "forces do not move it",
     "static": "it never moves",
     "none": "it has no physics body",
 }
@@ -201,19 +202,19 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
     """Applies every rule to every body and material. Draws nothing, unless `drawn`.
 
     Args:
-        plan: with or without lines behind its origins.
-        material_origins: for each physical material, where it is written.
-        sink: takes the diagnostics.
+        plan: with or without lines for its origins.
+        material_origins: where each physical material is written.
+        sink: collects diagnostics.
         drawn: check only values of expressions, which are deferred until they are drawn.
     """
     for entity in plan.entities:
         for structure in entity.structures:
             if not isinstance(structure, BodyStructure):
-                from scenecc.checks.joints import apply_joint_rules  # noqa: PLC0415 - loaded where there is one
+                from scenecc.checks.joints import apply_joint_rules  # noqa: PLC0415 - needed only if there is one
 
                 apply_joint_rules(structure, entity.name, structure_origin(structure, entity, plan), sink, drawn=drawn)
             for name, body, described in named_bodies(structure, entity.name):
-                # Of a robot's file its reader warns, since such inertias are common there and SAPIEN takes them.
+                # For a robot file, its reader warns, because such inertias are common there and SAPIEN accepts them.
                 rules = _ROBOT_FILE_RULES if described else NUMBER_RULES
                 _check_body(body, name, structure_origin(body, entity, plan), plan, rules, sink, drawn=drawn)
     _check_optional_sections(plan, sink, drawn=drawn)
@@ -226,13 +227,13 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
 
 
 def _check_optional_sections(plan: ScenePlan, sink: Sink, *, drawn: bool) -> None:
-    """Constraints, lights and cameras, whose rules are loaded where there are any."""
+    """Checks constraints, lights and cameras, whose rules are loaded only if there are any."""
     if plan.constraints:
-        from scenecc.checks.joints import check_constraints  # noqa: PLC0415 - likewise
+        from scenecc.checks.joints import check_constraints  # noqa: PLC0415 - as above
 
         check_constraints(plan, sink, drawn=drawn)
     if plan.lights or plan.cameras:
-        from scenecc.checks.render_objects import check_render_objects  # noqa: PLC0415 - likewise
+        from scenecc.checks.render_objects import check_render_objects  # noqa: PLC0415 - as above
 
         check_render_objects(plan, sink, drawn=drawn)
 
@@ -240,11 +241,11 @@ def _check_optional_sections(plan: ScenePlan, sink: Sink, *, drawn: bool) -> Non
 def named_bodies(
     structure: BodyStructure | ArticulationStructure, name: str
 ) -> Iterator[tuple[str, BodyStructure, bool]]:
-    """The bodies of a structure, what messages call them, and whether a robot's file describes them.
+    """Yields the bodies of a structure, their names in messages, and whether they come from a robot file.
 
     Args:
-        structure: of the entity.
-        name: the entity's.
+        structure: structure of the entity.
+        name: name of the entity.
     """
     if isinstance(structure, BodyStructure):
         yield name, structure, False
@@ -272,13 +273,13 @@ def _check_body(
 
 
 def structure_origin(structure: BodyStructure | ArticulationStructure, entity: Entity, plan: ScenePlan) -> Origin:
-    """Where a body or an articulation is written."""
+    """Returns where a body or an articulation is written."""
     origin = structure.origin or entity.origin
     return origin if origin is not None else plan_origin(plan).child("entities", entity.name)
 
 
 def plan_origin(plan: ScenePlan) -> Origin:
-    """The root of a plan."""
+    """Returns the root of a plan."""
     return plan.origin or Origin(None)
 
 
@@ -293,15 +294,15 @@ def _check_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
     if not body.collisions and not body.visuals and not body.shapeless:
         sink.report(
             "SC501",
-            f"`{name}` has no shape: neither collision nor visual",
+            f"`{name}` has no collision or visual shape",
             origin,
             at="key",
-            hint="add `shapes`, `collisions` or `visuals`, or say `shapes: []`; for a pose without a body, use a frame",
+            hint="add `shapes`, `collisions` or `visuals`, or write `shapes: []`; for a mere pose, use a frame",
         )
     elif body.body_type == "dynamic" and not body.collisions and body.inertial is None:
         sink.report(
             "SC502",
-            f"`{name}` is dynamic but nothing of it collides: it would have a mass of a milligram and fall for ever",
+            f"`{name}` is dynamic but has no collision shape: it would weigh a milligram and fall forever",
             origin,
             at="key",
             hint="use `shapes` instead of `visuals`, give `inertial`, or set body_type: kinematic",
@@ -316,7 +317,7 @@ def _check_planes(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
         if isinstance(shape.geometry, Plane):
             sink.report(
                 "SC503",
-                f"`{name}` is {'a link' if is_link else 'dynamic'}, and a plane is endless: it cannot move",
+                f"`{name}` is {'a link' if is_link else 'dynamic'}, but a plane is infinite and cannot move",
                 shape.origin or origin,
                 hint="use a box" if is_link else "set body_type: static, or use a box",
             )
@@ -332,9 +333,9 @@ def _check_unused_fields(body: BodyStructure, name: str, origin: Origin, sink: S
     if not body.visuals:
         for field in VISUAL_FIELDS:
             if getattr(body, field) is not None:
-                _report_unused_field(field, "body without a visible shape", origin, sink)
+                _report_unused_field(field, "body without a visual shape", origin, sink)
     if not body.collisions and body.collision_groups is not None:
-        _report_unused_field("collision_groups", "body without a colliding shape", origin, sink)
+        _report_unused_field("collision_groups", "body without a collision shape", origin, sink)
     if kind == "none" and body.collisions:
         sink.report(
             "SC115",
@@ -346,7 +347,7 @@ def _check_unused_fields(body: BodyStructure, name: str, origin: Origin, sink: S
 
 def _report_unused_field(field: str, what: str, origin: Origin, sink: Sink) -> None:
     key = LANGUAGE_KEYS.get(field, field)
-    sink.report("SC115", f"`{key}` does nothing on a {what}", origin.child(key), at="key", hint=f"leave `{key}` out")
+    sink.report("SC115", f"`{key}` has no effect on a {what}", origin.child(key), at="key", hint=f"remove `{key}`")
 
 
 def _check_group_bits(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
@@ -368,13 +369,13 @@ def _check_moving_meshes(body: BodyStructure, name: str, origin: Origin, sink: S
     what = "a link" if body.body_type == "link" else "dynamic"
     for shape in body.collisions:
         if isinstance(shape.geometry, Heightfield):
-            message = f"`{name}` is {what}, and PhysX moves no heightfield"
+            message = f"`{name}` is {what}, but PhysX cannot move a heightfield"
             hint = "use convex shapes" if body.body_type == "link" else "make the body static or kinematic"
             sink.report("SC508", message, shape.origin or origin, hint=hint)
         if isinstance(shape.geometry, TriangleMesh) and not shape.geometry.sdf:
             sink.report(
                 "SC508",
-                f"`{name}` is {what}, and PhysX moves no plain triangle mesh",
+                f"`{name}` is {what}, but PhysX cannot move a plain triangle mesh",
                 shape.origin or origin,
                 hint="use convex_mesh or convex_parts, or set sdf: true",
             )
@@ -386,7 +387,7 @@ def _check_mesh_scales(body: BodyStructure, name: str, origin: Origin, sink: Sin
         # Values of expressions are checked once they are drawn.
         if scale is not None and not is_sampled(scale) and not all(scale.numbers()):
             place = (shape.origin or origin).child("scale")
-            sink.report("SC104", f"a scale of 0 leaves nothing of a mesh of `{name}`", place)
+            sink.report("SC104", f"a mesh of `{name}` has a scale of 0", place)
 
 
 BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
@@ -399,33 +400,34 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
 )
 
 MAX_RADIUS_RATIO = 0.999
-"""Largest ratio of a ring's inner radius to its outer one: PhysX merges the corners of thinner parts."""
+"""Maximum ratio of a ring's inner radius to its outer one: PhysX merges the corners of thinner parts."""
 
 MIN_TERRAIN = 1e-6
-"""Least extent of terrain along x and y [m]: PhysX drops smaller triangles."""
+"""Minimum extent of terrain along x and y [m]: PhysX drops smaller triangles."""
 
 
 def check_geometries(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """Applies the rule of each shape's type."""
-    # A shape that collides and is visible has one geometry.
+    # A shape that is both collision and visual has one geometry.
     checked = {id(one.geometry): one for one in (*body.collisions, *body.visuals) if type(one.geometry) in SHAPE_RULES}
     for shape in checked.values():
         SHAPE_RULES[type(shape.geometry)](shape.geometry, name, shape.origin or origin, sink, drawn=drawn)
 
 
 def _check_ring(ring: Ring, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """Checks that a ring has a wall between its inner and its outer radius."""
+    """Checks that a ring has a wall between its inner and outer radius."""
     radii = ring.inner_radius, ring.outer_radius
     found = wrong_pair(*radii, lambda inner, outer: inner > MAX_RADIUS_RATIO * outer, drawn=drawn)
     if found is not None:
         (inner, outer), sample = found
         message = f"a ring of `{name}` with an inner radius of {inner:g} m and an outer one of {outer:g} m"
-        hint, place = f"`inner_radius` is at most {MAX_RADIUS_RATIO} of `outer_radius`", origin.child("inner_radius")
-        report_fault(sink, "SC528", f"{message} has no wall that can be built", place, hint, sample)
+        hint = f"`inner_radius` must be at most {MAX_RADIUS_RATIO} of `outer_radius`"
+        place = origin.child("inner_radius")
+        report_fault(sink, "SC528", f"{message} has too thin a wall", place, hint, sample)
 
 
 def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """Checks that terrain reaches no farther than a mesh may, and that PhysX keeps its triangles."""
+    """Checks that terrain is within the coordinate limit, and that PhysX keeps its triangles."""
     tallest = max(abs(height) for row in terrain.heights for height in row)
 
     def judge(size: Row) -> tuple[str, str] | None:
@@ -434,7 +436,7 @@ def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink, 
         x, y, z = size
         reach = max(x / 2, y / 2, z * tallest)
         if reach > MAX_COORDINATE:
-            message = f"the terrain of `{name}` reaches {reach:.3g} m, and {MAX_COORDINATE:.0e} m is the most"
+            message = f"the terrain of `{name}` reaches {reach:.3g} m; the maximum is {MAX_COORDINATE:.0e} m"
             return message, "a height is multiplied by the third number of `size`"
         if min(x, y) < MIN_TERRAIN:
             return f"the terrain of `{name}` is smaller than {MIN_TERRAIN:.0e} m along x or y", "lengths are in metres"
@@ -450,7 +452,7 @@ class ShapeRule(Protocol):
     """A rule about numbers of one geometry of a body."""
 
     def __call__(self, geometry: Any, name: str, origin: Origin, sink: Sink, /, *, drawn: bool) -> None:
-        """Reports what is wrong. `drawn`: check only deferred values."""
+        """Reports faults. `drawn`: check only deferred values."""
 
 
 SHAPE_RULES: Mapping[type, ShapeRule] = {
@@ -465,15 +467,15 @@ NUMBER_RULES: tuple[NumberRule, ...] = (
     check_inertia,
     check_geometries,
 )
-"""Rules about numbers that may differ from scene to scene."""
+"""Rules about numbers that may differ between scenes."""
 
 _ROBOT_FILE_RULES: tuple[NumberRule, ...] = (check_density_mass, check_explicit_mass)
 
 
 def _check_sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
-    """On the CPU PhysX lets a signed distance field fall through a plane."""
+    """Reports signed distance fields above planes: on the CPU, PhysX lets them fall through."""
     moving: list[Found] = []
-    # Of planes that the same bodies meet one stands for all: a file may hold thousands of both.
+    # Of planes that meet the same bodies, one is enough: a file may contain thousands of both.
     planes: dict[CollisionKey, Found] = {}
     for entity in plan.entities:
         for body in entity.bodies:
@@ -498,6 +500,6 @@ def _check_sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
             "SC509",
             f"`{entity.name}` would fall through the plane of `{other.name}`",
             shape.origin or structure_origin(structure, entity, plan),
-            hint="on the CPU a signed distance field meets boxes, not planes: make the ground a box",
+            hint="on the CPU a signed distance field collides with boxes, not planes: make the ground a box",
             related=[("the plane", plane.origin or structure_origin(other_structure, other, plan), "value")],
         )

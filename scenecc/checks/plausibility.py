@@ -1,7 +1,7 @@
-"""Values that are valid and that nobody means: wrong units, and masses that no such body has.
+"""Checks for valid but implausible values: wrong units, and masses that no such body has.
 
-`scenecc check` asks these rules; `validate` does not. They take a plan whose draws are made, and judge all its scenes.
-Bodies of robot files are left out: whoever writes the scene cannot change them.
+Only `scenecc check` applies these rules. They need a plan with its draws, and check all its scenes. Bodies of robot
+files are not checked, because the author of a scene cannot change them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MAX_GRAVITY: Final = 30.0
 """[m/s²] Jupiter has 25."""
 
 MAX_TIMESTEP: Final = 0.1
-"""[s] A body that falls for so long is 1 m/s faster afterwards."""
+"""[s] A body that falls for this long gains 1 m/s."""
 
 MIN_TIMESTEP: Final = 1e-6
 """[s]"""
@@ -40,37 +40,37 @@ DENSITIES: Final = (12.0, 25_000.0)
 """[kg/m³] Packing foam has 15 and more, osmium 22 600. In g/cm³ steel has 7.8 and lead 11.3."""
 
 MEAN_DENSITIES: Final = (0.5, 50_000.0)
-"""[kg/m³] Of a body whose mass is given: it may be hollow, and larger than what collides."""
+"""[kg/m³] For a body with a given mass: it may be hollow, and larger than its collision shapes."""
 
 MAX_SIZE: Final = 20.0
-"""[m] Length of a shape that a simulation moves. Those that are too small weigh less than a milligram, an error."""
+"""[m] Length of a shape on a moving body. Shapes that are too small weigh less than a milligram, which is an error."""
 
 THIN: Final = 2.0
-"""[m] A shape that nothing moves may be longer than `MAX_SIZE` if it is as thin: a wall or a floor."""
+"""[m] A fixed shape may be longer than `MAX_SIZE` if it is this thin: a wall or a floor."""
 
 MAX_WEIGHT: Final = 50_000.0
-"""[kg] Of a body that moves and whose mass follows from its sizes: a loaded lorry has 40 000."""
+"""[kg] For a moving body whose mass follows from its sizes: a loaded lorry has 40 000."""
 
 MAX_SPEED: Final = 100.0
 """[m/s] An arrow has 90."""
 
 MAX_TURNING: Final = 100.0
-"""[rad/s] PhysX turns no body faster, unless `max_angular_velocity` says so."""
+"""[rad/s] PhysX's limit for all bodies, unless `max_angular_velocity` changes it."""
 
 MAX_DISTANCE: Final = 5000.0
-"""[m] From there on single precision resolves half a millimetre."""
+"""[m] From here on, float32 resolves half a millimetre."""
 
 MAX_FRICTION: Final = 20.0
-"""Rubber on rubber has 2, and a gripper's pads are often given 5."""
+"""Rubber on rubber has 2, and a gripper's pads often have 5."""
 
 MAX_MOMENT: Final = 4.0
-"""Largest moment of inertia, in that of all mass at the farthest point: not all parts of a body need to collide."""
+"""Maximum moment of inertia, relative to all mass at the farthest point. Not all parts of a body need to collide."""
 
 MIN_MOMENT: Final = 1e-3
-"""Likewise, the smallest that the largest moment of a body can be: a rod has 0.3."""
+"""Minimum of the largest moment of a body, relative to all mass at the farthest point: a rod has 0.3."""
 
 MIN_TURN: Final = 0.02
-"""Smallest component of a quaternion that is not 0 by intent."""
+"""Smallest quaternion component that is not 0 by intent."""
 
 
 _CONJUGATE: Final = np.array((1.0, -1.0, -1.0, -1.0))
@@ -81,9 +81,9 @@ class Body(NamedTuple):
 
     Attributes:
         name: ENTITY or ENTITY/LINK.
-        structure: of it.
+        structure: its structure.
         origin: where it is written.
-        entity: that it belongs to.
+        entity: its entity.
     """
 
     name: str
@@ -96,9 +96,9 @@ def check_values(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: 
     """Applies every rule of this module.
 
     Args:
-        plan: with its draws made.
-        material_origins: for each physical material, where it is written.
-        sink: takes the warnings.
+        plan: a plan with its draws.
+        material_origins: where each physical material is written.
+        sink: collects diagnostics.
     """
     _check_gravity(plan, sink)
     _check_timestep(plan, sink)
@@ -116,7 +116,7 @@ def check_values(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: 
 
 
 def scene_bodies(plan: ScenePlan) -> Iterator[Body]:
-    """The bodies and links of a plan that no robot's file describes."""
+    """Yields the bodies and links of a plan that do not come from a robot file."""
     for entity in plan.entities:
         for structure in entity.structures:
             for name, body, described in named_bodies(structure, entity.name):
@@ -130,7 +130,7 @@ def _check_gravity(plan: ScenePlan, sink: Sink) -> None:
     size = float(np.linalg.norm((x, y, z)))
     if size > MAX_GRAVITY:
         hint = "it is in m/s²: on Earth [0, 0, -9.81]"
-        sink.report("SC530", f"gravity is {size:.4g} m/s², and Jupiter has 25", place, hint=hint)
+        sink.report("SC530", f"gravity is {size:.4g} m/s²; even Jupiter has only 25", place, hint=hint)
     elif z > 0:
         hint = "the world is z-up: write [0, 0, -9.81]"
         sink.report("SC530", f"gravity points up: its z is {z:g} m/s²", place, hint=hint)
@@ -146,7 +146,7 @@ def _check_timestep(plan: ScenePlan, sink: Sink) -> None:
     place = (plan.physics.origin or plan_origin(plan).child("physics")).child("timestep")
     as_hz = f"for {step:g} Hz write {1 / step:.4g}" if step >= 30 else f"for {step:g} ms write {step / 1000:g}"
     hint = f"it is in seconds: {as_hz}" if step > MAX_TIMESTEP else "it is in seconds"
-    sink.report("SC531", f"a step of {step:g} s is no time step of a simulation", place, hint=hint)
+    sink.report("SC531", f"a time step of {step:g} s is implausible for a simulation", place, hint=hint)
 
 
 def _check_friction(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: Sink) -> None:
@@ -171,21 +171,21 @@ def _check_position(entity: Entity, plan: ScenePlan, sink: Sink) -> None:
 
 
 def _check_quaternion(entity: Entity, plan: ScenePlan, sink: Sink) -> None:
-    """Finds turns about the vertical that are written xyzw: [0, 0, sin, cos]."""
+    """Reports rotations about the vertical that are written xyzw: [0, 0, sin, cos]."""
     w, x, y, z = np.abs(entity.pose.data[:, 3:]).T
     if not ((np.maximum(w, x) < 1e-6) & (np.minimum(y, z) > MIN_TURN)).all():
         return
     y, z = (float(number) for number in entity.pose.data[0, 5:])
     message = f"`{cut(entity.name)}` lies upside down: its `q` looks like [x, y, z, w]"
     place = structure_origin(entity.structures[0], entity, plan).child("pose", "q")
-    hint = f"quaternions are [w, x, y, z]: a turn about z is [{z:.4g}, 0, 0, {y:.4g}]"
+    hint = f"quaternions are [w, x, y, z]: a rotation about z is [{z:.4g}, 0, 0, {y:.4g}]"
     sink.report("SC549", message, place, hint=hint)
 
 
 def _check_speeds(
     entity: Entity, structure: BodyStructure | ArticulationStructure, plan: ScenePlan, sink: Sink
 ) -> None:
-    """Velocities at the start in millimetres or degrees."""
+    """Reports initial velocities that look like millimetres or degrees."""
     place = structure_origin(structure, entity, plan)
     speed, turning = (
         0.0 if value is None else float(np.linalg.norm(value.data, axis=1).max())
@@ -196,13 +196,13 @@ def _check_speeds(
         hint = f"velocities are in m/s: for {speed:.4g} mm/s write {speed / 1000:.4g}"
         sink.report("SC534", message, place.child("linear_velocity"), hint=hint)
     if turning > MAX_TURNING and getattr(structure, "max_angular_velocity", None) is None:
-        message = f"`{cut(entity.name)}` starts with {turning:.4g} rad/s, and PhysX turns no body faster than 100 rad/s"
+        message = f"`{cut(entity.name)}` starts with {turning:.4g} rad/s, but PhysX limits rotation to 100 rad/s"
         hint = f"it is in rad/s: for {turning:.4g}°/s write {np.radians(turning):.4g}; or raise `max_angular_velocity`"
         sink.report("SC534", message, place.child("angular_velocity"), hint=hint)
 
 
 def _check_joints(entity: Entity, structure: ArticulationStructure, plan: ScenePlan, sink: Sink) -> None:
-    """Numbers of joints that the scene itself describes."""
+    """Reports implausible numbers of joints that the scene itself describes."""
     place = structure_origin(structure, entity, plan)
     for link in structure.links:
         joint = link.joint
@@ -217,11 +217,11 @@ def _check_joints(entity: Entity, structure: ArticulationStructure, plan: SceneP
                     hint = f"it is in rad/s: for {fastest:.4g}°/s write {np.radians(fastest):.4g}"
                     sink.report("SC534", message, place.child(key), at="key", hint=hint)
         if not (structure.file is link.file is None):
-            continue  # whoever writes the scene cannot change it
+            continue  # the author of the scene cannot change it
         if joint.type == "prismatic" and joint.limits is not None:
             ends = np.where(np.isfinite(joint.limits.data), np.abs(joint.limits.data), 0.0)
             if ends.max() > MAX_SIZE:
-                message = f"joint `{cut(joint.name)}` slides as far as {float(ends.max()):.4g} m"
+                message = f"joint `{cut(joint.name)}` slides up to {float(ends.max()):.4g} m"
                 hint = "lengths are in metres, not in millimetres or centimetres"
                 sink.report("SC534", message, joint.limits_origin or around.child("limits"), hint=hint)
 
@@ -240,8 +240,8 @@ def _check_densities(body: Body, sink: Sink) -> None:
             number = float(odd.flat[0])
             unit = f"for {number:g} g/cm³ write {number * 1000:g}" if number < low else "osmium has 22 600"
             place = (shape.origin or body.origin).child("density")
-            message = f"a density of {number:g} kg/m³ in `{cut(body.name)}`: no solid has it"
-            sink.report("SC532", message, place, hint=f"it is in kg/m³, water has 1000; {unit}")
+            message = f"the density {number:g} kg/m³ in `{cut(body.name)}` is implausible for a solid"
+            sink.report("SC532", message, place, hint=f"densities are in kg/m³, water has 1000; {unit}")
 
 
 def _check_mass(body: Body, sink: Sink) -> None:
@@ -261,7 +261,7 @@ def _check_mass(body: Body, sink: Sink) -> None:
         row = int(odd[0])
         kilograms, found = float(np.broadcast_to(mass.data, density.shape)[row]), float(density[row])
         place = body.origin.child("mass") if inertial is None else body.origin.child("inertial", "mass")
-        message = f"`{cut(body.name)}` has a mass of {kilograms:.4g} kg, and {found:.3g} kg/m³ on average"
+        message = f"`{cut(body.name)}` has a mass of {kilograms:.4g} kg, which means {found:.3g} kg/m³ on average"
         hint = (
             f"masses are in kg: for {kilograms:.4g} g write {kilograms / 1000:.4g}"
             if found > high
@@ -281,7 +281,8 @@ def _check_sizes(body: Body, sink: Sink) -> None:
         half = shape.geometry.extent(np.eye(3), *sizes)
         length, place = 2 * float(half.max()), (shape.origin or body.origin).child(_size_key(shape.geometry))
         top = _top(body, half)
-        # A ground is as large and flat, or its top is where the world's is. Of a table top, below is room.
+        # A ground may be this large if it is flat, or if its top is at the world's origin. There is space below a table
+        # top.
         is_table = half.argmin() == 2 and top - 2 * half[2] > MAX_SIZE
         if length > MAX_SIZE and (moves or is_table or (half.min() > THIN / 2 and top > 0)):
             message = f"a shape of `{cut(body.name)}` is {length:.4g} m long"
@@ -291,28 +292,28 @@ def _check_sizes(body: Body, sink: Sink) -> None:
         weight += float(shape.geometry.volume(*sizes)) * density
     given = body.structure.mass is not None or body.structure.inertial is not None
     if moves and not given and weight > MAX_WEIGHT:
-        message = f"the shapes of `{cut(body.name)}` weigh {weight / 1000:.4g} t, and the body moves"
-        hint = "lengths are in metres, not in centimetres; if it is as large, give it a `mass`"
+        message = f"the shapes of `{cut(body.name)}` weigh {weight / 1000:.4g} t, on a moving body"
+        hint = "lengths are in metres, not in centimetres; if the size is right, give it a `mass`"
         sink.report("SC534", message, place, hint=hint)
 
 
 def _top(body: Body, half: Any) -> float:
-    """How high a body's shape reaches in the world at most [m], its turns left out."""
+    """Returns the maximum height of a body's shape in the world [m], without its rotations."""
     return float(body.entity.pose.data[:, 2].max() + half[2])
 
 
 def solid_sizes(solid: Solid) -> tuple[NDArray[Any], ...]:
-    """The numbers of a solid, each an array with a row a scene or one row."""
+    """Returns the numbers of a solid as arrays, each with one row per scene or a single row."""
     return tuple(column for value in solid.values for column in value.data.reshape(len(value.data), -1).T)
 
 
 def _size_key(solid: Solid) -> str:
-    """The size that is largest."""
+    """Returns the name of the largest size."""
     return max(solid.__slots__, key=lambda name: float(getattr(solid, name).data.max()))
 
 
 def _check_inertial(body: Body, sink: Sink) -> None:
-    """A centre of mass or moments that do not fit what collides."""
+    """Reports a centre of mass or moments that do not fit the collision shapes."""
     structure = body.structure
     solids = [shape for shape in structure.collisions if isinstance(shape.geometry, Solid)]
     if structure.inertial is None or not solids or len(solids) < len(structure.collisions):
@@ -331,7 +332,7 @@ def _check_inertial(body: Body, sink: Sink) -> None:
         reach = np.maximum(reach, np.linalg.norm(np.abs(local) + half, axis=1))
     name = cut(body.name)
     if (outside > reach / 2).any():
-        message = f"the centre of mass of `{name}` is {float(outside.max()):.3g} m outside of what collides"
+        message = f"the centre of mass of `{name}` is {float(outside.max()):.3g} m outside its collision shapes"
         hint = "it is in the frame of the body, in metres"
         sink.report("SC536", message, body.origin.child("inertial", "com"), hint=hint)
         return
@@ -339,12 +340,12 @@ def _check_inertial(body: Body, sink: Sink) -> None:
     moment = structure.inertial.inertia.data.max(axis=1)
     if (moment > most).any():
         found, limit = float(moment.max()), float(most.max())
-        message = f"`{name}` has a moment of inertia of {found:.3g} kg·m²; its shapes and mass allow {limit:.2g}"
+        message = f"`{name}` has a moment of inertia of {found:.3g} kg·m²; shapes and mass allow at most {limit:.2g}"
         hint = "moments are in kg·m², about the centre of mass"
         sink.report("SC536", message, body.origin.child("inertial", "inertia"), hint=hint)
     elif (moment < most * (MIN_MOMENT / MAX_MOMENT)).all():
         found, least = float(moment.max()), float(most.min()) * MIN_MOMENT / MAX_MOMENT
-        message = f"`{name}` has moments of inertia of {found:.3g} kg·m² at most; its shapes and mass give {least:.2g}"
+        message = f"`{name}` has moments of inertia of at most {found:.3g} kg·m²; shapes and mass need {least:.2g}"
         hint = "moments are in kg·m², about the centre of mass"
         sink.report("SC536", message, body.origin.child("inertial", "inertia"), hint=hint)
 

@@ -1,4 +1,4 @@
-"""Rules of lights and cameras: what SAPIEN would take without a word, and draw nothing or nonsense of."""
+"""Rules of lights and cameras that SAPIEN does not enforce: it would draw nothing, or nonsense."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 def check_render_objects(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:
-    """Applies every rule to every light and camera. Draws nothing, unless `drawn`.
+    """Applies every rule to every light and camera. Draws no values, unless `drawn`.
 
     Args:
-        plan: with or without lines behind its origins.
-        sink: takes the diagnostics.
+        plan: with or without lines for its origins.
+        sink: collects diagnostics.
         drawn: check only values of expressions, which are deferred until they are drawn.
     """
     around = plan.origin or Origin(None)
@@ -43,11 +43,11 @@ def check_render_objects(plan: ScenePlan, sink: Sink, *, drawn: bool = False) ->
 def _check_clip_planes(
     near: Value, far: Value, keys: tuple[str, str], origin: Origin, sink: Sink, *, drawn: bool
 ) -> None:
-    """The near plane lies before the far one, in single precision."""
+    """Checks that the near plane is in front of the far one, in float32."""
     found = wrong_pair(near, far, lambda a, b: round_to_float32(a) >= round_to_float32(b), drawn=drawn)
     if found is not None:
         wrong, sample = found
-        message = f"`{keys[0]}` {wrong[0]:g} is not below `{keys[1]}` {wrong[1]:g}: nothing lies between"
+        message = f"`{keys[0]}` {wrong[0]:g} must be below `{keys[1]}` {wrong[1]:g}"
         hint = f"lower `{keys[0]}` or raise `{keys[1]}`"
         report_fault(sink, "SC550", message, origin, hint, sample)
 
@@ -56,8 +56,8 @@ def _check_cone_angles(inner: Value, outer: Value, origin: Origin, sink: Sink, *
     found = wrong_pair(inner, outer, gt, drawn=drawn)
     if found is not None:
         wider, sample = found
-        message = f"the inner cone is {wider[0]:g} rad wide, and the outer one {wider[1]:g}"
-        hint = "from the inner cone to the outer one light fades to nothing"
+        message = f"the inner cone ({wider[0]:g} rad) is wider than the outer one ({wider[1]:g} rad)"
+        hint = "light fades from the inner cone to the outer one"
         report_fault(sink, "SC551", message, origin, hint, sample)
 
 

@@ -1,6 +1,6 @@
-"""Cameras that stand in a body or see nothing, and lights and shadows without effect.
+"""Checks of cameras that are inside a body or see nothing, and of lights and shadows without effect.
 
-`scenecc check` asks these rules; `validate` does not. What is mounted on a body is not judged: it moves.
+Only `scenecc check` applies these rules. Mounted cameras and lights are not checked, because they move.
 """
 
 from __future__ import annotations
@@ -38,27 +38,27 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 UNKNOWN_RADIUS: Final = 5.0
-"""[m] How far a robot, a mesh or terrain reaches at most, for a camera that may see it."""
+"""[m] Maximum reach of a robot, a mesh or terrain that a camera may see."""
 
 MAX_HALF_FOV: Final = 1.5
-"""[rad] Of a camera whose field of view is given as a matrix."""
+"""[rad] Half field of view of a camera given as a matrix."""
 
 FLOOR: Final = 0.7
-"""z of the normal of a plane that is a floor."""
+"""Minimum z of the normal of a plane that counts as a floor."""
 
 FAINT: Final = 1e-4
-"""How bright the nearest thing is at most that a light does not show on. One level of a picture is 0.004."""
+"""Maximum brightness of the nearest object at which a light has no visible effect. One level of a picture is 0.004."""
 
 
 class _Seen(NamedTuple):
-    """A visible shape over all scenes.
+    """A visual shape over all scenes.
 
     Attributes:
-        entity: its name.
+        entity: name of its entity.
         there: whether it exists in each scene (N,).
-        pose: (N, 7) in the world. radius: (N,) of a ball around its origin that holds it [m].
-        shape: of a body of one structure; None: it is not known what it looks like.
-        row: of its entity by scene (N,).
+        pose: (N, 7) in the world. radius: (N,) of a bounding ball around its origin [m].
+        shape: the shape, for a body with one structure; None if unknown.
+        row: row of its entity by scene (N,).
     """
 
     entity: str
@@ -70,15 +70,15 @@ class _Seen(NamedTuple):
 
 
 def check_views(plan: ScenePlan, sink: Sink) -> None:
-    """Applies the rules to each camera and light that stands in the world.
+    """Applies the rules to each camera and light that is fixed in the world.
 
     Args:
-        plan: with its draws made.
-        sink: takes the warnings.
+        plan: a plan with its draws.
+        sink: collects diagnostics.
     """
     cameras = [camera for camera in plan.cameras if camera.mount is None]
     if plan.environment is not None and plan.environment.map is not None:
-        cameras = []  # the sky is seen everywhere
+        cameras = []  # the sky is visible everywhere
     lights = [light for light in plan.lights if light.mount is None]
     if not cameras and not lights:
         return
@@ -95,7 +95,7 @@ def _check_camera(camera: Camera, seen: list[_Seen], plan: ScenePlan, sink: Sink
     place = camera.origin or plan_origin(plan).child("cameras", camera.name)
     scenes = np.array(camera.scene_idxs)
     pose = np.broadcast_to(camera.pose.data, (len(scenes), 7))
-    # A scene in which nothing can be seen is no fault of the camera.
+    # A scene without visible objects is not the camera's fault.
     empty = np.any([each.there[scenes] for each in seen], axis=0) & np.ones(len(scenes), bool)
     for each in seen:
         there = each.there[scenes]
@@ -104,8 +104,8 @@ def _check_camera(camera: Camera, seen: list[_Seen], plan: ScenePlan, sink: Sink
         if inside.size:
             is_plane = each.shape is not None and isinstance(each.shape.geometry, VisualPlane)
             where = f"{'below' if is_plane else 'inside'} `{cut(each.entity)}` in scene {scenes[inside[0]]}"
-            message = f"camera `{cut(camera.name)}` stands {where}"
-            sink.report("SC548", message, place.child("pose"), hint="move the camera out of what is seen")
+            message = f"camera `{cut(camera.name)}` is {where}"
+            sink.report("SC548", message, place.child("pose"), hint="move the camera out of it")
             return
     if empty.any():
         index = scenes[int(np.flatnonzero(empty)[0])]
@@ -114,7 +114,7 @@ def _check_camera(camera: Camera, seen: list[_Seen], plan: ScenePlan, sink: Sink
 
 
 def _visible(plan: ScenePlan, entity: Any) -> Iterator[_Seen]:
-    """The visible shapes of an entity; one ball for a robot, or for an entity of several structures."""
+    """Yields the visual shapes of an entity; one ball for a robot, or for an entity with several structures."""
     row, there = np.zeros(plan.num_scenes, np.int64), np.zeros(plan.num_scenes, bool)
     row[list(entity.scene_idxs)], there[list(entity.scene_idxs)] = range(len(entity.scene_idxs)), True
     frame = np.broadcast_to(entity.pose.data, (len(entity.scene_idxs), 7))[row]
@@ -137,39 +137,39 @@ def _visible(plan: ScenePlan, entity: Any) -> Iterator[_Seen]:
 
 
 def _sizes(geometry: Primitive, rows: NDArray[np.int64]) -> Floats:
-    """The sizes in some rows of an entity, an array each."""
+    """Returns the sizes in some rows of an entity, one array per size."""
     each = [value.data.reshape(len(value.data), -1) for value in geometry.values]
     return np.concatenate([data[rows if len(data) > 1 else rows * 0].T for data in each])
 
 
 def _why_no_effect(light: Light, seen: list[_Seen], plan: ScenePlan) -> Iterator[tuple[str, str]]:
-    """Why a light, or its shadow, has no effect in any scene, and a hint."""
+    """Yields why a light, or its shadow, has no effect in any scene, with a hint."""
     if not light.color.data.any():
         yield "is black", "give it a `color` above 0, or remove it"
     scenes, kind = np.array(light.scene_idxs), light.light
     pose = np.broadcast_to(light.pose.data, (len(scenes), 7))
     if isinstance(kind, DirectionalLight) and _has_ground(plan) and (_along_x(pose)[:, 2] > 0).all():
-        yield "shines upwards, and there is a ground", "`direction` is where it shines to, as in [0, 0, -1]"
+        yield "shines upwards, but there is a ground", "`direction` is the direction of the light, as in [0, 0, -1]"
     near = [each for each in seen if each.there[scenes].any()]
     if isinstance(kind, SpotLight | TexturedLight):
         half = float(kind.outer_fov.data.max()) / 2
         if near and not any(
             (each.there[scenes] & _is_in_cone(half, pose, *_balls(each, scenes))).any() for each in near
         ):
-            yield "shines on nothing", "turn it towards what it lights, or widen `outer_fov`"
+            yield "shines on nothing", "turn it towards an object, or widen `outer_fov`"
     if near and isinstance(kind, SpotLight | PointLight):
         brightness = max(_brightness(light, each.pose[scenes, :3] - pose[:, :3], each.radius[scenes]) for each in near)
         if brightness < FAINT:
-            yield "is too far away to be seen on anything", "move it nearer, or make its `color` brighter"
+            yield "is too far away to light anything visibly", "move it nearer, or make its `color` brighter"
     numbers = shadow_parameters(light)
     if not near or not numbers or not numbers["shadow"].data.any():
         return
     for each in near if isinstance(kind, PointLight | SpotLight | TexturedLight) else ():
         if (_is_inside(each, scenes, pose) & each.there[scenes]).all():
-            yield f"stands in or below `{cut(each.entity)}`, which shadows it", "move it out, or leave `shadow` out"
+            yield f"is in or below `{cut(each.entity)}`, which shadows it", "move it out, or remove `shadow`"
     if not any((each.there[scenes] & _is_shadowed(numbers, pose, *_balls(each, scenes))).any() for each in near):
         keys = "`shadow_near`, `shadow_far`" + (" and `shadow_scale`" if isinstance(kind, DirectionalLight) else "")
-        yield "throws no shadow: nothing is within the range of its shadow map", f"move it, or set {keys}"
+        yield "casts no shadow: nothing is within the range of its shadow map", f"move it, or set {keys}"
 
 
 def _has_ground(plan: ScenePlan) -> bool:
@@ -182,7 +182,7 @@ def _balls(seen: _Seen, scenes: NDArray[np.int64]) -> tuple[Floats, Floats]:
 
 
 def _brightness(light: Light, way: Floats, radius: Floats) -> float:
-    """How bright a light is at most where a ball may be: its colour falls off with the square of the distance."""
+    """Returns the maximum brightness of a light within a ball: its colour falls off with the squared distance."""
     distance = np.maximum(np.linalg.norm(way, axis=1) - radius, 1e-3)
     return float((light.color.data.max(axis=1) / distance**2).max())
 
@@ -192,7 +192,7 @@ def _along_x(pose: Floats) -> Floats:
 
 
 def _is_shadowed(numbers: dict[str, Value], pose: Floats, centre: Floats, radius: Floats) -> Any:
-    """Whether a ball may be where a shadow is computed; the cone of a spot is left out."""
+    """Returns whether a ball may be in the range of the shadow map; the cone of a spot light is ignored."""
     local = rotate(pose[:, 3:] * (1, -1, -1, -1), centre - pose[:, :3])
     depth = np.linalg.norm(local, axis=1)
     inside = np.ones(len(pose), np.bool_)
@@ -203,7 +203,7 @@ def _is_shadowed(numbers: dict[str, Value], pose: Floats, centre: Floats, radius
 
 
 def _is_in_cone(half: float, pose: Floats, centre: Floats, radius: Floats) -> Any:
-    """Whether a ball may be in a cone of this half angle [rad] around the x axis of a pose."""
+    """Returns whether a ball may be in a cone of this half angle [rad] around the x axis of a pose."""
     local = rotate(pose[:, 3:] * (1, -1, -1, -1), centre - pose[:, :3])
     distance = np.linalg.norm(local, axis=1)
     angle = np.arccos(np.clip(local[:, 0] / np.maximum(distance, 1e-9), -1, 1))
@@ -211,7 +211,7 @@ def _is_in_cone(half: float, pose: Floats, centre: Floats, radius: Floats) -> An
 
 
 def _may_show(camera: Camera, pose: Floats, centre: Floats, radius: Floats) -> Any:
-    """Whether a ball may be in what a camera shows: between its near and far planes, and within its sides."""
+    """Returns whether a ball may be in a camera's view: between its near and far planes, and within its sides."""
     local = rotate(pose[:, 3:] * (1, -1, -1, -1), centre - pose[:, :3])
     between = (local[:, 0] + radius > camera.near.data) & (local[:, 0] - radius < camera.far.data)
     if isinstance(camera.lens, Orthographic):
@@ -222,7 +222,7 @@ def _may_show(camera: Camera, pose: Floats, centre: Floats, radius: Floats) -> A
 
 
 def _half_fov(lens: Perspective | Intrinsic, width: int, height: int) -> float:
-    """Half of the largest angle between two pixels [rad], at least."""
+    """Returns at least half of the largest angle between two pixels [rad]."""
     if not isinstance(lens, Perspective):
         return MAX_HALF_FOV
     given = lens.fovy or lens.fovx
@@ -232,7 +232,7 @@ def _half_fov(lens: Perspective | Intrinsic, width: int, height: int) -> float:
 
 
 def _is_inside(seen: _Seen, scenes: NDArray[np.int64], pose: Floats) -> Any:
-    """Whether a camera is inside of a solid or below a floor. One whose faces are turned is meant for that."""
+    """Returns whether a camera is inside a solid or below a floor. Solids with inverted faces are meant for that."""
     shape = seen.shape
     if (
         shape is None

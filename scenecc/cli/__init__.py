@@ -1,6 +1,6 @@
-"""The command line: one file a command, and no logic that the API does not have.
+"""The command line: one file per command, with no logic that the API lacks.
 
-Importing it loads next to nothing, its commands load Typer, and a command loads what it needs when it runs.
+Importing this package loads almost nothing. Its commands load Typer, and a command loads the rest when it runs.
 """
 
 import os
@@ -16,21 +16,21 @@ if TYPE_CHECKING:
 __all__ = ["main"]
 
 _YOUNG_CONTAINERS = 100_000
-"""New containers after which the garbage collector looks for cycles (Python's default is 700). The modules of a command
-make 40 000 that stay, and looking through them again and again took a tenth of a small check."""
+"""New containers between two runs of the garbage collector (Python's default is 700). The modules of a command make 40
+000 that stay, and scanning them repeatedly took a tenth of a small check."""
 
 
 def main() -> "NoReturn":
-    """The process `scenecc`: ends with the status of its command, or with that of a signal."""
-    end_at_signals()  # before the imports, which take longer than many a command
+    """Runs the `scenecc` process. It exits with the status of its command, or of the signal that ended it."""
+    end_at_signals()  # before the imports, which take longer than many commands
     import gc
 
     gc.set_threshold(_YOUNG_CONTAINERS, *gc.get_threshold()[1:])
 
-    if sys.getfilesystemencoding() == "ascii" and os.environ.get("PYTHONUTF8") != "1":  # `-X utf8=0` is stronger
-        # LC_ALL=C and PYTHONUTF8=0: text from a file could name none beyond ASCII, and SAPIEN takes no such name.
+    if sys.getfilesystemencoding() == "ascii" and os.environ.get("PYTHONUTF8") != "1":  # `-X utf8=0` has priority
+        # With LC_ALL=C and PYTHONUTF8=0, no file name in a scene could go beyond ASCII, and SAPIEN rejects such names.
         os.environ["PYTHONUTF8"] = "1"
-        os.execv(sys.executable, sys.orig_argv)  # noqa: S606 - this process again
+        os.execv(sys.executable, sys.orig_argv)  # noqa: S606 - restarts this process
 
     from scenecc.cli.app import main as run
 
@@ -40,7 +40,7 @@ def main() -> "NoReturn":
     except SystemExit as ended:
         status = ended.code or 0
     for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError):  # whoever wrote has told it
+        with suppress(OSError):  # the writer has reported it
             stream.flush()
-    # Nothing is freed one by one: that takes longer than many a command, and signals are not heard meanwhile.
+    # Objects are not freed one by one: that takes longer than many commands, and signals would wait meanwhile.
     os._exit(status if isinstance(status, int) else 1)

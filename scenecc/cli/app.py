@@ -1,4 +1,4 @@
-"""The command `scenecc`: the table of its commands, and how the process ends."""
+"""The command `scenecc`: the table of its commands, and how the process exits."""
 
 from __future__ import annotations
 
@@ -40,24 +40,24 @@ COMMANDS: Final = (
     "lsp",
     "doctor",
 )
-"""Every command, as `scenecc --help` lists them: a function in the module of its name."""
+"""All commands in the order of `scenecc --help`. Each is a function in the module of the same name."""
 
 _EPILOG = "Exit status: 0 success, 1 error in the scene, 2 wrong usage, 3 error of the engine or the machine."
 
 
 def main() -> None:
-    """Runs the command line of this process. Raises SystemExit at its end: 0, 1, 2 or 3."""
-    # No plugin observes pydantic's models here, and searching all installed packages for one takes time.
+    """Runs the command line of this process. Always raises SystemExit, with status 0, 1, 2 or 3."""
+    # Searching all installed packages for Pydantic plugins takes time, and none is needed here.
     if os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__") == "__all__":
         _LazyMetadata.install()
-    # A closed pipe (`scenecc validate . | head`) ends this process as it ends any other.
+    # A closed pipe (`scenecc validate . | head`) ends this process, as is usual.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    # Started without them (`>&-`), there is nobody to tell, and that is no fault.
+    # If the process is started without these streams (`>&-`), its output is dropped.
     sys.stdout = sys.stdout or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123 - the process's own
     sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # A name that the terminal cannot show is shown escaped.
+            # Characters that the terminal cannot show are escaped.
             stream.reconfigure(errors="backslashreplace")
     try:
         application()(prog_name="scenecc")
@@ -68,30 +68,30 @@ def main() -> None:
 
         from scenecc.diagnostics.formats.style import visible
 
-        if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # of the standard output, for a help text
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # from standard output, for a help text
             sys.exit(_fault(os.strerror(errno.ENOSPC)))
 
-        # What went wrong may quote a scene.
+        # The traceback may quote a scene.
         for line in traceback.format_exc().splitlines():
             print_err(f"{visible(line)}\n")
         sys.exit(_fault("this is a bug in scenecc, not an error in your scene"))
 
 
 class _LazyMetadata(ModuleType):
-    """`importlib.metadata`, loaded at the first use of it.
+    """`importlib.metadata`, loaded at its first use.
 
-    Pydantic imports `entry_points` from it to find plugins, even where they are disabled. The module itself takes ten
-    milliseconds to load, since it imports `email`, `zipfile` and `socket`.
+    Pydantic imports `entry_points` from it to find plugins, even if they are disabled. The module takes ten
+    milliseconds to load, because it imports `email`, `zipfile` and `socket`.
     """
 
     @classmethod
     def install(cls) -> None:
-        """Puts it in place, as the import system would, unless the module itself is loaded."""
+        """Installs it in `sys.modules`, unless the real module is loaded."""
         name = "importlib.metadata"
         if name not in sys.modules:
             module = sys.modules[name] = cls(name)
             module.__spec__ = importlib.machinery.PathFinder.find_spec(name, importlib.__path__)
-            setattr(importlib, "metadata", module)  # noqa: B010 - type checkers do not know it there
+            setattr(importlib, "metadata", module)  # noqa: B010 - type checkers reject the assignment
 
     def entry_points(self, **selection: Any) -> Any:
         return self._loaded().entry_points(**selection)
@@ -108,15 +108,15 @@ class _LazyMetadata(ModuleType):
 
 
 def application() -> typer.Typer:
-    """The commands; only the one that this process's arguments name, if they name one."""
-    # Plain help: nothing to import, and the same wherever it is read.
+    """Returns the app with all commands, or with only the command in this process's arguments."""
+    # Plain help needs no imports and looks the same everywhere.
     app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.callback(epilog=_EPILOG)(_scenecc)
-    # Who names a command pays for no other; nor does a shell that completes what is behind it.
+    # Load only the command that is run, or whose arguments a shell completes.
     completed = command_words()
     asked = completed[1:2] if "_SCENECC_COMPLETE" in os.environ and len(completed) > 2 else sys.argv[1:2]
     for name in asked if asked and asked[0] in COMMANDS else COMMANDS:
-        # `import` is a word of Python: its module and function end in `_`.
+        # `import` is a Python keyword, so its module and function end in `_`.
         named = f"{name}_" if iskeyword(name) else name
         app.command(name)(getattr(import_module(f"scenecc.cli.{named}"), named))
     return app

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from scenecc import Build, SceneBatch
 
 _STRIDE = 10
-"""Steps between two reports of the progress."""
+"""Steps between two progress reports."""
 
 
 Scenes = Annotated[
@@ -52,7 +52,7 @@ AuditOption = Annotated[
 ]
 Render = Annotated[
     bool | None,
-    typer.Option("--render/--no-render", help="Build visuals too.", show_default="where a device exists"),
+    typer.Option("--render/--no-render", help="Build visuals too.", show_default="if a render device exists"),
 ]
 
 
@@ -105,7 +105,6 @@ def build(
 
 
 def _conclude(result: Build, steps: int, output: str | None, form: Format, *, whole: bool) -> NoReturn:
-    """Simulates, writes the plan and prints the result."""
     import scenecc
 
     timings, diagnostics = dict(result.timings), list(result.diagnostics)
@@ -125,7 +124,7 @@ def _conclude(result: Build, steps: int, output: str | None, form: Format, *, wh
 
 
 def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
-    """Simulates, and reports the time."""
+    """Simulates, and returns the time by stage."""
     if steps == 0:
         return {}
     started = time.perf_counter()
@@ -146,7 +145,7 @@ def _summary(result: Build, timings: dict[str, float], *, whole: bool) -> str:
 
 
 def _totals(result: Build) -> str:
-    """How many scenes and objects there are, and in how many fields they differ."""
+    """Returns the numbers of scenes, objects and differing fields."""
     count, total = len(result.scene_idxs), result.plan.num_scenes
     scenes = f"{f'{count} of ' if count < total else ''}{_count(total, 'scene')}"
     objects = sum(len(row.scene_idxs) for row in result.summary)

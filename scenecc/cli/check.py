@@ -25,17 +25,17 @@ _SECONDS: Final = re.compile(r"[0-9]{1,4}(\.[0-9]{1,9})?")
 
 
 def parse_seeds(text: str | range) -> range:
-    """`0:20`. Raises typer.BadParameter for anything else."""
+    """Parses `0:20`. Raises typer.BadParameter for anything else."""
     found = _SEEDS.fullmatch(str(text))
     if found is None or int(found[1]) >= int(found[2]):
-        raise typer.BadParameter(f"{quote_text(str(text))} is not FIRST:END with FIRST below END, as in 0:20")
+        raise typer.BadParameter(f"{quote_text(str(text))} must be FIRST:END with FIRST below END, as in 0:20")
     return range(int(found[1]), int(found[2]))
 
 
 def parse_seconds(text: str | float) -> float:
-    """`2.5`. Raises typer.BadParameter for anything else."""
+    """Parses `2.5`. Raises typer.BadParameter for anything else."""
     if not _SECONDS.fullmatch(str(text)):
-        raise typer.BadParameter(f"{quote_text(str(text))} is not a time in seconds below 10 000, as in 2.5")
+        raise typer.BadParameter(f"{quote_text(str(text))} must be a time in seconds below 10 000, as in 2.5")
     return float(text)
 
 
@@ -56,7 +56,7 @@ def check(
             "--settle",
             metavar="SECONDS",
             parser=parse_seconds,
-            help="Simulated time; `expect` may need more. 0: only that.",
+            help="Time to simulate; longer if `expect` needs it. 0: only `expect`.",
         ),
     ] = 1.0,
     seeds: Annotated[
@@ -68,9 +68,9 @@ def check(
 ) -> None:
     """Check scene files, then build and simulate all of their scenes.
 
-    Finds everything that `validate` finds. Then it looks for bodies that overlap at the start, that
-    nothing supports, that topple, sink or fly away, and for links of a robot that clash. A finding
-    names the scene where it is worst and the command that shows this scene.
+    Reports everything that `validate` reports. It also reports bodies that overlap at the start, that nothing supports,
+    that topple, sink or fly away, and robot links that collide. Each finding names the scene where it is worst and the
+    command that shows this scene.
 
     \b
     Examples:
@@ -82,10 +82,10 @@ def check(
     from scenecc.simulation.check import check_source
 
     if seeds is not None and options["seed"] is not None:
-        raise typer.BadParameter("it cannot be given together with --seed", param_hint="'--seeds'")
+        raise typer.BadParameter("it cannot be combined with --seed", param_hint="'--seeds'")
     asked = Options.of(**options)
     found = find_files(paths)
-    # A process of its own for many files: SAPIEN keeps some memory of every scene, and can end the process it is in.
+    # Many files get a separate process: SAPIEN keeps some memory of every scene, and can crash its process.
     others["jobs"] = others["jobs"] or int(len(found.files) > 1)
 
     def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:

@@ -1,4 +1,4 @@
-"""What `validate` and `check` have in common: their options, and how findings of many files are judged and shown."""
+"""The options that `validate` and `check` share, and how findings of many files are filtered and printed."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ if TYPE_CHECKING:
     from scenecc.source.paths import PathCache
 
 Check = Callable[[str, "Mapping[str, Rule]", "PathCache | None"], "list[Diagnostic]"]
-"""What checks a file, with house rules; it notes what it reads in the last argument."""
+"""Checks a file with house rules, and records the files that it reads in the last argument."""
 
 _SHARD: Final = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
 
 
 def parse_shard(text: str | tuple[int, int]) -> tuple[int, int]:
-    """`2/5` as (2, 5): the second of five parts."""
+    """Parses `2/5` into (2, 5): the second of five parts."""
     found = _SHARD.fullmatch(str(text))
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        raise typer.BadParameter(f"{quote_text(str(text))} is not I/N with I from 1 to N, as in 2/5")
+        raise typer.BadParameter(f"{quote_text(str(text))} must be I/N with I from 1 to N, as in 2/5")
     return int(found[1]), int(found[2])
 
 
 _Shard = Annotated[
-    Any, typer.Option("--shard", metavar="I/N", parser=parse_shard, help="Take only part I of N of the files.")
+    Any, typer.Option("--shard", metavar="I/N", parser=parse_shard, help="Check only part I of N of the files.")
 ]
 _ChangedSince = Annotated[
     str | None,
-    typer.Option("--changed-since", metavar="REV", help="Take only scenes that changed since a revision of git."),
+    typer.Option("--changed-since", metavar="REV", help="Check only scenes that changed since a git revision."),
 ]
 _Cache = Annotated[
-    bool, typer.Option("--cache/--no-cache", help="Take over what was found before in files that did not change.")
+    bool, typer.Option("--cache/--no-cache", help="Reuse earlier findings for files that did not change.")
 ]
 _Strict = Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")]
 _Select = Annotated[
@@ -77,17 +77,13 @@ CHECK_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "ignore": (_Ignore, None),
     "statistics": (_Statistics, False),
 }
-"""Options of every command that checks files, by name: the option and its default."""
+"""Options of all commands that check files: name → (option, default)."""
 
 _STATISTICS_FORMATS: Final = (Format.text, Format.json)
 
 
 def _settings_finder(select: list[str] | None, ignore: list[str] | None, *, strict: bool) -> SettingsFinder:
-    """The settings of a command line.
-
-    Raises:
-        typer.BadParameter: one of them is no code.
-    """
+    """Returns the settings of a command line. Raises typer.BadParameter for an unknown code."""
     wanted = None if select is None else _codes(select, "'--select'", may_be_error=True)
     return SettingsFinder(wanted, _codes(ignore or [], "'--ignore'", may_be_error=False), strict=strict)
 
@@ -96,7 +92,7 @@ def _codes(given: list[str], option: str, *, may_be_error: bool) -> tuple[str, .
     codes = tuple(code.strip() for item in given for code in item.split(","))
     for code in codes:
         reason = code_fault(code, may_be_error=may_be_error)
-        # A house rule's package is known only where a file names it.
+        # The packages of house rules are known only after the settings of a file are read.
         if reason and not RULE_PREFIX.fullmatch(code):
             raise typer.BadParameter(reason, param_hint=option)
     return codes
@@ -112,19 +108,19 @@ def run_checks(
     form: Format,
     corrections: Sequence[Diagnostic] | None = None,
 ) -> NoReturn:
-    """Checks files and prints what is found; ends with the status.
+    """Checks files, prints the findings, and exits with the status.
 
     Args:
-        command: its name.
-        found: the paths that were asked for.
-        asked: what was chosen of `CHECK_OPTIONS`.
-        options: everything that findings follow from beside the files; has a `repr` that tells all of it.
+        command: name of the command.
+        found: the files to check.
+        asked: the values of `CHECK_OPTIONS`.
+        options: everything else that findings depend on. Its `repr` must be complete.
         check: checks one file.
-        form: of the findings.
-        corrections: takes what `check` corrects in files; None: it corrects nothing.
+        form: format of the findings.
+        corrections: list to which `check` appends its corrections; None: it makes none.
     """
     if asked["statistics"] and form not in _STATISTICS_FORMATS:
-        raise typer.BadParameter("counts are printed as text or json", param_hint="'--statistics'")
+        raise typer.BadParameter("counts can be printed only as text or json", param_hint="'--statistics'")
     finder = _settings_finder(asked["select"], asked["ignore"], strict=asked["strict"])
     from scenecc.cli.findings_cache import FindingsCache
 
@@ -135,7 +131,7 @@ def run_checks(
 
     def find(file: str) -> list[Diagnostic]:
         rules = settings[file].rules or {}
-        # What rules of other packages read is not known.
+        # It is not known which files the rules of other packages read.
         if rules or not asked["cache"] or file == STDIN:
             return check(file, rules, None)
         return cache.findings(file, lambda memory: check(file, rules, memory))
@@ -157,7 +153,7 @@ def run_checks(
 
 
 def print_statistics(counts: Counter[tuple[str, str]], form: Format) -> None:
-    """How often each code is found, the most frequent first. `counts`: by code and severity."""
+    """Prints how often each code was found, the most frequent first. `counts`: by code and severity."""
     rows = statistics(counts)
     if form is Format.json:
         print_json({"statistics": rows})
@@ -167,7 +163,7 @@ def print_statistics(counts: Counter[tuple[str, str]], form: Format) -> None:
 
 
 def statistics(counts: Mapping[tuple[str, str], int]) -> list[dict[str, Any]]:
-    """The same as rows with their titles."""
+    """Returns the same counts as rows with titles."""
     from scenecc.diagnostics.codes import CODES
 
     return [
@@ -177,24 +173,26 @@ def statistics(counts: Mapping[tuple[str, str], int]) -> list[dict[str, Any]]:
 
 
 _OF_SCENES: Final = frozenset({"SC543", "SC852"})
-"""What a part lacks and its users have: bodies, and something below them."""
+"""Codes of things that a part lacks and its users supply: bodies, and a surface below them."""
 
 _NAME: Final = re.compile(r"[^\s\"'\[\]{},:#]+\.ya?ml\b")
 _COMMENT: Final = re.compile(r"(?:^|\s)#.*")
 
 
 class Parts:
-    """Tells which of several files are parts of others.
+    """Finds which of several files are parts of others.
 
     Args:
-        files: all that the command takes.
+        files: all files of the command.
     """
 
     def __init__(self, files: Sequence[str]) -> None:
         self._files = tuple(files)
 
     def without_lacks(self, file: str, found: list[Diagnostic]) -> list[Diagnostic]:
-        """The findings of a file; if it is a part, without those that it gives only because it is checked by itself."""
+        """Returns the findings of a file. For a part, those that arise only because it is checked separately are
+        removed.
+        """
         if _OF_SCENES.isdisjoint(one.code for one in found) or file not in self:
             return found
         return without_lacks(found)
@@ -204,13 +202,13 @@ class Parts:
 
     @cached_property
     def _find_files(self) -> frozenset[Path]:
-        """Every file that a text names. What only an expression gives is not known."""
+        """Returns every file that a text names. Names made by expressions are not known."""
         used: set[Path] = set()
         for file in self._files:
             with suppress(OSError), open_regular(file) as stream:
                 data = stream.read()
                 if b"\0" in data:
-                    continue  # a pack, which uses nothing outside
+                    continue  # a pack, which uses no outside files
                 text = _COMMENT.sub("", data.decode(errors="replace"))
                 named = {Path(file).parent.joinpath(name).resolve() for name in _NAME.findall(text)}
                 used |= named - {Path(file).resolve()}
@@ -218,5 +216,5 @@ class Parts:
 
 
 def without_lacks(found: list[Diagnostic]) -> list[Diagnostic]:
-    """The findings of a part, without those that it gives only because it is checked by itself."""
+    """Returns the findings of a part without those that arise only because it is checked separately."""
     return [one for one in found if one.code not in _OF_SCENES]

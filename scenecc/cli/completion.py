@@ -1,9 +1,9 @@
-"""What a shell completes: scenes, prefabs, codes, and names that the scene of the command line declares.
+"""Shell completion: scenes, prefabs, codes, and names that the scene on the command line declares.
 
-It reads scenes as plain data, without their models, and says nothing of what is wrong with them.
+Scenes are read as plain data, and their errors are ignored.
 """
 
-# `os.path` says False of a name where `pathlib` raises: one that is too long, or in a folder that is locked.
+# `os.path` returns False where `pathlib` raises: for a name that is too long, or in a folder without access.
 # ruff: noqa: PTH112, PTH113, PTH118, PTH120, PTH202, PTH208
 
 from __future__ import annotations
@@ -21,30 +21,32 @@ _PREFABS: Final = _PACKAGE / "prefabs"
 _SHIPPED: Final = "scenecc:"
 
 _DEEPEST: Final = 4
-"""How many files that use one another are read."""
+"""Maximum depth of files that use one another."""
 
 _MOST_BYTES: Final = 2**19
-"""Of all scenes that are read for one word: a shell waits for it."""
+"""Bytes of all scenes that are read for one word; a shell waits meanwhile."""
 
 _PLAIN: Final = r"(?a)[\w.+-]+"
-"""A value that a shell takes as it is. Shells run what stands in `$()`, also in the name of a file."""
+"""A value that needs no quotes. Shells execute `$()`, also in a file name."""
 
 _PLAIN_PATH: Final = r"(?a)[\w./+-]+"
-"""Likewise a name of the scene."""
+"""A name in the scene that needs no quotes."""
 
 _PLAIN_NAME: Final = r"[\w.+,@%-]+"
-"""Likewise that of a file. Others are left to the shell, which quotes them."""
+"""A file name that needs no quotes. Others are left to the shell, which quotes them."""
 
 _CODE: Final = r"(?m)^(SC\d+):\n(?:  (?!title:).*\n)*  title: '?(.*?)'?$"
 
 
 def command_words() -> list[str]:
-    """Of the command line that a shell completes; none where it does not."""
+    """Returns the words of the command line that a shell completes; empty if there is none."""
     return (os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS") or "").split()
 
 
 def complete_scene(incomplete: str) -> list[str]:
-    """Scene files and folders. A folder alone is entered, since a shell ends the word behind what it completes."""
+    """Completes scene files and folders. A single folder is entered, because a shell ends the word after a single
+    match.
+    """
     found = list(_paths(incomplete))
     while len(found) == 1 and found[0].endswith("/"):
         inside = list(_paths(found[0]))
@@ -72,20 +74,20 @@ def _paths(start: str) -> Iterator[str]:
 
 
 def complete_prefab(incomplete: str) -> list[str]:
-    """The prefabs that ship with scenecc; editions for a package have its name behind a point."""
+    """Completes the prefabs that ship with scenecc. An edition for a package has the package's name after a point."""
     prefix = _SHIPPED if incomplete.startswith(_SHIPPED) else ""
     return [prefix + file.stem for file in sorted(_PREFABS.glob("*.yaml")) if "." not in file.stem]
 
 
 def complete_code(incomplete: str) -> list[tuple[str, str]]:
-    """The codes of diagnostics with their titles; of several with commas between, the last."""
+    """Completes diagnostic codes with their titles; in a comma-separated list, the last one."""
     text = (_PACKAGE / "diagnostics" / "codes.yaml").read_text(encoding="utf-8")
     before = incomplete[: incomplete.rfind(",") + 1]
     return [(before + code, title) for code, title in re.findall(_CODE, text)]
 
 
 def complete_setting() -> list[str]:
-    """Parameters of the scene as `name=value`: the options of a choice, or the default."""
+    """Completes `name=value` for the scene's parameters, with the options of a choice or the default."""
     found: list[str] = []
     for name, node in _list_declared("params").items():
         given = _mapping(node) or {"default": node}
@@ -95,31 +97,31 @@ def complete_setting() -> list[str]:
 
 
 def complete_entity() -> list[str]:
-    """The names of entities of the scene, those inside instances included."""
+    """Completes the scene's entities, also those inside instances."""
     return list(_list_declared("entities"))
 
 
 def complete_camera() -> list[str]:
-    """The names of its cameras."""
+    """Completes the scene's cameras."""
     return list(_list_declared("cameras"))
 
 
 def one_of(names: Iterable[str]) -> Callable[[], list[str]]:
-    """Completes one of a few names."""
+    """Returns a function that completes a fixed set of names."""
     known = list(names)
     return lambda: known
 
 
 def _safe_text(value: Any) -> str:
-    """A value as it is written after `name=`; "" for one that a shell would take apart."""
+    """Returns a value as written after `name=`; "" if it needs quotes."""
     text = str(value).lower() if isinstance(value, bool) else str(value)
     return text if isinstance(value, str | int | float) and re.fullmatch(_PLAIN, text) else ""
 
 
 def _list_declared(section: str) -> dict[str, Any]:
-    """What the scenes on the command line declare in a section, by name."""
+    """Returns a section's items, by name, of all scenes on the command line."""
     found: dict[str, Any] = {}
-    # Typer's own parser drops all arguments where the last option lacks its value, which is being completed.
+    # Typer's own parser drops all arguments if the last option lacks its value, which is being completed.
     for word in command_words()[2:]:
         if word.lower().endswith(_SUFFIXES):
             declared = _Declared(section, os.path.realpath(os.path.dirname(word)))
@@ -128,7 +130,7 @@ def _list_declared(section: str) -> dict[str, Any]:
 
 
 class _Declared:
-    """What a scene declares in a section. `folder`: outside of which no file is read."""
+    """Reads the items of a section. No file outside `folder` is read."""
 
     def __init__(self, section: str, folder: str) -> None:
         self._section = section
@@ -136,11 +138,11 @@ class _Declared:
         self._bytes_left = _MOST_BYTES
 
     def of(self, file: str, deepest: int) -> Iterator[tuple[str, Any]]:
-        """Names and nodes of a file, and of those that it uses."""
+        """Yields the names and nodes of a file and of those that it uses."""
         size = os.path.getsize(file) if os.path.isfile(file) else None
         if not deepest or size is None or size > self._bytes_left:
             return
-        self._bytes_left -= size  # each time that a file is used, so that the work has an end
+        self._bytes_left -= size  # counted at each use, so that the work ends
         data = _data(file)
         for reference in _list(data.get("include")):
             yield from self._list_prefab_params(reference, file, deepest)

@@ -1,4 +1,4 @@
-"""The corrections that `validate --fix` makes in files, and `--diff` shows."""
+"""The corrections that `validate --fix` writes and `--diff` shows."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Corrected:
     """A file's text before and after its corrections.
 
     Attributes:
-        corrections: the findings that are gone, in the order of the text.
+        corrections: the findings that were fixed, in text order.
     """
 
     file: str
@@ -34,16 +34,18 @@ class Corrected:
     corrections: Sequence[Diagnostic]
 
     def diff(self) -> str:
-        """The change as `diff -u` shows it."""
+        """Returns the change in the format of `diff -u`."""
         before, after = (text.splitlines(keepends=True) for text in (self.before, self.after))
         lines = difflib.unified_diff(before, after, self.file, self.file)
         return "".join(line if line.endswith("\n") else line + "\n" for line in lines)
 
     def write(self) -> Diagnostic | None:
-        """Writes the file completely or not at all; the finding where that fails, or where it changed meanwhile."""
+        """Writes the file completely or not at all. Returns a diagnostic if that failed, or if the file changed
+        meanwhile.
+        """
         refused = refusal(self.file)
         if refused is None and _read(self.file) != self.before:
-            refused = f"`{self.file}` changed while it was corrected: nothing was written"
+            refused = f"`{self.file}` changed during the correction; nothing was written"
         fault = (
             ("SC904", refused)
             if refused
@@ -53,14 +55,14 @@ class Corrected:
 
 
 Check = Callable[[str], "list[Diagnostic]"]
-"""What checks a text as if it were the file's."""
+"""Checks a text as if it were the file's."""
 
 
 def corrected(file: str, options: Options) -> Corrected | None:
-    """The text of a file with its corrections; None where there is none to make.
+    """Returns the corrected text of a file, or None if nothing can be corrected.
 
-    A correction that leads to a new error, or does not remove its finding, is not made. A stage whose mistakes are
-    corrected lets the next one find its own.
+    A correction that causes a new error or does not remove its finding is dropped. Once the errors of one stage are
+    corrected, the next stage runs and may find more.
     """
     before = _read(file)
     if before is None:
@@ -78,7 +80,7 @@ def corrected(file: str, options: Options) -> Corrected | None:
 
 
 def _read(file: str) -> str | None:
-    """The text of a file; None where it is gone since it was checked."""
+    """Returns the text of a file; None if the file was deleted since the check."""
     try:
         with open_regular(file) as stream:
             return stream.read().decode("utf-8", errors="surrogateescape")
@@ -87,7 +89,7 @@ def _read(file: str) -> str | None:
 
 
 def _batches(every: Iterable[Diagnostic]) -> Iterable[list[Diagnostic]]:
-    """Findings in batches with at most one of each line, the last of a line first."""
+    """Yields batches of findings with at most one per line. The last finding of a line comes first."""
     batches: defaultdict[int, list[Diagnostic]] = defaultdict(list)
     of_line: Counter[int] = Counter()
     for found in sorted(every, key=_place, reverse=True):
@@ -100,9 +102,9 @@ def _batches(every: Iterable[Diagnostic]) -> Iterable[list[Diagnostic]]:
 def _correct_together(
     check: Check, text: str, then: list[Diagnostic], batch: Sequence[Diagnostic]
 ) -> tuple[str, list[Diagnostic], list[Diagnostic]]:
-    """The text with corrections, its findings, and the corrections made: all, or by halves where one does no good.
+    """Returns the corrected text, its findings, and the corrections made. If a batch fails, its halves are tried.
 
-    One check for each correction would take minutes for a file with hundreds of them.
+    One check per correction would take minutes for a file with hundreds of them.
     """
     changed = text
     made: list[Diagnostic] = []
@@ -128,7 +130,7 @@ def _place(found: Diagnostic) -> tuple[int, int]:
 
 
 def _check_text(file: str, options: Options, text: str) -> list[Diagnostic]:
-    """Checks a text in the place of a file: what it names is beside the file."""
+    """Checks a text in place of a file, so that relative paths work."""
     from scenecc.diagnostics import Sink
     from scenecc.scene import validate_source
     from scenecc.source import read_text
@@ -139,7 +141,7 @@ def _check_text(file: str, options: Options, text: str) -> list[Diagnostic]:
 
 
 def summary(corrections: Sequence[Diagnostic]) -> str:
-    """A line for each correction, and how many there are; "" for none."""
+    """Returns one line per correction, and their number; "" if there are none."""
     from scenecc.diagnostics.formats.style import visible
 
     if not corrections:

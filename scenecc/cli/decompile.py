@@ -26,7 +26,9 @@ def decompile(
     seed: Annotated[int, typer.Option("--seed", metavar="N", parser=at_least(0), help="Seed of the task's reset.")] = 0,
     num_envs: Annotated[
         int,
-        typer.Option("--num-envs", metavar="N", parser=at_least(1), help="Parallel scenes, each of the next seed."),
+        typer.Option(
+            "--num-envs", metavar="N", parser=at_least(1), help="Number of parallel scenes; each uses the next seed."
+        ),
     ] = 1,
     check: Annotated[
         bool, typer.Option("--check/--no-check", help="Build the file and compare it with the task's scene.")
@@ -34,13 +36,13 @@ def decompile(
 ) -> None:
     """Write the scene of a ManiSkill task as a scene file.
 
-    The task is built and reset, and its live scene becomes a file: bodies, robots by their URDF with what the task
-    changes, lights and cameras. The file is then built, and what is not equal in its scene is printed. The task runs
-    its own code. The extra `maniskill` and a device that renders are needed. With `--num-envs`, the file has parallel
-    scenes: environments that are reset with the seeds N, N + 1, and so on.
+    The command builds and resets the task, and writes its live scene to a file: bodies, robots by their URDF with the
+    task's changes, lights and cameras. It then builds the file, and prints all differences from the task's scene. The
+    task runs its own code. The extra `maniskill` and a render device are needed. With `--num-envs`, the file has
+    parallel scenes: environments that are reset with the seeds N, N + 1, and so on.
 
-    Exit status: 0 equal, 1 not equal or not everything can be said in a scene file, 2 wrong usage, 3 the task does
-    not build here.
+    Exit status: 0 equal, 1 different or not everything can be expressed in a scene file, 2 wrong usage, 3 the task
+    cannot be built here.
 
     \b
     Examples:
@@ -49,7 +51,7 @@ def decompile(
     """
     if (reason := refusal(output)) is not None:
         end([usage_error("SC904", reason, file=output)])
-    # What a task prints is none of the file.
+    # Output of the task must not get into the file.
     shown, sys.stdout = sys.stdout, sys.stderr
     try:
         from scenecc.maniskill.tasks import TaskFailure, decompile_task
@@ -73,9 +75,15 @@ def decompile(
 def _summary(found: Decompiled) -> str:
     lines = [f"not in the file: {problem}" for problem in found.problems]
     if found.differences is not None:
-        lines += [f"not equal: {line}" for line in found.differences[:_SHOWN]]
+        lines += [f"different: {line}" for line in found.differences[:_SHOWN]]
         more = len(found.differences) - _SHOWN
         lines += [f"and {more} more"] if more > 0 else []
     count = len(found.text.splitlines())
-    equal = "" if found.differences is None else ", equal to the live scene" if found.is_equal else ", not equal"
+    equal = (
+        ""
+        if found.differences is None
+        else ", equal to the live scene"
+        if found.is_equal
+        else ", different from the live scene"
+    )
     return "\n".join([*lines, f"{count} lines{equal}"]) + "\n"

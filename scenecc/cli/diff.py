@@ -26,8 +26,9 @@ _COLORS: Final = {"+": 32, "-": 31, ">": 33, "~": 33}
 
 
 def differences_text(differences: Sequence[Difference], *, color: bool) -> str:
-    """An object a line, and below it a field a line: `+` what only the second has, `-` what only the first has,
-    `~` what is another in them, `>` what is built at another time. Nothing where nothing differs.
+    """Returns one line per object, and below it one line per field. Empty if nothing differs.
+
+    `+` marks what only the second has, `-` what only the first has, `~` a changed value, `>` another build order.
     """
     if not differences:
         return ""
@@ -62,7 +63,7 @@ def _name(one: Difference) -> str:
 
 
 def _values(one: Difference) -> str:
-    """What the two have; of a field that only one of them sets, `unset` for the other."""
+    """Returns both values; `unset` for the one that does not set the field."""
     if one.kind == "changed":
         return " → ".join("unset" if text is None else escape_text(text) for text in (one.a, one.b))
     return " → ".join(escape_text(text) for text in (one.a, one.b) if text is not None)
@@ -85,8 +86,8 @@ def diff(
 ) -> None:
     """Show the differences between two scenes.
 
-    The command compares the plans object by object and field by field, so that comments and layout are
-    not a difference. What a reset draws is compared as it is written. The options apply to both scenes.
+    The command compares the plans object by object and field by field, so a different notation is not a difference. The
+    options apply to both scenes.
 
     Exit status: 0 equal, 1 different, 2 wrong usage or an error in one of the scenes.
 
@@ -101,7 +102,7 @@ def diff(
         raise typer.BadParameter("standard input contains only one scene", param_hint="'B'")
     faults = [*path_faults(first, None), *path_faults(second, None)]
     if faults:
-        end(faults, least=Status.usage)  # 1 is the status of scenes that differ
+        end(faults, least=Status.usage)  # status 1 means that the scenes differ
     with scene_errors(options, least=Status.usage):
         a, b = (scenecc.open_scene(source_of(name), **options) for name in (first, second))
         comparison = a.diff(b)

@@ -33,17 +33,17 @@ for name, ask in (("render", lambda: sapien.render.RenderSystem().device), ("cud
         found[name] = None
 print(json.dumps(found))
 """
-"""Asked in a process of its own: a driver at fault may end it."""
+"""Runs in a separate process, which a faulty driver may crash."""
 
-_CUDA_HINT: Final = "only simulation on a GPU needs it: a driver of NVIDIA, and PhysX's GPU library, which SAPIEN loads"
+_CUDA_HINT: Final = "needed only for simulation on a GPU: an NVIDIA driver, and PhysX's GPU library, which SAPIEN loads"
 _ENGINE_SECONDS: Final = 60
 
-_NEXT: Final = "\nScenes are checked and built without what is missing. To begin: `scenecc init demo`\n"
+_NEXT: Final = "\nScenes can be checked and built without the missing items. To start: `scenecc init demo`\n"
 
 
 @dataclass(frozen=True)
 class DoctorCheck:
-    """One line: what was looked at, whether it is there, what it is, and how to get what is missing."""
+    """One line: what was checked, whether it exists, its name, and how to install it."""
 
     name: str
     state: Literal["ok", "missing"]
@@ -52,10 +52,10 @@ class DoctorCheck:
 
 
 def doctor(*, form: TableFormatOption = TableFormat.text) -> None:
-    """Say what this machine can do, and how to get what is missing.
+    """Report what this machine supports and what is missing.
 
-    It looks for a device that renders, a GPU that simulates, the extras, and ManiSkill's assets. What is missing is no
-    error: scenes are checked and built without any of it.
+    It looks for a render device, a GPU that simulates, the extras, and ManiSkill's assets. A missing item is not an
+    error: scenes can be checked and built without any of them.
 
     \b
     Examples:
@@ -101,7 +101,7 @@ def _devices() -> list[DoctorCheck]:
     except (subprocess.SubprocessError, ValueError, IndexError):
         found = {"render": None, "cuda": None}
     return [
-        _device("pictures", found["render"], "no device renders", DRIVER_HINT),
+        _device("pictures", found["render"], "no render device", DRIVER_HINT),
         _device("GPU", found["cuda"], "no CUDA device", _CUDA_HINT),
     ]
 
@@ -123,11 +123,11 @@ def _extras() -> list[DoctorCheck]:
 
 
 def _assets() -> list[DoctorCheck]:
-    """What ManiSkill has downloaded, where it looks for it."""
+    """Returns what ManiSkill has downloaded to its assets folder."""
     if find_spec("mani_skill") is None:
         return []
     folder = Path(os.environ.get("MS_ASSET_DIR", Path.home() / ".maniskill")) / "data"
-    hint = "`python -m mani_skill.utils.download_asset NAME` gets what a task or robot needs; all else ships with it"
+    hint = "`python -m mani_skill.utils.download_asset NAME` downloads what a task or robot needs"
     try:
         names = sorted(f"{one.parent.name}/{one.name}" for one in folder.glob("*/*") if one.is_dir())
     except OSError:

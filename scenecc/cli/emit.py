@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class Target(str, Enum):
-    """Formats of exports."""
+    """Export formats."""
 
     python = "python"
     json = "json"
@@ -113,7 +113,9 @@ def emit(
 
 
 def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
-    """Whether the output is a folder. Raises typer.BadParameter for options or a file that the target does not take."""
+    """Returns whether the output is a folder. Raises typer.BadParameter for options or a file that the target does not
+    accept.
+    """
     from scenecc.export import SUFFIXES, check_choice
 
     given = [word for word, value in asked.items() if value is not None and value is not False]
@@ -126,5 +128,5 @@ def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
         return False
     several = target is Target.urdf and "entity" not in given
     if not several or suffix in chain(*(SUFFIXES[one.value] for one in Target if one not in _TEXTS)):
-        raise typer.BadParameter(f"{quote_text(output)} does not end in {' or '.join(suffixes)}", param_hint="'-o'")
+        raise typer.BadParameter(f"{quote_text(output)} must end in {' or '.join(suffixes)}", param_hint="'-o'")
     return True

@@ -12,12 +12,12 @@ from scenecc.cli.output import end, print_out, usage_error
 
 def explain(
     code: Annotated[
-        str | None, typer.Argument(metavar="[CODE]", help="A code, as in SC101.", autocompletion=complete_code)
+        str | None, typer.Argument(metavar="[CODE]", help="A code, such as SC101.", autocompletion=complete_code)
     ] = None,
 ) -> None:
     """Explain a diagnostic code.
 
-    Prints its cause, an example and the cure. Without a code, all codes are listed.
+    Prints its cause, an example and the fix. Without a code, the command lists all codes.
 
     \b
     Examples:

@@ -1,4 +1,4 @@
-"""What `validate` and `check` found in files, kept for the next time, as long as nothing that a scene uses changes."""
+"""A cache of the findings of `validate` and `check`. An entry is valid until a file that its scene uses changes."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from scenecc.version import VERSION
 _KIND: Final = "findings"
 
 _SETTLED: Final = 2_000_000_000
-"""[ns] A file that changed less before it was looked at may change again within one tick of its clock."""
+"""[ns] A file that changed more recently than this may change again within one tick of the file system's clock."""
 
 _PACKAGE: Final = Path(__file__).parent.parent
 
 
 @dataclass(frozen=True)
 class FindingsCache:
-    """Findings by the content of all files that they follow from.
+    """Findings, keyed by the content of all files that they depend on.
 
     Attributes:
-        command: whose findings they are.
-        options: everything else that they follow from; has a `repr` that tells all of it.
+        command: name of the command that made the findings.
+        options: everything else that they depend on. Its `repr` must be complete.
     """
 
     command: str
@@ -42,7 +42,9 @@ class FindingsCache:
     _folder: Path = field(default_factory=lambda: cache_folder(_KIND))
 
     def findings(self, file: str, find: Callable[[PathCache], list[Diagnostic]]) -> list[Diagnostic]:
-        """What is kept of a file, or what `find` gives, which is then kept; it notes in its argument what it reads."""
+        """Returns the cached findings of a file, or calls `find` and caches its result. `find` records the files that
+        it reads.
+        """
         entry = self._entry(file)
         kept = self._read_kept(entry)
         if kept is not None:
@@ -54,7 +56,7 @@ class FindingsCache:
         return found
 
     def files_of(self, file: str) -> frozenset[Path] | None:
-        """All files that a scene used when it was last looked at; None where that is not known."""
+        """Returns all files that a scene used when it was last checked; None if unknown."""
         kept = read_result(self._entry(file))
         if kept is None:
             return None
@@ -62,12 +64,12 @@ class FindingsCache:
         return frozenset(Path(path) for path, _, _ in record["files"]) | frozenset(map(Path, record["missing"]))
 
     def _entry(self, file: str) -> Path:
-        key = f"{self._basis}{(file, os.path.abspath(file))!r}"  # noqa: PTH100 - as it is named
+        key = f"{self._basis}{(file, os.path.abspath(file))!r}"  # noqa: PTH100 - keeps links
         return self._folder / sha256(key.encode()).hexdigest()
 
     @cached_property
     def _basis(self) -> str:
-        """A hash of what findings follow from beside files: the options, this package and those that are installed."""
+        """Returns a hash of everything else that findings depend on: the options, this and other installed packages."""
         files = (path for path in _PACKAGE.rglob("*") if path.suffix in {".py", ".yaml"})
         own = sorted((str(path), path.stat().st_mtime_ns) for path in files)
         installed = [(path, state_now(path)) for path in sys.path if path.endswith("-packages")]
@@ -94,7 +96,7 @@ class FindingsCache:
 
 
 def _settled_state(path: Path, started: int) -> State | None:
-    """The state of a file; None where it cannot tell of a later change, or the file changed since `started` [ns]."""
+    """Returns the state of a file; None if it cannot show a later change, or the file changed since `started` [ns]."""
     state = state_now(path)
     return state if state is not None and max(state[3:]) < started - _SETTLED else None
 

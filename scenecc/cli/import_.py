@@ -26,31 +26,32 @@ def import_(
     paths: Annotated[
         list[str],
         typer.Argument(
-            metavar="FILE...", help="SDF worlds or models, USD stages, MJCFs, URDFs, or folders.", show_default=False
+            metavar="FILE...",
+            help="SDF worlds or models, USD stages, MJCF or URDF files, or folders.",
+            show_default=False,
         ),
     ],
     *,
     output: Annotated[
-        str, typer.Option("--output", "-o", metavar="SCENE", help="The scene file to write, or the folder for many.")
+        str, typer.Option("--output", "-o", metavar="SCENE", help="Output file, or folder for several files.")
     ],
     jobs: Jobs = None,
     allow: Annotated[
         list[str] | None,
-        typer.Option("--allow", metavar="LOSS", help="Accept a loss that changes the machine; may be repeated."),
+        typer.Option("--allow", metavar="LOSS", help="Accept a loss that changes the mechanics; may be repeated."),
     ] = None,
     options: dict[str, Any],
 ) -> None:
-    """Write a scene file for a world or a robot of another format.
+    """Convert a world or robot of another format to a scene file.
 
     The formats are SDF (.sdf, .world), USD (.usd, .usda, .usdc), MJCF (.mjcf, .xml) and URDF (.urdf). Files that the
-    scene can name neither relative to itself nor by pkg:// or asset:// are copied to the folder SCENE_assets beside
-    it.
+    scene cannot reference relative to itself, by pkg:// or by asset:// are copied to the folder SCENE_assets beside it.
 
-    Of several files, or those in a folder, each scene is written to the folder OUTPUT, under the name of its file.
+    For several files, or the files in a folder, each scene is written to the folder OUTPUT, under the name of its file.
 
-    The command lists all content that a scene file does not hold. If masses, joints, contacts or poses would differ,
-    it writes nothing, unless --allow names the loss. It then builds the scene as written and compares poses and masses
-    with MuJoCo for an MJCF, with UsdPhysics for a stage, and with Drake for the others, if pydrake is installed.
+    The command lists all content that a scene file cannot hold. If masses, joints, contacts or poses would differ, it
+    writes nothing, unless --allow names the loss. It then builds the written scene and compares poses and masses with
+    MuJoCo for MJCF, with UsdPhysics for USD, and with Drake for the others, if pydrake is installed.
 
     \b
     Examples:
@@ -93,13 +94,13 @@ def _check_arguments(paths: list[str], output: str, allow: Sequence[str]) -> Non
         known = ", ".join(kind for kind, row in LOSSES.items() if row.changes_machine)
         raise typer.BadParameter(f"there is no loss '{unknown}'; the losses are {known}", param_hint="'--allow'")
     if STDIN in paths:
-        raise typer.BadParameter("the source is a file, and not standard input", param_hint="'FILE'")
+        raise typer.BadParameter("an import reads a file, not standard input", param_hint="'FILE'")
     if output == STDIN:
         raise typer.BadParameter("an import writes several files: name the scene file", param_hint="'--output' / '-o'")
 
 
 def _import(file: str, scene: str, options: Mapping[str, Any]) -> tuple[list[Diagnostic], Sequence[str]]:
-    """Imports one file. Gives what is wrong, and the lines about what was lost and compared."""
+    """Imports one file. Returns diagnostics, and the lines about losses and the comparison."""
     import scenecc
     from scenecc.importers.assets import output_fault
 

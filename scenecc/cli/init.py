@@ -37,10 +37,10 @@ def init(
         ),
     ] = None,
 ) -> None:
-    """Write a folder to begin with: a scene, its robot and a test.
+    """Create a starter folder with a scene, its robot and a test.
 
-    The scene is commented, and an editor completes its keys by the schema beside it. With it come the commit hook and a
-    workflow of GitHub. `panda` needs the extra `maniskill`, which has its files.
+    The scene has comments, and an editor completes its keys with the schema beside it. The folder also has a commit
+    hook and a GitHub workflow. `panda` needs the extra `maniskill`, which has its files.
 
     \b
     Examples:
@@ -60,17 +60,17 @@ def init(
 
 
 def _robot(template: str, robot: str | None) -> str | None:
-    """The robot that is written. Ends the command where it cannot be."""
+    """Returns the robot to write. Ends the command if it is not available."""
     row = TEMPLATES[template]
     if robot is None:
         return row.robots[0] if row.needs_robot else None
     if robot not in ROBOTS:
         _refuse("robot", robot, row.robots)
     if robot not in row.robots:
-        _end("robot", f"the template {template} is not for `{robot}`: it takes {' or '.join(row.robots)}")
+        _end("robot", f"the template {template} does not support `{robot}`; it supports {' or '.join(row.robots)}")
     extra = ROBOTS[robot]
     if extra is not None and EXTRAS[extra].missing:
-        _end("robot", f"`{robot}` is in the extra `{extra}`, which is not installed: {install_hint(extra)}")
+        _end("robot", f"`{robot}` needs the extra `{extra}`, which is not installed: {install_hint(extra)}")
     return robot
 
 
@@ -86,7 +86,7 @@ def _end(option: str, message: str) -> NoReturn:
 
 
 def _summary(folder: str, files: list[str]) -> str:
-    """What was written, and the next three commands."""
+    """Returns what was written, and the next three commands."""
     see = "scenecc inspect scene.yaml" if EXTRAS["view"].missing else "scenecc view scene.yaml"
     commands = ["scenecc check scene.yaml", see, "pytest"]
     if folder != _HERE:

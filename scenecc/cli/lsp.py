@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 @partial(takes_compile_options, names=("asset_roots", "allow_outside_assets", "limits"))
 def lsp(*, options: dict[str, Any]) -> None:
-    """Serve an editor: findings while you type, and more.
+    """Run the language server for editors.
 
-    The editor starts this command and talks to it on standard input and output, by the Language Server Protocol: how
-    editors are set up is in docs/how-to/editor.md. It shows findings while you type, completes keys, names, links,
-    files and parameters, tells units, sizes and masses, and finds, renames and corrects. `[tool.scenecc]` of the
-    nearest pyproject.toml applies as to `validate`.
+    The editor starts this command and talks to it on standard input and output, with the Language Server Protocol;
+    docs/how-to/editor.md describes the setup. It shows findings while you type, completes keys, names, links, files and
+    parameters, shows units, sizes and masses, and finds, renames and corrects. `[tool.scenecc]` of the nearest
+    pyproject.toml applies as in `validate`.
 
     \b
     Examples:
@@ -40,6 +40,6 @@ def lsp(*, options: dict[str, Any]) -> None:
 
 
 def _select_wanted(diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
-    """The findings of a scene that its settings want, as they are now."""
+    """Filters the findings of a scene by its current settings."""
     finder = SettingsFinder(None, (), strict=False)
     return finder.of(scene).apply(diagnostics, scene)

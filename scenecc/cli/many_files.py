@@ -1,4 +1,4 @@
-"""What commands do with many files: which of them, by how many processes, and what each of them gives."""
+"""Commands on many files: selecting the files, running them in several processes, and collecting the results."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ Result = TypeVar("Result")
 def run_each(
     function: Callable[[Item], Result], items: Sequence[Item], jobs: int, label: str
 ) -> Iterator[Result | Died]:
-    """The results of a function for items, in their order, while a bar counts them.
+    """Yields a function's result for each item, in order, while a progress bar counts them.
 
     Args:
-        function: what is done with each. Its results can be pickled. It raises nothing.
-        items: of any number.
-        jobs: how many processes; 0: none but this one, in which nothing may die.
-        label: of the bar.
+        function: applied to each item. Its results can be pickled. It raises nothing.
+        items: the items.
+        jobs: number of processes; 0: only this one, in which no item may crash.
+        label: label of the bar.
     """
     if jobs == 0:
         yield from map(function, counted(label, items))
@@ -56,22 +56,22 @@ Jobs = Annotated[
 ]
 
 Make = Callable[[str, str], "tuple[list[Diagnostic], str]"]
-"""Writes the second path, made of the first; gives what is wrong, and what is said of it on standard output."""
+"""Makes the second path from the first. Returns diagnostics and a line for standard output."""
 
 _SMALL: Final = {"scenecc": 1, "entities": {"box": {"shapes": [{"type": "box", "half_size": [1, 1, 1]}]}}}
-"""A scene for which everything is loaded and made that every file needs."""
+"""A scene that loads and creates everything that all files need."""
 
 
 def choose_files(
     found: Found, changed_since: str | None, shard: tuple[int, int] | None, cache: FindingsCache
 ) -> list[Diagnostic]:
-    """Narrows the files to those that are asked for; what is wrong with that.
+    """Narrows the files to the requested ones. Returns diagnostics.
 
     Args:
-        found: its files are narrowed.
-        changed_since: to those that differ from this revision of git.
-        shard: to this part of so many.
-        cache: knows what scenes use.
+        found: the files, which are narrowed.
+        changed_since: keep files that differ from this git revision.
+        shard: keep this part; (index from 1, number of parts).
+        cache: knows which files a scene uses.
     """
     if changed_since is not None:
         changes = _changes_since(changed_since)
@@ -88,16 +88,16 @@ def choose_files(
 def find_in_each(
     files: Sequence[str], jobs: int, label: str, find: Callable[[str], list[Diagnostic]]
 ) -> Iterator[tuple[str, list[Diagnostic]]]:
-    """Each file, in order, with its findings.
+    """Yields each file, in order, with its findings.
 
     Args:
-        files: of any number.
-        jobs: processes; 0: this one alone.
-        label: of the progress.
-        find: the findings of one file.
+        files: the files.
+        jobs: number of processes; 0: only this one.
+        label: label of the progress bar.
+        find: returns the findings of one file.
     """
     if jobs:
-        # Before the processes are forked, so that they all have it.
+        # Before the processes fork, so that they share it.
         from scenecc.scene import validate
 
         validate(_SMALL)
@@ -106,23 +106,23 @@ def find_in_each(
 
 
 def are_many(paths: Sequence[str]) -> bool:
-    """Whether paths ask for a folder of outputs: several of them, or a folder."""
+    """Returns whether the output is a folder: for several paths, or a folder."""
     return len(paths) > 1 or (paths[0] != STDIN and Path(paths[0]).is_dir())
 
 
 def write_each(
     command: str, found: Found, output: str, suffix: str, jobs: int | None, make: Make, form: Format = Format.text
 ) -> NoReturn:
-    """Writes a file for each of many, in processes of their own; says so in their order, and ends with the status.
+    """Writes one output per file, in separate processes, prints the results in order, and exits with the status.
 
     Args:
-        command: its name.
+        command: name of the command.
         found: the files.
-        output: the folder for what is written: each by its file's path from the folder that all of these are in.
-        suffix: of what is written.
+        output: folder for the outputs. The folder tree of the files is kept.
+        suffix: suffix of the outputs.
         jobs: number of processes; None: one.
-        make: writes one.
-        form: of the diagnostics.
+        make: writes one output.
+        form: format of the diagnostics.
     """
     diagnostics = found.faults()
     targets = _targets(found.files, output, suffix, diagnostics)
@@ -141,13 +141,17 @@ def write_each(
 
 
 def _targets(files: Sequence[str], output: str, suffix: str, faults: list[Diagnostic]) -> Mapping[str, str]:
-    """Where each file's output goes, in folders that are made; empty, with the reason in `faults`, if it cannot."""
+    """Returns the output path of each file, and makes the folders. On failure the result is empty and `faults` has the
+    reason.
+    """
     if output == STDIN or Path(output).suffix.lower() == suffix:
-        hint = "name a folder after -o; for one file alone, name a source file in it and not a folder"
-        faults.append(usage_error("SC904", f"`{output}` cannot take what is made of many", file=output, hint=hint))
+        hint = "name a folder after -o; for a single file, name the source file and not its folder"
+        faults.append(
+            usage_error("SC904", f"`{output}` cannot hold the output of several files", file=output, hint=hint)
+        )
     if STDIN in files:
-        faults.append(usage_error("SC901", "standard input is read alone, and not among many files", file=STDIN))
-    top = os.path.commonpath([os.path.abspath(Path(file).parent) for file in files]) if files else ""  # noqa: PTH100 - of links, where they lie
+        faults.append(usage_error("SC901", "standard input cannot be combined with other files", file=STDIN))
+    top = os.path.commonpath([os.path.abspath(Path(file).parent) for file in files]) if files else ""  # noqa: PTH100 - keeps links
     targets = {file: str(Path(output, os.path.relpath(file, top)).with_suffix(suffix)) for file in files}
     first: dict[str, str] = {}
     for file, target in targets.items():
@@ -160,7 +164,7 @@ def _targets(files: Sequence[str], output: str, suffix: str, faults: list[Diagno
         for folder in {Path(target).parent for target in targets.values()}:
             folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        message = f"the folder `{error.filename}` cannot be made: {error.strerror}"
+        message = f"the folder `{error.filename}` cannot be created: {error.strerror}"
         faults.append(usage_error("SC904", message, file=output))
         return {}
     return targets
@@ -168,17 +172,17 @@ def _targets(files: Sequence[str], output: str, suffix: str, faults: list[Diagno
 
 def _death(file: str, died: Died) -> Diagnostic:
     how = f"signal {-died.status}" if died.status is not None and died.status < 0 else f"status {died.status}"
-    hint = "run the command for this file alone; if it ends the same way, this is a bug in scenecc or in SAPIEN"
+    hint = "run the command for only this file; if it ends the same way, this is a bug in scenecc or in SAPIEN"
     return usage_error("SC822", f"the process that worked on this file ended with {how}", file=file, hint=hint)
 
 
 @dataclass(frozen=True, slots=True)
 class _Changes:
-    """What changed in a work tree of git.
+    """What changed in a git work tree.
 
     Attributes:
-        top: its folder.
-        files: that differ from a revision, new ones among them.
+        top: folder of the work tree.
+        files: files that differ from a revision, new ones included.
     """
 
     top: Path
@@ -186,7 +190,7 @@ class _Changes:
 
 
 def _may_differ(file: str, cache: FindingsCache, changes: _Changes) -> bool:
-    """Whether a scene, or a file that it used when it was last looked at, changed; true where that is not known."""
+    """Returns whether a scene, or a file that it used at its last check, changed; true if unknown."""
     used = None if file == STDIN else cache.files_of(file)
     if used is None or not Path(file).resolve().is_relative_to(changes.top):
         return True
@@ -194,11 +198,11 @@ def _may_differ(file: str, cache: FindingsCache, changes: _Changes) -> bool:
 
 
 def _changes_since(revision: str) -> _Changes | str:
-    """What differs from a revision; or why that cannot be found."""
+    """Returns what differs from a revision, or why that is unknown."""
     try:
         top = _git("rev-parse", "--show-toplevel").rstrip("\n")
         known = _git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{revision}^{{commit}}").strip()
-        # `--no-relative`: the user's `diff.relative` would name files by the current folder.
+        # Without `--no-relative`, the user's `diff.relative` would make paths relative to the current folder.
         names = _git("diff", "--name-only", "--no-relative", "--no-renames", "-z", known, "--").split("\0")
         names += _git("ls-files", "--others", "--exclude-standard", "-z", "--full-name", top).split("\0")
     except FileNotFoundError:

@@ -45,13 +45,13 @@ class TableFormat(str, Enum):
 
 
 def at_least(least: int, *, digits: int = 18) -> Callable[[str | int], int]:
-    """What reads an option's integer: ASCII digits, and no more of them than what follows can count with."""
+    """Returns a parser for an integer option that accepts only ASCII digits, and no more than `digits`."""
 
     def parse(text: str | int) -> int:
         written = str(text)
         if not (written.isascii() and written.isdecimal() and len(written) <= digits) or int(written) < least:
             raise typer.BadParameter(
-                f"{quote_text(written)} is not an integer from {least} on, of at most {digits} digits"
+                f"{quote_text(written)} must be an integer of at least {least}, with at most {digits} digits"
             )
         return int(written)
 
@@ -59,17 +59,17 @@ def at_least(least: int, *, digits: int = 18) -> Callable[[str | int], int]:
 
 
 def quote_text(text: str) -> str:
-    """A user's text for a message: quoted, shortened, control characters escaped."""
+    """Returns a user's text for a message: quoted, shortened, control characters escaped."""
     from scenecc.diagnostics.formats.style import visible
 
     return f"'{visible(text[:_SHOWN])}{'…' if len(text) > _SHOWN else ''}'"
 
 
 def parse_limits(given: list[str] | None) -> dict[str, int]:
-    """`["depth=200"]` as a mapping.
+    """Parses `["depth=200"]` into a mapping.
 
     Raises:
-        typer.BadParameter: for what is not `name=value`, an unknown name, or a value that is no positive integer.
+        typer.BadParameter: an item is not `name=value`, its name is unknown, or its value is not a positive integer.
     """
     from scenecc.source import make_limits
 
@@ -77,7 +77,7 @@ def parse_limits(given: list[str] | None) -> dict[str, int]:
     for item in given or ():
         name, _, value = (part.strip() for part in item.partition("="))
         if not _INTEGER.fullmatch(value):
-            message = f"{quote_text(item)} is not name=integer, as in depth=200"
+            message = f"{quote_text(item)} must be name=integer, as in depth=200"
             raise typer.BadParameter(message, param_hint="'--limit'")
         limits[name] = int(value)
     try:
@@ -88,7 +88,7 @@ def parse_limits(given: list[str] | None) -> dict[str, int]:
 
 
 def _check_folders(roots: list[Path]) -> None:
-    """Raises typer.BadParameter for an asset root that is no folder."""
+    """Raises typer.BadParameter for an asset root that is not a folder."""
     from scenecc.diagnostics.formats.style import visible
     from scenecc.options import folder_fault
 
@@ -97,10 +97,10 @@ def _check_folders(roots: list[Path]) -> None:
 
 
 def parse_params(given: list[str] | None) -> dict[str, Any]:
-    """`["size=0.5"]` as a mapping; values are YAML on one line.
+    """Parses `["size=0.5"]` into a mapping; values are YAML on one line.
 
     Raises:
-        typer.BadParameter: for what is not `name=value` with a YAML value, or names a parameter twice.
+        typer.BadParameter: an item is not `name=value` with a YAML value, or a parameter is set twice.
     """
     from scenecc.diagnostics.formats.style import visible
 
@@ -116,13 +116,13 @@ def parse_params(given: list[str] | None) -> dict[str, Any]:
 
 
 def _read_setting(text: str) -> tuple[str, Any, str | None]:
-    """The name and the value of a parameter, from `name=value`; then why it is not of that form."""
+    """Parses `name=value` and returns the name, the value, and what is wrong with the text."""
     from scenecc.diagnostics import Sink
     from scenecc.source import read_value
 
     name, equals, written = text.partition("=")
     if not equals or not name.strip():
-        return name, None, "it is not name=value, as in size=0.5"
+        return name, None, "it must be name=value, as in size=0.5"
     sink = Sink()
     value = read_value(written, sink)
     for found in sink.diagnostics():
@@ -173,7 +173,7 @@ Camera = Annotated[
     typer.Option(
         "--camera",
         metavar="NAME",
-        help="A camera of the file.",
+        help="Name of a camera in the file.",
         show_default="frames the scene",
         autocompletion=complete_camera,
     ),
@@ -199,7 +199,7 @@ _COMPILE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "allow_outside_assets": (AllowOutside, False),
     "limits": (Limits, None),
 }
-"""What the command line has of `CompileOptions`, by name: the option and its default."""
+"""The fields of `CompileOptions` that the command line sets: name → (option, default)."""
 
 
 def takes_compile_options(
@@ -207,12 +207,12 @@ def takes_compile_options(
     names: Container[str] = _COMPILE_OPTIONS,
     others: Mapping[str, tuple[Any, Any]] | None = None,
 ) -> Callable[..., None]:
-    """Gives a command these options, ahead of its own `--format`. It gets them read, as the keyword `options`.
+    """Adds shared options to a command, before its own `--format`. Their values arrive as the keyword `options`.
 
     Args:
         command: the command.
-        names: of the options of compiling that it takes.
-        others: further options, as `_COMPILE_OPTIONS` has them, which it gets as the keyword `others`.
+        names: the compile options that it takes.
+        others: further options, in the form of `_COMPILE_OPTIONS`. They arrive as the keyword `others`.
     """
     taken = {name: row for name, row in _COMPILE_OPTIONS.items() if name in names}
     more = others or {}
@@ -230,7 +230,7 @@ def takes_compile_options(
             given["others"] = {name: given.pop(name, default) for name, (_, default) in more.items()}
         command(*arguments, options=options, **given)
 
-    # Not `get_type_hints`: before Python 3.11 it makes Optional[Annotated[…]] of an option whose default is None.
+    # Not `get_type_hints`: before Python 3.11 it turns an option whose default is None into Optional[Annotated[…]].
     own = list(signature(command, eval_str=True).parameters.values())
     last = [each for each in own if each.name == "form"]
     own = [each for each in own if each.name not in {"form", "options", "others"}]
@@ -238,7 +238,7 @@ def takes_compile_options(
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=option)
         for name, (option, default) in {**more, **taken}.items()
     ]
-    # Typer reads these, and not what they are wrapped around.
+    # Typer reads these attributes, not those of the wrapped function.
     vars(run)["__signature__"] = Signature([*own, *shared, *last])
     run.__annotations__ = {each.name: each.annotation for each in (*own, *shared, *last)}
     del vars(run)["__wrapped__"]

@@ -1,4 +1,4 @@
-"""What commands print and write: diagnostics and the exit status that follows from them, results, a progress bar."""
+"""Output of commands: diagnostics, the exit status, results, files, and a progress bar."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ STDOUT = "-"
 _MACHINE_AT_FAULT = 3
 
 _OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM}
-"""Errors for which nobody could have named a better file: a disk that is full or broken."""
+"""Errors that no other file name would avoid: a disk is full or broken."""
 
 Unwritten = tuple[str, str]
 """Why a file was not written: the code of a diagnostic, and its message."""
 
 
 def print_out(content: str | bytes) -> None:
-    """Writes to standard output now, so that a full disk is told and not lost at the process's end."""
+    """Writes to standard output without buffering, so that a full disk is reported at once."""
     try:
         if isinstance(content, bytes):
             sys.stdout.flush()
@@ -45,29 +45,29 @@ def print_out(content: str | bytes) -> None:
             sys.stdout.write(content)
         sys.stdout.flush()
     except OSError as error:
-        # What is left in the buffer cannot be written either: let the interpreter's last flush go nowhere.
+        # The rest of the buffer cannot be written either, so the interpreter's last flush must go nowhere.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         print_err(f"scenecc: standard output cannot be written: {error.strerror}\n")
         raise typer.Exit(_MACHINE_AT_FAULT) from None
 
 
 def outlive_pipes() -> None:
-    """From now on, a pipe or connection closed at its other end is an error of who writes, and no end of the process.
+    """Makes a closed pipe or connection raise an error in the writer instead of ending the process.
 
-    For commands that talk to more than who started them; `main` has it that a closed pipe ends any other.
+    For commands that also talk to other processes. By default (see `main`) a closed pipe ends the process.
     """
     signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
 
 def print_err(text: str) -> None:
-    """Writes to standard error. If that fails there is nobody to tell, and the status still says what was found."""
+    """Writes to standard error. A failure is ignored; the exit status still reports the result."""
     with suppress(OSError):
         sys.stderr.write(text)
         sys.stderr.flush()
 
 
 def refusal(target: str) -> str | None:
-    """Why an output file cannot be written, as far as that can be known before the work; None if it can."""
+    """Returns why an output file cannot be written, as far as known before the work; None if it can."""
     if target == STDOUT:
         return None
     path = Path(target)
@@ -75,7 +75,7 @@ def refusal(target: str) -> str | None:
         path.lstat()
     except FileNotFoundError:
         pass
-    except OSError as error:  # a name too long, a folder that may not be entered
+    except OSError as error:  # the name is too long, or a folder has no access
         return f"`{target}` cannot be written: {error.strerror}"
     if path.is_dir():
         return f"`{target}` is a folder"
@@ -83,40 +83,40 @@ def refusal(target: str) -> str | None:
 
 
 def folder_refusal(target: str) -> str | None:
-    """Why a folder cannot be made and filled, likewise."""
+    """Returns why a folder cannot be made and filled; None if it can."""
     path = Path(target)
     try:
         if not path.is_dir():
             return f"`{target}` is a file" if os.path.lexists(path) else _refused_in(path, target)
         if any(path.iterdir()):
             return f"the folder `{target}` is not empty"
-    except OSError as error:  # a name too long, a folder that may not be listed
+    except OSError as error:  # the name is too long, or a folder cannot be listed
         return f"`{target}` cannot be written: {error.strerror}"
-    return None if os.access(path, os.W_OK) else f"`{target}` may not be written"
+    return None if os.access(path, os.W_OK) else f"`{target}` is not writable"
 
 
 def _refused_in(path: Path, target: str) -> str | None:
     if not path.parent.is_dir():
         return f"there is no folder `{path.parent}`"
     if not os.access(path if path.exists() else path.parent, os.W_OK):
-        return f"`{target}` may not be written"
+        return f"`{target}` is not writable"
     return None
 
 
 def base_folder(target: str) -> Path | None:
-    """The folder from which relative paths in the output start; None for standard output, which is in none."""
+    """Returns the folder to which paths in the output are relative; None for standard output."""
     return None if target == STDOUT else Path(target).parent
 
 
 def write_output(target: str, content: str | bytes) -> Unwritten | None:
-    """Writes a file, or standard output for `-`. Returns why that failed; None if it did not.
+    """Writes a file, or standard output for `-`. Returns why that failed; None on success.
 
-    A file appears whole or stays as it was: the content goes to a file beside it that then takes its place.
+    The content first goes to a file beside the target, which then replaces it, so no half-written file appears.
     """
     if target == STDOUT:
         print_out(content)
         return None
-    path = Path(os.path.realpath(target))  # a link is written through, not replaced
+    path = Path(os.path.realpath(target))  # write through a link, do not replace it
     data = content.encode() if isinstance(content, str) else content
     try:
         if path.exists() and not path.is_file():
@@ -129,18 +129,18 @@ def write_output(target: str, content: str | bytes) -> Unwritten | None:
 
 
 def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> Unwritten | None:
-    """Writes a file and those that lie beside it, all or none; standard output for `-`. Returns why that failed.
+    """Writes a file and those beside it, all or none; standard output for `-`. Returns why that failed.
 
     Args:
-        target: the file that takes the first of `files`, whatever that is called; or the folder for all of them.
-        files: by their paths from the folder in which the file lies.
+        target: path of the first of `files`, whatever its name there; or the folder for all of them.
+        files: content by path relative to the folder of the file.
         folder: whether `target` is a folder.
     """
     names = list(files)
     if len(names) == 1 and not folder:
         return write_output(target, files[names[0]])
     if target == STDOUT:
-        return "SC904", f"standard output takes one file, but there are {len(names)}"
+        return "SC904", f"standard output can hold only one file, but there are {len(names)}"
     try:
         replace_set(Path(target), files, folder=folder)
     except OSError as error:
@@ -149,14 +149,14 @@ def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> Unw
 
 
 def unwritten(name: str, error: OSError) -> Unwritten:
-    """Why a file was not written: its name was wrong, or the disk is full or broken."""
-    # Where no file could be written at all, `tempfile` finds no folder, and names no file.
+    """Returns why a file was not written: its name was wrong, or the disk is full or broken."""
+    # If no folder is writable, `tempfile` finds none, and the error names no file.
     of_the_machine = error.errno in _OF_THE_MACHINE or error.filename is None
     return "SC818" if of_the_machine else "SC904", f"`{name}` cannot be written: {error.strerror}"
 
 
 class Status(IntEnum):
-    """Exit statuses. Of several that apply, the highest says what has to be put right first."""
+    """Exit statuses. If several apply, the highest counts: its cause must be fixed first."""
 
     fine = 0
     scene = 1
@@ -168,11 +168,11 @@ _PARAMS = "params"
 """The file that the API names for a value of `params=`."""
 
 _SET = "--set"
-"""And the command line, which is then used wrongly."""
+"""The file that the command line names for it. The error is then one of usage."""
 
 
 def status(diagnostics: Iterable[Diagnostic], *, strict: bool = False) -> Status:
-    """The exit status. `strict`: warnings count as errors do."""
+    """Returns the exit status. `strict`: warnings count as errors."""
     counted = ("error", "warning") if strict else ("error",)
     return max((_status_of(d) for d in diagnostics if d.severity in counted), default=Status.fine)
 
@@ -182,21 +182,21 @@ def _status_of(diagnostic: Diagnostic) -> Status:
 
     if diagnostic.file is None and diagnostic.path.startswith(_SET):
         return Status.usage
-    # A house rule is not in the table.
+    # House rules are not in the table.
     return Status[CODES[diagnostic.code].at_fault] if diagnostic.code in CODES else Status.scene
 
 
 _OPTIONS: Final = {"target": "--to"}
-"""Options whose names are not those of the API's arguments."""
+"""Options whose names differ from the API's arguments."""
 
 
 def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str], **options: str) -> list[Diagnostic]:
-    """The same diagnostics, those about arguments of the API as ones about options.
+    """Rewrites diagnostics about the API's arguments as diagnostics about options.
 
     Args:
-        diagnostics: of the API.
-        settings: names of parameters that the command line sets: `params=` is `--set`.
-        options: argument → option, where the command calls it otherwise.
+        diagnostics: those of the API.
+        settings: names of the parameters that `--set` sets.
+        options: argument → option, where the names differ.
     """
     from dataclasses import replace
 
@@ -215,7 +215,7 @@ def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str], **o
 
 
 def print_json(data: Any) -> None:
-    """Prints a result for programs."""
+    """Prints a result as JSON."""
     print_out(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
 
 
@@ -226,16 +226,16 @@ def print_findings(
     files: Sequence[str] = (),
     corrections: Sequence[Diagnostic] | None = None,
 ) -> None:
-    """Prints diagnostics that are what the command was asked for: on standard output.
+    """Prints diagnostics that are the result of the command, on standard output.
 
     Args:
-        diagnostics: to print.
-        form: of the output.
-        files: that were checked.
-        corrections: as of `render`.
+        diagnostics: diagnostics to print.
+        form: format of the output.
+        files: files that were checked.
+        corrections: as in `render`.
     """
     if form is Format.text and not diagnostics:
-        return  # nothing to say, and nothing to load for it
+        return  # nothing to print, so load nothing
     from scenecc.diagnostics.formats import render, wants_color
 
     color = wants_color(sys.stdout)
@@ -243,7 +243,7 @@ def print_findings(
 
 
 def print_asides(diagnostics: Sequence[Diagnostic], form: Format = Format.text) -> None:
-    """Prints diagnostics beside another result: text on standard error, the formats of programs on standard output."""
+    """Prints diagnostics beside another result: text on standard error, other formats on standard output."""
     if form is not Format.text:
         print_findings(diagnostics, form)
     elif diagnostics:
@@ -253,7 +253,7 @@ def print_asides(diagnostics: Sequence[Diagnostic], form: Format = Format.text) 
 
 
 def end(diagnostics: Sequence[Diagnostic], form: Format = Format.text, *, least: Status = Status.fine) -> NoReturn:
-    """Ends the command: prints diagnostics beside its result, and exits with their status, `least` or above."""
+    """Ends the command: prints diagnostics, and exits with their status or `least`, whichever is higher."""
     print_asides(diagnostics, form)
     raise typer.Exit(max(status(diagnostics), least))
 
@@ -262,7 +262,7 @@ def end(diagnostics: Sequence[Diagnostic], form: Format = Format.text, *, least:
 def scene_errors(
     options: Mapping[str, Any], form: Format = Format.text, *, least: Status = Status.fine
 ) -> Generator[None]:
-    """Ends the command with what a `SceneError` raised inside tells, likewise. `options`: those of compiling."""
+    """Ends the command with the diagnostics of a `SceneError` raised inside. `options`: the compile options."""
     import scenecc
 
     try:
@@ -274,7 +274,7 @@ def scene_errors(
 def usage_error(
     code: str, message: str, *, file: str | None = None, option: str = "", hint: str | None = None
 ) -> Diagnostic:
-    """A diagnostic about the command line itself: about a file that it names, or an option."""
+    """Returns a diagnostic about a file or option on the command line."""
     from scenecc.diagnostics import Diagnostic
     from scenecc.diagnostics.diagnostic import Location
 
@@ -282,23 +282,23 @@ def usage_error(
 
 
 _PATIENCE: Final = 0.5
-"""Seconds that work takes before it is called long."""
+"""Seconds before a progress bar appears."""
 
 _EVERY: Final = 0.1
 _WIDTH: Final = 40
 _LONGEST: Final = 80
-"""Characters of what is done that stand behind the time."""
+"""Maximum length of the description behind the time."""
 
 _CLEAR: Final = "\r\x1b[K"
 
 Show = Callable[[int, int], None]
-"""Told how much is done, and of how much."""
+"""Called with (done, total)."""
 
 Item = TypeVar("Item")
 
 
 class _Bar:
-    """The last line of the terminal while something lasts: how much is done, or else how long it has lasted."""
+    """A progress line at the bottom of the terminal: the count, or the elapsed time if nothing is counted."""
 
     def __init__(self, label: str) -> None:
         self.doing = ""
@@ -308,17 +308,17 @@ class _Bar:
         self._shown = ""
 
     def count(self, done: int, total: int) -> None:
-        """Takes how much is done; it shows at the next `draw`."""
+        """Stores the count for the next `draw`."""
         self._counts = done, total
 
     def count_and_draw(self, done: int, total: int) -> None:
-        """Likewise, and shows it now and then."""
+        """Stores the count, and draws it from time to time."""
         self._counts = done, total
         if time.monotonic() - self._drawn_at >= _EVERY:
             self.draw()
 
     def draw(self) -> None:
-        """Shows what has changed, once the work is long."""
+        """Draws what has changed, once the work has taken long enough."""
         self._drawn_at = now = time.monotonic()
         if now - self._started < _PATIENCE:
             return
@@ -338,10 +338,10 @@ class _Bar:
 
 @contextmanager
 def progress(label: str, *, where: bool = True, clock: bool = True) -> Generator[Show | None, None, None]:
-    """Shows a bar while something lasts, and before anything is counted the time and what it waits for, such as CoACD.
+    """Shows a progress bar. Until something is counted, it shows the time and what the work waits for, such as CoACD.
 
-    None where nobody would see it, or `where` is false: another bar is shown. `clock`: by a thread; not where the work
-    forks.
+    Yields None if nobody would see the bar, or if `where` is false because another bar is shown. `clock`: draw from a
+    thread; must be false if the work forks.
     """
     if not where or not sys.stderr.isatty():
         yield None
@@ -358,7 +358,7 @@ def progress(label: str, *, where: bool = True, clock: bool = True) -> Generator
 
 @contextmanager
 def _clock(bar: _Bar) -> Generator[None]:
-    """Draws a bar now and then, with what scenecc logs meanwhile."""
+    """Draws a bar from time to time, with what scenecc logs meanwhile."""
     import logging
     from threading import Event, Thread
 
@@ -387,7 +387,7 @@ def _clock(bar: _Bar) -> Generator[None]:
 
 
 def counted(label: str, items: Sequence[Item]) -> Iterator[Item]:
-    """The items one after another, with a bar that counts them."""
+    """Yields the items while a progress bar counts them."""
     with progress(label, clock=False) as show:
         for done, item in enumerate(items):
             if show is not None:

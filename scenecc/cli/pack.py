@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @partial(takes_compile_options, names=("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits"))
 def pack(
     scene: Annotated[
-        str, typer.Argument(metavar="SCENE", help="A scene file; with --list a pack.", autocompletion=complete_scene)
+        str, typer.Argument(metavar="SCENE", help="A scene file; with --list, a pack.", autocompletion=complete_scene)
     ],
     *,
     output: Annotated[
@@ -40,19 +40,19 @@ def pack(
     ] = None,
     add: Annotated[
         list[Path] | None,
-        typer.Option("--add", metavar="PATH", help="Pack a further file or folder; may be repeated."),
+        typer.Option("--add", metavar="PATH", help="Add a file or folder; may be repeated."),
     ] = None,
-    listed: Annotated[bool, typer.Option("--list", help="List what is in a pack, with SHA-256 hashes.")] = False,
+    listed: Annotated[bool, typer.Option("--list", help="List the files in a pack, with SHA-256 hashes.")] = False,
     form: TableFormatOption = TableFormat.text,
     options: dict[str, Any],
 ) -> None:
     """Make one archive of a scene and all files that it uses.
 
-    Every command and function that takes a scene takes the pack. It needs no asset roots and no packages, and reads
-    nothing outside. The same files give the same bytes on any machine.
+    Every command and function that takes a scene also takes a pack. A pack needs no asset roots and no packages, and
+    reads no outside files. The same files give the same bytes on any machine.
 
-    The pack has the files of all seeds, of the parameters' defaults and of --set. Where file names depend on
-    parameters of the type choice or boolean, it has the files of all their values.
+    The pack has the files of all seeds, of the parameters' defaults and of --set. If file names depend on parameters of
+    the type choice or boolean, it has the files of all their values.
 
     \b
     Examples:
@@ -94,9 +94,9 @@ def _check_usage(scene: str, output: str | None, *, listed: bool) -> None:
     if listed == (output is not None):
         raise typer.BadParameter("give either -o FILE or --list", param_hint="'-o'")
     if scene == STDIN:
-        raise typer.BadParameter("a scene from standard input is in no folder: name its file", param_hint="'SCENE'")
+        raise typer.BadParameter("a scene on standard input has no folder: name its file", param_hint="'SCENE'")
     if output is not None and output != STDOUT and Path(output).suffix.lower() != PACK_SUFFIX:
-        raise typer.BadParameter(f"a pack is called NAME{PACK_SUFFIX}", param_hint="'-o'")
+        raise typer.BadParameter(f"the name of a pack must be NAME{PACK_SUFFIX}", param_hint="'-o'")
 
 
 def _report_missing(paths: list[Path]) -> list[Diagnostic]:
@@ -105,6 +105,6 @@ def _report_missing(paths: list[Path]) -> list[Diagnostic]:
 
 
 def _text(manifest: Manifest) -> str:
-    """A line a file, as `sha256sum` has it; the scene first."""
+    """Returns one line per file, in the format of `sha256sum`; the scene first."""
     names = [manifest.entry, *(name for name in manifest.files if name != manifest.entry)]
     return "".join(f"{manifest.files[name]}  {name}\n" for name in names)

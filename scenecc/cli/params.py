@@ -25,7 +25,7 @@ def params(
     form: TableFormatOption = TableFormat.text,
     options: dict[str, Any],
 ) -> None:
-    """List the parameters of a scene, which --set sets.
+    """List the parameters of a scene. --set sets them.
 
     \b
     Examples:
@@ -44,7 +44,7 @@ def params(
 
 
 def params_table(rows: Sequence[ParamRow]) -> str:
-    """A line a parameter; of one that must be given the default is a dash."""
+    """Returns one line per parameter. A required parameter has a dash as its default."""
     from scenecc.diagnostics.formats import wants_color
 
     if not rows:
@@ -62,7 +62,7 @@ def params_table(rows: Sequence[ParamRow]) -> str:
 
 
 def params_data(rows: Sequence[ParamRow]) -> list[dict[str, Any]]:
-    """The same for programs; what a parameter does not have is left out, such as the default of one to be given."""
+    """Returns the parameters for programs. Missing properties are left out, such as the default of a required one."""
     found = [
         {
             "name": row.name,

@@ -1,4 +1,4 @@
-"""Which files commands take that take many, and what can be wrong with a command's paths before any work is done."""
+"""The files that commands take, and checks of paths before any work is done."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def _is_scene(file: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """Files that are looked for in folders.
+    """A kind of file to search for in folders.
 
     Attributes:
-        name: in messages.
-        suffixes: in lower case.
-        holds: whether a file that has one is of the kind.
-        hint: how one is known.
+        name: its name in messages.
+        suffixes: its suffixes, in lower case.
+        holds: whether a file with such a suffix is of this kind.
+        hint: how to recognise one.
     """
 
     name: str
@@ -58,16 +58,16 @@ SCENES: Final = Kind("scene", (".yaml", ".yml", PACK_SUFFIX), _is_scene, "a scen
 
 @dataclass(slots=True)
 class Found:
-    """The files that were asked for.
+    """The requested files.
 
     Attributes:
-        files: files to check: those named, and the scenes in folders, each folder's sorted; none twice.
-        skipped: files that are no scenes.
+        files: files to check, without duplicates: those named, and the scenes in folders, sorted per folder.
+        skipped: files that are not scenes.
         missing: paths that do not exist.
         empty: folders without a scene.
-        unreadable: folders that may not be listed, and files in folders that may not be read.
-        kind: of file that is looked for in folders.
-        left_out: how many files options exclude, and why: `12 unchanged`.
+        unreadable: folders and files without read access.
+        kind: kind of file to search for in folders.
+        left_out: what options exclude: numbers with reasons, such as `12 unchanged`.
     """
 
     files: list[str] = field(default_factory=list[str])
@@ -79,13 +79,13 @@ class Found:
     left_out: list[str] = field(default_factory=list[str])
 
     def narrow(self, files: list[str], why: str) -> None:
-        """Takes only some of the files. `why`: the others are left out."""
+        """Keeps only some of the files. `why`: why the others are left out."""
         if len(files) < len(self.files):
             self.left_out.append(f"{len(self.files) - len(files)} {why}")
         self.files = files
 
     def faults(self) -> list[Diagnostic]:
-        """What is wrong with the paths that were asked for."""
+        """Returns diagnostics about the requested paths."""
         return [
             *(usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in self.missing),
             *(
@@ -99,17 +99,17 @@ class Found:
         ]
 
     def counts(self) -> str:
-        """How many files were checked, and how many were not, as a line."""
+        """Returns a line with the numbers of files checked and not checked."""
         skipped = len(self.skipped)
         others = [f"{_files(skipped, 'other file')} skipped"] if skipped else []
         return ", ".join([f"{_files(len(self.files), 'file')} checked", *self.left_out, *others]) + "\n"
 
 
 def find_files(paths: list[str], *, scenes_only: bool = False, kind: Kind | None = None) -> Found:
-    """A file is taken as it is; a folder is searched for files of a kind, which is scenes by default.
+    """Finds files. A file is taken as it is; a folder is searched for files of one kind, scenes by default.
 
-    Folders and files whose names start with a dot are passed over, and links to folders are not followed.
-    `scenes_only`: pass over files that are no scenes even where they are named.
+    Names that start with a dot are skipped, and links to folders are not followed. `scenes_only`: also skip named files
+    that are not scenes.
     """
     found = Found(kind=kind or SCENES)
     for path in paths:
@@ -154,14 +154,14 @@ def _files_below(folder: str, found: Found) -> Iterator[str]:
 
 
 def source_of(scene: str) -> str | BinaryIO:
-    """What the API takes for a scene's path."""
+    """Returns what the API takes as the scene's path."""
     return sys.stdin.buffer if scene == STDIN else scene
 
 
 def checked_source(
     scene: str, output: str | None = None, form: Format = Format.text, *, folder: bool = False
 ) -> str | BinaryIO:
-    """The same, once the paths have no fault; otherwise the command ends. Arguments are those of `path_faults`."""
+    """Returns the source of a scene, or ends the command if `path_faults` finds something. Same arguments."""
     if faults := path_faults(scene, output, form, folder=folder):
         end(faults, form)
     return source_of(scene)
@@ -170,14 +170,14 @@ def checked_source(
 def path_faults(
     scene: str, output: str | None, form: Format = Format.text, *, folder: bool = False, source: str = "scene"
 ) -> list[Diagnostic]:
-    """Faults of the scene's path and the output's.
+    """Returns diagnostics about the paths of the scene and the output.
 
     Args:
-        scene: the file that is read.
-        output: None writes nothing.
-        form: of the diagnostics.
-        folder: whether the output is to be one.
-        source: what messages call the file that is read.
+        scene: the input file.
+        output: the output; None: nothing is written.
+        form: format of the diagnostics.
+        folder: whether the output is a folder.
+        source: name of the input in messages.
     """
     faults: list[Diagnostic] = []
     if scene != STDIN and not os.path.lexists(scene):
@@ -201,7 +201,7 @@ def path_faults(
 def _is_same_file(scene: str, output: str) -> bool:
     try:
         return Path(scene).samefile(output)
-    except OSError:  # one is not there, or cannot be
+    except OSError:  # one does not exist, or is inaccessible
         return False
 
 

@@ -25,7 +25,7 @@ def prefabs(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="[NAME]", help="A prefab, as in table or scenecc:table.", autocompletion=complete_prefab
+            metavar="[NAME]", help="A prefab, such as table or scenecc:table.", autocompletion=complete_prefab
         ),
     ] = None,
     *,
@@ -58,7 +58,7 @@ def prefabs(
 def _refuse(name: str, known: list[str]) -> NoReturn:
     from scenecc.diagnostics.messages import cut, nearest
 
-    # What all names start with would make any word look like them.
+    # The common prefix would make any word look similar.
     near = nearest(name.removeprefix(_SHIPPED), [other.removeprefix(_SHIPPED) for other in known])
     hint = f"known here: {', '.join(known)}" if near is None else f"did you mean `{_SHIPPED}{near}`?"
     unknown = usage_error("SC909", f"no prefab `{cut(name)}` ships with scenecc", hint=hint)
@@ -73,7 +73,7 @@ def _table(rows: Sequence[PrefabRow]) -> str:
 
 
 def _editions(row: PrefabRow) -> str:
-    """A line on each package with which the prefab is another one; "" for most prefabs."""
+    """Returns one line per package for which the prefab has its own edition; "" for most prefabs."""
     lines = [
         f"This is the edition for {package}, which is installed here."
         if package == row.edition

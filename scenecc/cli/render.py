@@ -62,7 +62,7 @@ Video = Annotated[
 Every = Annotated[
     int | None,
     typer.Option(
-        "--every", metavar="N", parser=at_least(1), help="Steps per frame.", show_default="about 30 frames a second"
+        "--every", metavar="N", parser=at_least(1), help="Steps per frame.", show_default="about 30 frames per second"
     ),
 ]
 
@@ -81,13 +81,13 @@ def render(
     options: dict[str, Any],
     others: dict[str, Any],
 ) -> None:
-    """Render a picture or a film of a scene with SAPIEN's renderer.
+    """Render a picture or video of a scene with SAPIEN's renderer.
 
-    Without --camera, a camera that frames what moves is used. Depth is written in millimetres with 16 bits per pixel.
-    Segmentation is written as ids with a palette, and a table of the ids is printed. Needs a GPU, or Mesa's driver for
-    the CPU, and for films in MP4 the extra `pictures`.
+    Without --camera, a default camera frames the moving objects. Depth is written in millimetres with 16 bits per
+    pixel. Segmentation is written as ids with a palette, and a table of the ids is printed. Rendering needs a GPU, or
+    Mesa's driver for the CPU. MP4 videos need the extra `pictures`.
 
-    Of several scenes, or the scenes in a folder, each picture is written to the folder OUTPUT, under the name of its
+    For several scenes, or the scenes in a folder, each picture is written to the folder OUTPUT, under the name of its
     scene.
 
     \b
@@ -123,7 +123,7 @@ def render(
     if faults := _path_faults(paths[0], output, video, form):
         end(faults, form)
     if film is not None:
-        outlive_pipes()  # its encoder may end before all frames are there
+        outlive_pipes()  # its encoder may end before it has all frames
     with progress("render") as told:
         diagnostics, text = picture(paths[0], output, told)
     (print_err if STDOUT in {output, video} else print_out)(text)
@@ -133,44 +133,44 @@ def render(
 def _film(
     output: str | None, video: str | None, steps: int, every: int | None, *, many: bool
 ) -> Literal["mp4", "gif"] | None:
-    """Which kind of film is asked for. Raises typer.BadParameter where the options do not fit together."""
+    """Returns the kind of video that is requested. Raises typer.BadParameter if the options do not fit together."""
     if output is None and video is None:
-        raise typer.BadParameter("say where to write: -o FILE.png, or --video FILE.mp4", param_hint="'-o'")
+        raise typer.BadParameter("an output is needed: -o FILE.png, or --video FILE.mp4", param_hint="'-o'")
     if many and (output is None or video is not None):
-        raise typer.BadParameter("of many scenes, pictures are written to a folder: -o FOLDER", param_hint="'-o'")
+        raise typer.BadParameter("pictures of several scenes are written to a folder: -o FOLDER", param_hint="'-o'")
     if not many and output not in {None, STDOUT} and not str(output).lower().endswith(".png"):
-        raise typer.BadParameter(f"{quote_text(str(output))} does not end in .png", param_hint="'-o'")
+        raise typer.BadParameter(f"{quote_text(str(output))} must end in .png", param_hint="'-o'")
     if every is not None and (video is None or every > steps):
-        raise typer.BadParameter("it needs --video and at least as many --steps", param_hint="'--every'")
+        raise typer.BadParameter("it needs --video, and at least as many --steps", param_hint="'--every'")
     if video is None:
         return None
     if steps == 0:
-        raise typer.BadParameter("a film needs --steps of at least 1", param_hint="'--video'")
+        raise typer.BadParameter("a video needs --steps of at least 1", param_hint="'--video'")
     if video.lower().endswith(".mp4"):
         return "mp4"
     if video.lower().endswith(".gif"):
         return "gif"
-    raise typer.BadParameter(f"{quote_text(video)} does not end in .mp4 or .gif", param_hint="'--video'")
+    raise typer.BadParameter(f"{quote_text(video)} must end in .mp4 or .gif", param_hint="'--video'")
 
 
 _WORTH_TELLING: Final = 5.0
-"""Least time of ray tracing that is told [s]."""
+"""Shortest ray-tracing time that is announced [s]."""
 
 
 def _tell_estimate(seconds: float) -> None:
     if seconds >= _WORTH_TELLING:
         words = f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
-        print_err(f"tracing rays will take about {words} on this device; fewer --samples or pixels take less\n")
+        print_err(f"ray tracing will take about {words} on this device; fewer --samples or pixels take less\n")
 
 
 def _path_faults(scene: str, output: str | None, video: str | None, form: Format) -> list[Diagnostic]:
     faults = path_faults(scene, output, form)
-    # Of the scene's path all was said.
+    # The scene's path is already checked.
     return faults or [fault for fault in path_faults(scene, video, form) if fault.code != "SC901"]
 
 
 def _write(result: Rendering, output: str | None, video: str | None, form: Format) -> tuple[list[Diagnostic], str]:
-    """Writes the files. Gives what is wrong, and what they are in words."""
+    """Writes the files. Returns diagnostics, and a description of the files."""
     diagnostics = list(result.diagnostics)
     grid = [] if result.cell is None else [f"ground grid: cells of {result.cell:.10g} m"]
     written: list[str] = []
@@ -186,7 +186,7 @@ def _write(result: Rendering, output: str | None, video: str | None, form: Forma
 
 
 def _files(result: Rendering, output: str | None, video: str | None) -> Iterator[tuple[str, bytes, str]]:
-    """What is written: where, its content, and what it is in words."""
+    """Yields the files to write: path, content and description."""
     scenes = index_ranges([picture.scene_idx for picture in result.pictures])
     height, width, _ = result.pictures[0].pixels.shape
     one = len(result.pictures) == 1
@@ -194,11 +194,11 @@ def _files(result: Rendering, output: str | None, video: str | None) -> Iterator
     if output is not None:
         yield output, result.png(), seen
     if video is not None and result.film is not None:
-        yield video, result.film, f"{seen}, {result.frames} pictures, {result.rate:.4g} a second"
+        yield video, result.film, f"{seen}, {result.frames} frames, {result.rate:.4g} per second"
 
 
 def _legend(result: Rendering) -> list[str]:
-    """What the ids of a segmentation stand for."""
+    """Returns one line per segmentation id, with what it marks."""
     from scenecc.diagnostics.formats import wants_color
 
     rows = [[str(row.id), row.color, escape_text(row.name), index_ranges(row.scene_idxs)] for row in result.legend()]

@@ -1,4 +1,4 @@
-"""Options of `scenecc render` that are arguments of `scenecc.render_scene`, by their names there."""
+"""Options of `scenecc render`, under the names of the arguments of `scenecc.render_scene`."""
 
 from __future__ import annotations
 
@@ -42,25 +42,25 @@ class Shader(str, Enum):
 
 
 def point(text: str | tuple[float, float, float]) -> tuple[float, float, float]:
-    """`1,0.5,2`. Raises typer.BadParameter for anything but three numbers."""
+    """Parses `1,0.5,2`. Raises typer.BadParameter for anything but three numbers."""
     if not isinstance(text, str):
         return text
     try:
         x, y, z = map(float, text.split(","))
     except ValueError:
-        raise typer.BadParameter(f"{quote_text(text)} is not X,Y,Z in metres, such as 1,0.5,2") from None
+        raise typer.BadParameter(f"{quote_text(text)} must be X,Y,Z in metres, such as 1,0.5,2") from None
     return x, y, z
 
 
 def parse_size(text: str) -> tuple[int, int]:
-    """`640x480`. Raises typer.BadParameter for anything else."""
+    """Parses `640x480`. Raises typer.BadParameter for anything else."""
     from scenecc.plan.schema import PIXEL_BOUNDS
 
     found, most = _SIZE.fullmatch(text), int(PIXEL_BOUNDS.high)
     size = (int(found[1]), int(found[2])) if found else (0, 0)
     if not found or max(size) > most:
         raise typer.BadParameter(
-            f"{quote_text(text)} is not a size from 1 to {most}, such as 640x480", param_hint="'--size'"
+            f"{quote_text(text)} must be WIDTHxHEIGHT, each from 1 to {most}, such as 640x480", param_hint="'--size'"
         )
     return size
 
@@ -70,21 +70,23 @@ Focus = Annotated[
     typer.Option(
         "--focus",
         metavar="ENTITY",
-        help="Frame this entity or ENTITY/LINK.",
-        show_default="what moves",
+        help="Point the camera at this entity or ENTITY/LINK.",
+        show_default="everything that moves",
         autocompletion=complete_entity,
     ),
 ]
 Eye = Annotated[
     Any,
-    typer.Option(
-        "--eye", metavar="X,Y,Z", parser=point, help="Where the camera stands [m].", show_default="sees what it frames"
-    ),
+    typer.Option("--eye", metavar="X,Y,Z", parser=point, help="Camera position [m].", show_default="fits the view"),
 ]
 LookAt = Annotated[
     Any,
     typer.Option(
-        "--look-at", metavar="X,Y,Z", parser=point, help="Middle of the picture [m].", show_default="of what it frames"
+        "--look-at",
+        metavar="X,Y,Z",
+        parser=point,
+        help="Point that the camera looks at [m].",
+        show_default="centre of the view",
     ),
 ]
 Samples = Annotated[
@@ -93,8 +95,8 @@ Samples = Annotated[
         "--samples",
         metavar="N",
         parser=at_least(0),
-        help="Samples per pixel, 1 to 256: smooth edges.",
-        show_default="4; 1 with --camera; 32 for rays",
+        help="Samples per pixel, 1 to 256, for smooth edges.",
+        show_default="4; 1 with --camera; 32 for ray tracing",
     ),
 ]
 ShaderOption = Annotated[
@@ -104,15 +106,15 @@ PresetOption = Annotated[
     Preset | None,
     typer.Option(
         "--preset",
-        help="Light rig and background in place of the file's.",
+        help="Light rig and background, overriding the file.",
         show_default="studio if the file has no lights",
     ),
 ]
 Background = Annotated[
     str | None,
-    typer.Option("--background", metavar="COLOR", help="'#rrggbb' or a name of CSS.", show_default="the preset's"),
+    typer.Option("--background", metavar="COLOR", help="'#rrggbb' or a CSS colour name.", show_default="the preset's"),
 ]
-Ground = Annotated[bool, typer.Option("--ground", help="Draw a grid on the ground that shows scale.")]
+Ground = Annotated[bool, typer.Option("--ground", help="Draw a grid on the ground as a scale.")]
 Labels = Annotated[bool, typer.Option("--labels", help="Write the names of entities.")]
 Frames = Annotated[bool, typer.Option("--frames", help="Draw the axes of entities and links.")]
 Contacts = Annotated[bool, typer.Option("--contacts", help="Draw contact points and forces of the last step.")]
@@ -156,13 +158,13 @@ PICTURE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "contacts": (Contacts, False),
     "hidden": (Hidden, None),
 }
-"""Argument → option and default."""
+"""Options of pictures: argument → (option, default)."""
 
 
 def picture_choices(others: dict[str, Any], **further: Any) -> dict[str, Any]:
-    """The arguments of `render_scene` from these options, and others that are arguments already.
+    """Returns the arguments of `render_scene` from these options and `further` ones.
 
-    Raises typer.BadParameter where the options do not fit together.
+    Raises typer.BadParameter if the options do not fit together.
     """
     from scenecc.render.choices import ChoiceError, check_choices
 

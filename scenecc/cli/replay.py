@@ -33,7 +33,7 @@ Passport = Annotated[
     str,
     typer.Argument(
         metavar="PASSPORT",
-        help="A file with a passport, the passport itself, or - for standard input.",
+        help="File with a passport, the passport itself, or - for standard input.",
         show_default=False,
     ),
 ]
@@ -48,7 +48,7 @@ File = Annotated[
     ),
 ]
 AnyVersion = Annotated[
-    bool, typer.Option("--any-version", help="Build with other versions than the passport's, with a warning.")
+    bool, typer.Option("--any-version", help="Accept versions that differ from the passport, with a warning.")
 ]
 Render = Annotated[str | None, typer.Option("--render", metavar="FILE.png", help="Write a picture of the scene.")]
 View = Annotated[bool, typer.Option("--view", help="Show the scene in the browser.")]
@@ -64,10 +64,10 @@ def replay(
     form: FormatOption = Format.text,
     options: dict[str, Any],
 ) -> None:
-    """Build one scene again from its passport, to the bit.
+    """Rebuild one scene from its passport, bit for bit.
 
-    A passport is the line of JSON that `batch.passport(k)` gives. Files, parameters, versions and the state at the
-    start are compared with it. Whatever differs is an error, which says what it was and what it is.
+    A passport is the line of JSON that `batch.passport(k)` returns. The command compares files, parameters, versions
+    and the initial state with it. Every difference is an error that gives both values.
 
     \b
     Examples:
@@ -80,7 +80,7 @@ def replay(
     if render is not None and (reason := refusal(render)) is not None:
         end([usage_error("SC904", reason, file=render)], form)
     if render not in {None, STDOUT} and not str(render).lower().endswith(".png"):
-        raise typer.BadParameter(f"{quote_text(str(render))} does not end in .png", param_hint="'--render'")
+        raise typer.BadParameter(f"{quote_text(str(render))} must end in .png", param_hint="'--render'")
     is_text = passport.lstrip()[:1] == "{"
     if not is_text and passport != STDIN and not os.path.lexists(passport):
         end([usage_error("SC901", f"there is no file `{passport}`", file=passport)], form)
@@ -91,7 +91,7 @@ def replay(
         build_replay(known, compiled, render=False).close()
     found = compiled.sink.diagnostics()
     if form is Format.text:
-        said = f"scene {known.scene} of {known.num_scenes}: the start is that of the passport, to the bit"
+        said = f"scene {known.scene} of {known.num_scenes}: the initial state equals the passport's, bit for bit"
         (print_err if render == STDOUT else print_out)(f"{said}\n")
     with scene_errors(options, form):
         if render is not None:
@@ -103,7 +103,7 @@ def replay(
 
 
 def _picture(known: PassportContent, compiled: CompiledSource, target: str) -> list[Any]:
-    """Writes a picture; returns what went wrong."""
+    """Writes a picture. Returns diagnostics."""
     import scenecc
 
     made = scenecc.render_scene(compiled, scenes=str(known.scene))

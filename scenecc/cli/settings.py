@@ -1,4 +1,4 @@
-"""What a team wants to be told: `[tool.scenecc]` of the nearest pyproject.toml, and the options that go before it."""
+"""Which findings a team wants: `[tool.scenecc]` of the nearest pyproject.toml, and the options that override it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 ENTRY_POINTS: Final = "scenecc.rules"
-"""The group in which a package lists its rules, each by its id."""
+"""The entry point group in which a package lists its rules by id."""
 
 _MAX_BYTES = 2**20
 _PREFIX = re.compile(r"[A-Z]{2,3}[0-9]*|SC")
@@ -32,11 +32,11 @@ _SEVERITIES = ("error", "warning", "note")
 
 
 class SettingsError(Exception):
-    """What is wrong in a pyproject.toml.
+    """An error in a pyproject.toml.
 
     Attributes:
-        words: of which the last that stands in the file marks the line.
-        hint: what to do.
+        words: the last of these words in the file marks the line.
+        hint: how to fix it.
     """
 
     def __init__(self, message: str, *words: str, hint: str | None = None) -> None:
@@ -47,16 +47,16 @@ class SettingsError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class ProjectSettings:
-    """What one pyproject.toml says, with the options of the command line. Codes are whole or begin as given.
+    """The settings of one pyproject.toml, merged with the command line. Codes are complete or prefixes.
 
     Its `repr` is the same on every machine.
 
     Attributes:
-        folder: to which patterns are relative.
-        select: codes that are reported; None: all.
-        ignore: codes that are not; of two that fit, the longer counts, and `ignore` of two that are equal.
-        severity: the severity of codes, where it is not their own.
-        per_file_ignores: pattern of a scene's path, or of the file of a finding → further codes to ignore.
+        folder: folder to which patterns are relative.
+        select: codes to report; None: all.
+        ignore: codes to ignore. If both match, the longer prefix counts; at equal length, `ignore`.
+        severity: severity of codes, where it differs from the default.
+        per_file_ignores: path pattern of a scene, or of the file of a finding → more codes to ignore.
         strict: whether warnings count as errors.
         rules: house rules, by id.
     """
@@ -70,7 +70,7 @@ class ProjectSettings:
     rules: Mapping[str, Rule] | None = field(default=None, repr=False)
 
     def apply(self, diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
-        """The diagnostics of a scene that are wanted, with the severities that are. Errors stay what they are."""
+        """Returns the wanted diagnostics of a scene with the set severities. Errors are never changed."""
         return [
             self._with_severity(one) for one in diagnostics if one.severity == "error" or self._is_wanted(one, scene)
         ]
@@ -94,20 +94,20 @@ class ProjectSettings:
 
 
 def _longest(code: str, prefixes: tuple[str, ...]) -> int:
-    """The length of the longest prefix of a code; -1 where none fits."""
+    """Returns the length of the longest matching prefix of a code; -1 if none matches."""
     return max((len(prefix) for prefix in prefixes if code.startswith(prefix)), default=-1)
 
 
 class SettingsFinder:
-    """The settings of each file, of the command line and of the nearest pyproject.toml that has some.
+    """Finds the settings of each file, from the command line and the nearest pyproject.toml with a `[tool.scenecc]`.
 
     Args:
-        select: of the command line: takes the place of `select` and `ignore` of the file.
-        ignore: of the command line: adds to that of the file.
-        strict: of the command line.
+        select: from the command line; replaces `select` and `ignore` of the file.
+        ignore: from the command line; adds to `ignore` of the file.
+        strict: from the command line.
 
     Attributes:
-        faults: what is wrong in these files.
+        faults: diagnostics about these files.
     """
 
     def __init__(self, select: tuple[str, ...] | None, ignore: tuple[str, ...], *, strict: bool) -> None:
@@ -117,9 +117,9 @@ class SettingsFinder:
         self._merged: dict[Path, ProjectSettings] = {}
 
     def of(self, scene: str) -> ProjectSettings:
-        """The settings of a scene's path; those of the current folder for standard input."""
+        """Returns the settings for a scene's path; for standard input, those of the current folder."""
         folder = Path.cwd() if scene == STDIN else Path(scene).absolute().parent
-        if folder not in self._merged:  # one for all files of a folder, of which there may be very many
+        if folder not in self._merged:  # one entry per folder, which may have many files
             self._merged[folder] = self._with_command_line(folder)
         return self._merged[folder]
 
@@ -154,11 +154,11 @@ class SettingsFinder:
 
 
 def _table(text: str) -> dict[str, Any] | None:
-    """`[tool.scenecc]`, if there is one."""
+    """Returns `[tool.scenecc]`; None if it is missing."""
     try:
         toml: Any = import_module("tomllib" if sys.version_info >= (3, 11) else "tomli")
     except ImportError:
-        message = "reading it needs a TOML parser, which Python has from 3.11 on"
+        message = "it needs a TOML parser, which Python includes since 3.11"
         raise SettingsError(message, "tool.scenecc", hint="pip install tomli") from None
     try:
         data: Any = toml.loads(text)
@@ -191,19 +191,19 @@ def _settings(table: dict[str, Any], folder: Path) -> ProjectSettings:
 
 def _flag(given: object) -> bool:
     if not isinstance(given, bool):
-        raise SettingsError("`strict` is true or false", "strict")
+        raise SettingsError("`strict` must be true or false", "strict")
     return given
 
 
 def _strings(given: object, key: str) -> tuple[str, ...]:
     if not isinstance(given, list) or not all(isinstance(one, str) for one in cast("list[object]", given)):
-        raise SettingsError(f"`{key}` is a list of strings", key)
+        raise SettingsError(f"`{key}` must be a list of strings", key)
     return tuple(cast("list[str]", given))
 
 
 def _mapping(given: object, key: str) -> dict[str, Any]:
     if not isinstance(given, dict):
-        raise SettingsError(f"`{key}` is a table", key)
+        raise SettingsError(f"`{key}` must be a table", key)
     return cast("dict[str, Any]", given)
 
 
@@ -216,13 +216,13 @@ def _codes(given: object, key: str, rules: Mapping[str, Rule], *, may_be_error: 
 
 
 def code_fault(code: str, rules: Mapping[str, Rule] = {}, *, may_be_error: bool = True) -> str | None:
-    """Why something is neither a code nor the beginning of one; None if it is."""
+    """Returns why a text is not a code or the prefix of one; None if it is."""
     from scenecc.diagnostics.codes import CODES
 
     if not may_be_error and code in CODES and CODES[code].severity == "error":
         return f"{code} is an error, and errors cannot be ignored"
     is_one = _PREFIX.fullmatch(code) and any(known.startswith(code) for known in (*CODES, *rules))
-    return None if is_one else f"`{code}` is no code, and no code begins with it"
+    return None if is_one else f"unknown code `{code}`; no code begins with it"
 
 
 def _severity(given: object, rules: Mapping[str, Rule]) -> dict[str, Any]:
@@ -230,15 +230,15 @@ def _severity(given: object, rules: Mapping[str, Rule]) -> dict[str, Any]:
     for code, severity in table.items():
         _codes([code], "severity", rules, may_be_error=False)
         if severity not in _SEVERITIES:
-            raise SettingsError(f"the severity of {code} is error, warning or note", "severity", code)
+            raise SettingsError(f"the severity of {code} must be error, warning or note", "severity", code)
     return table
 
 
 def load_rules(wanted: tuple[str, ...]) -> dict[str, Rule]:
-    """The house rules of some ids, or of ids that begin so, as installed packages list them.
+    """Loads the house rules of some ids or id prefixes from installed packages.
 
     Raises:
-        SettingsError: there is none, or it cannot be loaded.
+        SettingsError: a rule does not exist, or cannot be loaded.
     """
     if not wanted:
         return {}
@@ -253,14 +253,14 @@ def load_rules(wanted: tuple[str, ...]) -> dict[str, Rule]:
             raise SettingsError(f"no installed package has a rule `{prefix}`", "rules", prefix, hint=hint)
         try:
             found |= {name: one.load() for name, one in fitting.items()}
-        except Exception as error:  # noqa: BLE001 - code of somebody else
+        except Exception as error:  # noqa: BLE001 - third-party code
             message = f"the rules `{prefix}` cannot be loaded: {type(error).__name__}: {error}"
             raise SettingsError(message, "rules", prefix) from None
     return found
 
 
 def _fault(file: Path, text: str, error: SettingsError) -> Diagnostic:
-    """The error, at the line that has the last of its words, after the header of the table."""
+    """Returns the error at the line of the last of its words, after the header of the table."""
     from scenecc.diagnostics.diagnostic import Location
 
     lines = text.splitlines()

@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 _DONE: Final = ("check", "render", "state")
 
 _OPTIONS: Final = ("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits")
-"""Of those of compiling; the seeds are the sweep's own."""
+"""The compile options without the seed; a sweep sets its own seeds."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Wanted:
-    """What `check` would report of a file among those of the same command."""
+    """The findings that `check` would report for one of these files."""
 
     settings: ProjectSettings
     is_part: bool
@@ -52,12 +52,12 @@ class _Wanted:
         return self.settings.rules
 
     def apply(self, diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
-        """The diagnostics that are wanted, with the severities that are."""
+        """Returns the wanted diagnostics with the set severities."""
         return self.settings.apply(without_lacks(diagnostics) if self.is_part else diagnostics, scene)
 
 
 def _find_scenes(paths: list[str]) -> dict[str, _Wanted]:
-    """The files to sweep, and what is wanted of each. Ends the command where a path or a setting has a fault."""
+    """Returns the files to sweep and their settings. Ends the command if a path or setting is wrong."""
     found = find_files(paths)
     faults = found.faults()
     if STDIN in found.files:
@@ -75,7 +75,7 @@ def _parse_do(text: str | tuple[str, ...]) -> tuple[str, ...]:
     asked = [one.strip() for one in text.split(",")]
     for one in asked:
         if one not in _DONE:
-            raise typer.BadParameter(f"{quote_text(one)} is none of {', '.join(_DONE)}")
+            raise typer.BadParameter(f"{quote_text(one)} must be one of {', '.join(_DONE)}")
     return tuple(asked)
 
 
@@ -89,36 +89,38 @@ def sweep(
     paths: Paths,
     *,
     output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the table, the pictures and the log.")
+        str, typer.Option("--output", "-o", metavar="FOLDER", help="Output folder for the table, pictures and log.")
     ],
     seeds: Annotated[
         Any, typer.Option("--seeds", metavar="A:B", parser=parse_seeds, help="Build with each seed from A to B-1.")
     ] = None,
-    do: Annotated[Any, typer.Option("--do", metavar="WHAT", parser=_parse_do, help="Some of check,render,state.")] = (
+    do: Annotated[
+        Any, typer.Option("--do", metavar="WHAT", parser=_parse_do, help="What to do: any of check,render,state.")
+    ] = (
         "check",
         "state",
     ),
     settle: Annotated[
         float,
-        typer.Option("--settle", metavar="SECONDS", parser=parse_seconds, help="Time that `check` simulates."),
+        typer.Option("--settle", metavar="SECONDS", parser=parse_seconds, help="Time to simulate in `check`."),
     ] = 1.0,
     camera: Camera = None,
     size: Annotated[str | None, typer.Option("--size", metavar="WxH", help="Size of each picture [px].")] = None,
     jobs: Annotated[int, typer.Option("--jobs", metavar="N", parser=at_least(1), help="Number of processes.")] = 1,
-    ray: Annotated[bool, typer.Option("--ray", help="Use Ray, on this machine.")] = False,
+    ray: Annotated[bool, typer.Option("--ray", help="Use Ray on this machine.")] = False,
     ray_address: Annotated[
         str | None, typer.Option("--ray-address", metavar="HOST:PORT", help="Use the Ray cluster with this head node.")
     ] = None,
     shard: Annotated[
-        Any, typer.Option("--shard", metavar="I/N", parser=parse_shard, help="Do only part I of N.")
+        Any, typer.Option("--shard", metavar="I/N", parser=parse_shard, help="Run only part I of N.")
     ] = None,
     form: TableFormatOption = TableFormat.text,
     options: dict[str, Any],
 ) -> None:
     """Check, build or render many seeds and scenes into one table.
 
-    The table has a row for each scene: file, parameters, seed, scene, draws, findings, poses, picture. If the sweep
-    is interrupted, run the same command again: it continues. Needs the extra `sweep`, or `ray`.
+    The table has one row per scene: file, parameters, seed, scene, draws, findings, poses, picture. To resume an
+    interrupted sweep, run the same command again. Needs the extra `sweep`, or `ray`.
 
     \b
     Examples:
@@ -151,7 +153,7 @@ def sweep(
 
 
 def _conclude(result: Sweep, form: TableFormat, *, strict: bool) -> None:
-    """Prints what was found and where the table is; ends with the status. `strict`: warnings count as errors."""
+    """Prints the findings and the path of the table, and exits with the status. `strict`: warnings count as errors."""
     table = None if result.table is None else str(result.table)
     if form is TableFormat.json:
         done = {"table": table, "units": result.units, "done": result.done}

@@ -1,4 +1,4 @@
-"""Tables and trees for people."""
+"""Tables and trees for terminals."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ _RIGHT: Final = frozenset({"shapes", "mass [kg]"})
 """Columns of numbers."""
 
 _MOST: Final = 30
-"""Rows that a table has unless all are asked for."""
+"""Maximum number of rows, unless all are requested."""
 
 _NUMBER: Final = re.compile(r"\d+")
 
 _COMMAND: Final = re.compile(r"^(?=\s*::)|(?<=##)(?=\[)")
-"""Where GitHub's runner, which reads what a job prints, sees a command of its own."""
+"""Where GitHub's runner would read a command in the output of a job."""
 
 
 def escape_text(text: str) -> str:
-    """A scene's text as part of one line, which neither a terminal nor a CI runner acts upon."""
+    """Escapes a scene's text, so that neither a terminal nor a CI runner interprets it."""
     return _COMMAND.sub(r"\\", visible(text))
 
 
 def built(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str:
-    """One line an entity, in build order. `~` marks what scenes differ in, of which the first is told. Then a line a
-    constraint, light and camera.
+    """Returns one line per entity in build order, then one line per constraint, light and camera.
 
-    `whole`: however many there are; else copies that are the same share their lines, and tables end after 30.
+    `~` marks what differs between scenes; the first value is shown. `whole`: print all rows; otherwise equal copies
+    share a line, and tables end after 30.
     """
     entities = [row for row in rows if row.section == "entities"]
     named = [(row.name, row) for row in entities]
@@ -60,8 +60,9 @@ def built(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str
 
 
 def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str:
-    """One line an entity, in build order; then one line a field in which scenes differ. Copies that are the same in
-    every column share their lines. `whole`: as of `built`.
+    """Returns one line per entity in build order, then one line per field that differs between scenes.
+
+    Copies that are equal in every column share a line. `whole`: as in `built`.
     """
     entities = _merge_copies([row for row in rows if row.section == "entities"])
     others = [(f"{row.section}.{row.name}", row) for row in rows if row.section != "entities"]
@@ -91,7 +92,7 @@ def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> s
 
 
 def _others(rows: Sequence[SummaryRow], *, color: bool, whole: bool) -> str:
-    """One line a constraint, light and camera; nothing where there are none."""
+    """Returns one line per constraint, light and camera; "" if there are none."""
     cells = [
         (
             escape_text(row.name),
@@ -107,14 +108,14 @@ def _others(rows: Sequence[SummaryRow], *, color: bool, whole: bool) -> str:
 
 
 def _body(row: SummaryRow) -> str:
-    """The type of a body, or how many links an articulation has and how many of its joints move."""
+    """Returns the type of a body, or the numbers of links and degrees of freedom of an articulation."""
     if not row.link_count:
         return row.body_type
     return f"{row.body_type}, {row.link_count} link{'s' * (row.link_count != 1)}, {row.dof} dof"
 
 
 def _merge_copies(rows: Sequence[SummaryRow]) -> list[tuple[str, SummaryRow]]:
-    """The rows with their names. Neighbours that differ only by a number in the name become one row."""
+    """Returns the rows with their names. Neighbours that differ only by a number in the name are merged."""
 
     def facts(row: SummaryRow) -> tuple[str, SummaryRow]:
         return _NUMBER.sub("#", row.name), replace(row, name="")
@@ -127,7 +128,7 @@ def _merge_copies(rows: Sequence[SummaryRow]) -> list[tuple[str, SummaryRow]]:
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, color: bool) -> str:
-    """Columns under their names. The cells are harmless: see `plain`."""
+    """Returns aligned columns under their names. The cells must be escaped with `plain`."""
     cells = [head, *rows]
     widths = [max(len(row[i]) for row in cells) for i in range(len(head))]
     first, *others = ["  ".join(_padded(row, widths, head)).rstrip() for row in cells]
@@ -135,14 +136,14 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, color: bool) ->
 
 
 def _cut(head: Sequence[str], rows: Sequence[Sequence[str]], *, color: bool, whole: bool) -> str:
-    """A table, or its first rows and how many there are more."""
+    """Returns a table, or its first rows and the number of the others."""
     if whole or len(rows) <= _MOST:
         return table(head, rows, color=color)
     return f"{table(head, rows[:_MOST], color=color)}… {len(rows) - _MOST} more rows, which --all shows\n"
 
 
 def stage_times(timings: Mapping[str, float]) -> str:
-    """The time of each stage and of all, on one line. `timings`: stage → seconds."""
+    """Returns the time of each stage and the total, on one line. `timings`: stage → seconds."""
     stages = ", ".join(f"{stage} {_time(seconds)}" for stage, seconds in timings.items())
     return f"{stages}; {_time(sum(timings.values()))} in all"
 
@@ -176,14 +177,14 @@ def _time(seconds: float) -> str:
 
 
 _ENDLESS: Final = 10**6
-"""Characters of a line that nobody looks at on a terminal: a program takes each item as one line."""
+"""Line length for output that is not a terminal: programs expect one item per line."""
 
 _INLINE: Final = frozenset({"shapes", "links", "variants", "joint"})
-"""Groups whose items stand right below what has them."""
+"""Groups whose items are listed directly below their owner, without a heading."""
 
 
 def tree_text(item: Item) -> str:
-    """A tree as standard output takes it: with colours and as wide as the terminal, where it is one."""
+    """Returns a tree for standard output, with colours and the width of the terminal if it is one."""
     console = terminal()
     with console.capture() as captured:
         console.print(tree(item))
@@ -192,7 +193,7 @@ def tree_text(item: Item) -> str:
 
 
 def terminal() -> Console:
-    """Standard output, on which nothing is guessed: no markup, no emoji, no numbers found in a text."""
+    """Returns a console for standard output without markup, emoji or number highlighting."""
     from rich.console import Console
 
     color = wants_color(sys.stdout)
@@ -208,7 +209,7 @@ def terminal() -> Console:
 
 
 def tree(item: Item) -> Tree:
-    """An item with all that is below it."""
+    """Returns an item with everything below it."""
     from rich.tree import Tree
 
     made = Tree(_line(item), guide_style="dim")
@@ -236,7 +237,7 @@ def _head(name: str, count: int) -> Text:
 
 
 def _line(item: Item, name: str = "") -> Text:
-    """Name, type and facts. `name`: of an item that has none."""
+    """Returns a line with name, type and facts. `name`: used if the item has none."""
     from rich.text import Text
 
     line = Text(overflow="fold")

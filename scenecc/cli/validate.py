@@ -38,8 +38,8 @@ def validate(
     ],
     *,
     form: FormatOption = Format.text,
-    fix: Annotated[bool, typer.Option("--fix", help="Correct what is safe to correct, in the files.")] = False,
-    diff: Annotated[bool, typer.Option("--diff", help="Show what --fix would change, on standard error.")] = False,
+    fix: Annotated[bool, typer.Option("--fix", help="Apply safe corrections to the files.")] = False,
+    diff: Annotated[bool, typer.Option("--diff", help="Print what --fix would change, on standard error.")] = False,
     scenes_only: Annotated[
         bool, typer.Option("--scenes-only", help="Skip named files that are not scenes (for commit hooks).")
     ] = False,
@@ -48,9 +48,9 @@ def validate(
 ) -> None:
     """Check scene files without building them.
 
-    In a folder, the command checks all scenes: .yaml and .yml files with the key `scenecc` at the
-    top level, and packs. It counts and skips other files of these names. A file named on the command line is always
-    checked, or with --scenes-only if it is a scene.
+    In a folder, the command checks all scenes: .yaml and .yml files with the key `scenecc` at the top level, and packs.
+    It counts and skips other .yaml and .yml files. A file named on the command line is always checked, or with
+    --scenes-only if it is a scene.
 
     \b
     Examples:
@@ -90,7 +90,7 @@ def _correct(
     rules: Mapping[str, Rule],
     memory: PathCache | None,
 ) -> list[Diagnostic]:
-    """Checks a file and corrects it. `made`: gets the corrections; None: they are shown and not written."""
+    """Checks and corrects a file. `made`: collects the corrections; None: they are printed, not written."""
     here = check(file, rules, memory)
     better = corrected(file, options) if any(one.fix for one in here) else None
     if better is None:
@@ -108,4 +108,4 @@ def _check_correctable(paths: list[str], jobs: int | None, option: str) -> None:
     if STDIN in paths:
         raise typer.BadParameter("standard input cannot be corrected: name a file", param_hint=f"'{option}'")
     if jobs is not None:
-        raise typer.BadParameter("files are corrected one after the other", param_hint="'--jobs'")
+        raise typer.BadParameter("files are corrected one at a time", param_hint="'--jobs'")

@@ -79,7 +79,7 @@ def view(
     *,
     index: Scene = 0,
     grid: Grid = False,
-    show: Annotated[Show, typer.Option("--show", help="Shapes to draw first.")] = Show.visual,
+    show: Annotated[Show, typer.Option("--show", help="Shapes to show first.")] = Show.visual,
     shadows: Shadows = True,
     export: Export = None,
     steps: Steps = 0,
@@ -92,8 +92,8 @@ def view(
     """Show a scene in the browser, live while you edit it.
 
     The page reloads the scene whenever one of its files changes. It shows the objects with their masses and materials,
-    the simulation, and the parameters of the file. An error appears above the last valid scene. No GPU is needed. Press
-    Ctrl-C to stop.
+    the simulation, and the parameters of the file. If the file has an error, the page shows it above the last valid
+    scene. No GPU is needed. Press Ctrl-C to stop.
 
     \b
     Examples:
@@ -109,7 +109,7 @@ def view(
         index, grid, visual=show is Show.visual, collision=show is Show.collision, shadows=shadows
     )
     with scene_errors(options):
-        outlive_pipes()  # a browser may go away, and what takes part in writing a page ends in any order
+        outlive_pipes()  # a browser may disconnect, and the processes that write a page end in any order
         if export is None:
             place = _place(host, port, token)
             scenecc.view_scene(
@@ -127,23 +127,23 @@ def view(
 
 
 def _check(export: str | None, steps: int, *, served: bool) -> None:
-    """Raises typer.BadParameter where options do not fit together."""
+    """Raises typer.BadParameter if options do not fit together."""
     if export is None and steps:
-        raise typer.BadParameter("it needs --export; a served page has a button instead", param_hint="'--steps'")
+        raise typer.BadParameter("it needs --export; a served page has a button for it", param_hint="'--steps'")
     if export is not None and served:
         message = "it cannot be combined with --open, --host, --port or --token, because no page is served"
         raise typer.BadParameter(message, param_hint="'--export'")
     if export not in {None, STDOUT} and not str(export).lower().endswith((".html", ".htm")):
-        raise typer.BadParameter(f"{quote_text(str(export))} does not end in .html", param_hint="'--export'")
+        raise typer.BadParameter(f"{quote_text(str(export))} must end in .html", param_hint="'--export'")
 
 
 def _place(host: str | None, port: int | None, token: str | None) -> PageAddress:
-    """Raises typer.BadParameter if there is no such port or token."""
+    """Returns the page's address. Raises typer.BadParameter for an invalid port or token."""
     from secrets import token_urlsafe
 
     import scenecc
 
-    made_up = token_urlsafe() if token == "auto" else token  # noqa: S105 - no token
+    made_up = token_urlsafe() if token == "auto" else token  # noqa: S105 - not a token
     try:
         return scenecc.PageAddress(host or scenecc.PageAddress().host, port, made_up)
     except ValueError as error:
@@ -151,7 +151,7 @@ def _place(host: str | None, port: int | None, token: str | None) -> PageAddress
 
 
 def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnostic]], None]:
-    """What tells what was found, and that there is no error any more."""
+    """Returns a function that prints findings, and reports when the last error is gone."""
     failed = False
 
     def tell(found: Sequence[Diagnostic]) -> None:

@@ -1,6 +1,6 @@
 """Diagnostics, the table of their codes, the sink, and one renderer per format.
 
-Every stage reports here, and this package imports none of them.
+Every stage reports here. This package imports none of them.
 """
 
 from scenecc.diagnostics.codes import Severity

@@ -1,7 +1,7 @@
-"""The table of diagnostic codes, as data in `codes.yaml`.
+"""The table of diagnostic codes, with its data in `codes.yaml`.
 
-The file is read when something is first reported. Severities and titles are found without parsing it; cause, example
-and cure of a code are parsed on request.
+The file is read at the first report. Severities and titles are found without parsing it; cause, example and cure of a
+code are parsed on request.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scenecc.diagnostics.frozen import frozen
 Severity = Literal["error", "warning", "note"]
 
 Fault = Literal["scene", "usage", "machine"]
-"""What has to be put right: the scene file, the command, or the engine and the machine."""
+"""What must be fixed: the scene file, the command, or the engine and machine."""
 
 BANDS: Final[dict[str, str]] = {
     "0": "reading YAML",
@@ -31,10 +31,10 @@ BANDS: Final[dict[str, str]] = {
     "8": "the engine and the machine",
     "9": "use of the tool",
 }
-"""What the first digit of a code means."""
+"""The meaning of a code's first digit."""
 
 _FAULTS: Final[dict[str, Fault]] = {"8": "machine", "9": "usage"}
-"""What has to be put right for a code, by its first digit; for all others it is the scene."""
+"""What must be fixed, by the first digit of a code; for all other digits, the scene."""
 
 _OF_CHECK: Final = re.compile(r"SC(?:43[4-9]|44|53|54|57|8[56])")
 
@@ -50,13 +50,13 @@ _ENTRY = re.compile(
 
 @frozen
 class Code:
-    """What one diagnostic code means, for `scenecc explain` and the documentation.
+    """The meaning of a diagnostic code, for `scenecc explain` and the documentation.
 
     Attributes:
         code: `SC` and three digits. The first digit is the stage.
-        severity: what a report of this code is.
-        at_fault: what has to be put right where it is reported.
-        entry: the code's entry in `codes.yaml`.
+        severity: severity of its reports.
+        at_fault: what must be fixed.
+        entry: its entry in `codes.yaml`.
     """
 
     code: str
@@ -71,17 +71,17 @@ class Code:
 
     @property
     def cause(self) -> str:
-        """Why it is refused: what SAPIEN would do, or what it could mean."""
+        """Why it is reported: what SAPIEN would do, or what it could mean."""
         return self._text("cause")
 
     @property
     def example(self) -> str:
-        """A scene file (or the command) that gives it."""
+        """A scene file (or command) that causes it."""
         return self._text("example")
 
     @property
     def cure(self) -> str:
-        """The same, mended, or what to do."""
+        """The fixed example, or what to do."""
         return self._text("cure")
 
     def _text(self, key: str) -> str:
@@ -90,14 +90,14 @@ class Code:
 
 @cache
 def _parsed(entry: str) -> dict[str, dict[str, Any]]:
-    import yaml  # noqa: PLC0415 - needed once something is reported
+    import yaml  # noqa: PLC0415 - needed only for reports
 
-    # The parser in C where PyYAML has it: `scenecc explain` parses every entry for its list of titles.
+    # Uses the C parser if PyYAML has it, because `scenecc explain` parses every entry for its list of titles.
     return yaml.load(entry, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - both are safe
 
 
 class _Codes(Mapping[str, Code]):
-    """Every code, in order, read on first use."""
+    """All codes in order, read at first use."""
 
     def __init__(self) -> None:
         self._rows: dict[str, Code] = {}
@@ -121,9 +121,9 @@ class _Codes(Mapping[str, Code]):
 
 
 CODES: Final[Mapping[str, Code]] = _Codes()
-"""Every code, by code."""
+"""All codes, by name."""
 
 
 def is_of_check(code: str) -> bool:
-    """Whether only `check` reports a code, and no compilation."""
+    """Returns whether only `check` reports a code."""
     return _OF_CHECK.match(code) is not None

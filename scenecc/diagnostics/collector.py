@@ -1,4 +1,4 @@
-"""The garbage collector, out of the way while many containers are made."""
+"""Pauses the garbage collector while many containers are made."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def collector_paused() -> Generator[None]:
-    """Without the collector, which would look through all the new containers again and again."""
+    """Pauses the garbage collector, which would scan all new containers repeatedly."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:

@@ -13,28 +13,28 @@ from scenecc.diagnostics.codes import CODES, Severity
 from scenecc.diagnostics.frozen import frozen
 
 PathKey = str | int
-"""One step into a document: a mapping's key or a sequence's index."""
+"""One step into a document: a mapping's key or a list's index."""
 
 Path = tuple[PathKey, ...]
 
 At = Literal["value", "key"]
-"""Which half of a mapping's entry is meant. A sequence's item has only a value."""
+"""Which half of a mapping's entry is meant. A list item has only a value."""
 
 
 @frozen
 class Origin:
-    """The node of a document that asked for something.
+    """The node of a document that caused something.
 
-    Cheap to make (a valid file makes thousands and prints none): a line is looked up only when a
-    diagnostic is printed.
+    Cheap to make (a valid file makes thousands and prints none): the line is looked up only when a diagnostic is
+    printed.
 
     Attributes:
-        file: name of the document as shown to people; None for a dict.
+        file: name of the document for messages; None for a dict.
         path: keys and indices from the document's root.
         copy: which copy of a repeated node ("i=1, j=-1"); empty for a node written once.
-        parent: the node that brought this document in (a `use`, an item of `include`, a robot's file); None for the
-            top document.
-        location: where it is, where that is known already: in a text that is no scene file.
+        parent: the node that references this document (a `use`, an item of `include`, a robot's file); None for the top
+            document.
+        location: its location, if already known: in a text that is not a scene file.
     """
 
     file: str | None
@@ -44,11 +44,11 @@ class Origin:
     location: Location | None = None
 
     def child(self, *keys: PathKey) -> Origin:
-        """The origin of a node below this one."""
+        """Returns the origin of a node below this one."""
         return Origin(self.file, self.path + keys, self.copy, self.parent, self.location)
 
     def into(self, location: Location, *path: PathKey) -> Origin:
-        """The origin of a line in another text, which this node names. `path`: what stands there."""
+        """Returns the origin of a line in another text, which this node references. `path`: path of its content."""
         return Origin(location.file, path, "", self, location)
 
 
@@ -57,8 +57,8 @@ class Location:
     """A place in a text. Lines and columns count from 1; columns count characters.
 
     Attributes:
-        file: name of the document as shown to people.
-        line: 1-based line; None where the document has no text (a dict).
+        file: name of the document for messages.
+        line: 1-based line; None if the document has no text (a dict).
         column: 1-based column of the first character.
         end_column: column after the last character to underline, on the same line.
         text: the whole line, without its line break.
@@ -72,19 +72,19 @@ class Location:
 
 
 Locator = Callable[[Origin, At], Location]
-"""Finds an origin in its text. Total: what cannot be found gives a location without a line."""
+"""Returns the location of an origin. It never fails: if nothing is found, the location has no line."""
 
 Tracer = Callable[[Origin], Origin]
-"""Turns an origin in an expanded document into the one as written. Total."""
+"""Maps an origin in an expanded document to the origin as written. It never fails."""
 
 
 def as_written(origin: Origin) -> Origin:
-    """The tracer of documents that are compiled as they are written."""
+    """Tracer of documents that are compiled as written."""
     return origin
 
 
 def nowhere(origin: Origin, at: At) -> Location:
-    """The locator of documents that have no text."""
+    """Locator of documents without text."""
     del at
     return Location(origin.file)
 
@@ -93,10 +93,9 @@ _QUOTED = frozenset(". []\"'\n\t")
 
 
 def dotted(path: Path) -> str:
-    """A path as people write it: `entities.cube.shapes[0].half_size[1]`.
+    """Returns a path as users write it: `entities.cube.shapes[0].half_size[1]`.
 
-    Keys that would read as something else (dots, brackets, blanks) are quoted:
-    `entities["a.b"]`.
+    Keys with dots, brackets or blanks are quoted: `entities["a.b"]`.
     """
     out: list[str] = []
     for key in path:
@@ -110,24 +109,24 @@ def dotted(path: Path) -> str:
 
 
 Span = tuple[int, int]
-"""The first character and the one after the last, in the value of a scalar."""
+"""First character, and the one after the last, in the value of a scalar."""
 
 _BEFORE = re.compile(r"(?:[&!]\S*\s+)*")
-"""An anchor and a tag, in front of the scalar itself."""
+"""An anchor and a tag before a scalar."""
 
 _CHARACTER = {
     '"': re.compile(r"\\x..|\\u.{4}|\\U.{8}|\\.|[^\"\\]"),
     "'": re.compile(r"''|[^']"),
     "": re.compile(r"."),
 }
-"""What stands for one character: in double quotes, in single quotes, and in plain text."""
+"""The notation of one character: in double quotes, in single quotes, and in plain text."""
 
 
 def locate_span(location: Location, span: Span) -> Location:
-    """The place of a part of a scalar; the scalar's own where the part does not begin on its first line.
+    """Returns the location of a part of a scalar; that of the scalar if the part does not begin on its first line.
 
     Args:
-        location: of the scalar.
+        location: location of the scalar.
         span: the part.
     """
     if location.column is None or location.text is None:
@@ -157,7 +156,7 @@ MAX_REPORTS = 1000
 
 @frozen
 class Related:
-    """A second place that belongs to a diagnostic (the first of two equal keys, say)."""
+    """A second place of a diagnostic, for example the first of two equal keys."""
 
     message: str
     location: Location
@@ -165,7 +164,7 @@ class Related:
 
 @frozen
 class Fix:
-    """A safe correction: a text in place of a part of one line."""
+    """A safe correction: a replacement for a part of one line."""
 
     location: Location
     text: str
@@ -173,18 +172,18 @@ class Fix:
 
 @frozen
 class Diagnostic:
-    """One finding.
+    """A finding.
 
     Attributes:
         code: `SC` and three digits, a row of `scenecc.diagnostics.codes.CODES`.
         severity: errors stop the pipeline; warnings and notes do not.
         message: one sentence about this file, without its place.
-        location: file, line and columns, as far as they are known.
-        path: the place in the document (`entities.cube.mass`); "" for the whole document. A fault of the caller has
-            the argument or option here.
-        hint: what to do, where there is more to say than the message does.
-        related: other places that belong to it, nearest first.
-        fix: what `--fix` writes, where there is one safe correction.
+        location: file, line and columns, as far as known.
+        path: path in the document (`entities.cube.mass`); "" for the whole document. For wrong usage, the argument or
+            option.
+        hint: how to fix it, if the message does not say.
+        related: related places, nearest first.
+        fix: what `--fix` writes, if there is one safe correction.
     """
 
     code: str
@@ -198,29 +197,29 @@ class Diagnostic:
 
     @property
     def file(self) -> str | None:
-        """Name of the document; None for a dict, and where no file is at fault."""
+        """Name of the document; None for a dict, or if no file is at fault."""
         return self.location.file
 
     @property
     def line(self) -> int | None:
-        """1-based line; None where there is no text."""
+        """1-based line; None if there is no text."""
         return self.location.line
 
     @property
     def column(self) -> int | None:
-        """1-based column; None where there is no text."""
+        """1-based column; None if there is no text."""
         return self.location.column
 
     @property
     def place(self) -> str:
-        """Where it is, in words: a file, a dict, the argument that is at fault, or scenecc for the machine's faults."""
+        """Where it is, in words: a file, a dict, a wrong argument, or scenecc for errors of the machine."""
         if self.file:
             return self.file
         return "<dict>" if self._is_in_dict else self.path or "scenecc"
 
     @property
     def node(self) -> str:
-        """The place in the document; "" for the whole document and where there is none."""
+        """The path in the document; "" for the whole document, or if there is none."""
         return self.path if self.file or self._is_in_dict else ""
 
     @property
@@ -237,18 +236,18 @@ class Diagnostic:
 
 
 def _given_nowhere(_origin: Origin) -> tuple[Origin, ...]:
-    """Of documents that use no prefab."""
+    """The `given` function of documents without prefabs."""
     return ()
 
 
 _USERS = 10
-"""How many nodes that name the same file are shown."""
+"""Maximum number of listed nodes that reference the same file."""
 
 _STOPPED = "SC016"
-"""The code for all errors after the last one that is reported."""
+"""The code that replaces all errors beyond the maximum."""
 
 RelatedPlace = tuple[str, Origin | Location, At]
-"""A message, the place it is about, and which half of it."""
+"""A message, its place, and which half of the entry it concerns."""
 
 
 @frozen
@@ -267,7 +266,7 @@ class _Report:
 
 
 _Repeated = tuple[str, str | None, Path, int | None]
-"""The code and the place of what many copies of one node may have in common."""
+"""The code and place that copies of one node have in common."""
 
 
 def _repeated(code: str, place: Origin) -> _Repeated:
@@ -275,16 +274,15 @@ def _repeated(code: str, place: Origin) -> _Repeated:
 
 
 class Sink:
-    """Collects what the stages report; turns origins into lines only when read.
+    """Collects the reports of the stages; origins become lines only when read.
 
     Attributes:
         locate: finds an origin in its text. Set by the pipeline once there is a document.
-        trace: leads the origins of what is reported from now on back to what was written. Set by the pipeline
-            once a document is expanded.
-        given: finds where the parameters are given that a node inside a prefab reads. Set by the pipeline.
-        overridden: finds where keys are overridden of the node that an origin leads into. Set by the pipeline.
-        parent: the node that includes the document which is being read; its locations do not contain it.
-        silencings: the comments of the files that were read which silence findings.
+        trace: maps origins of later reports to what was written. Set by the pipeline once a document is expanded.
+        given: finds where the parameters read by a node in a prefab are given. Set by the pipeline.
+        overridden: finds where keys of a node are overridden. Set by the pipeline.
+        parent: the node that includes the document being read; the document's locations do not contain it.
+        silencings: comments that silence findings, of all files read.
     """
 
     def __init__(self, locate: Locator = nowhere) -> None:
@@ -307,7 +305,7 @@ class Sink:
         self._alike: dict[tuple[str, Origin | Location], dict[str, None]] = {}
 
     def another(self) -> Sink:
-        """A sink without findings, which leads back to the same documents."""
+        """Returns an empty sink for the same documents."""
         made = Sink(self.locate)
         made.trace, made.given, made.overridden = self.trace, self.given, self.overridden
         made.silencings = self.silencings
@@ -315,17 +313,17 @@ class Sink:
 
     @property
     def failed(self) -> bool:
-        """Whether any error was reported."""
+        """Whether an error was reported."""
         return self._failed
 
     @property
     def full(self) -> bool:
-        """Whether no more errors are taken, so that nothing need be looked for."""
+        """Whether no more errors are stored, so that further checks are useless."""
         return "error" in self._full
 
     @property
     def reported(self) -> int:
-        """How many findings there are."""
+        """The number of findings."""
         return len(self._reports)
 
     def report(
@@ -342,13 +340,13 @@ class Sink:
         severity: Severity | None = None,
         fix: tuple[At, str] | None = None,
     ) -> None:
-        """Adds a finding. The same code, message and place twice is one finding, and so is the same code in many
-        copies of one node: the first copy is reported, the others are counted.
+        """Adds a finding. Equal findings (code, message and place) are stored once. If many copies of one node have the
+        same code, the first copy is reported and the others are counted.
 
-        `path` is for a place that is a location; an origin brings its own. `span` is the part of a scalar that is
-        meant, in characters of its value. Of each severity `MAX_REPORTS` are
-        kept; an error beyond them is SC016. `severity` is for a code that is not in the table: one of a house rule.
-        `fix` is what `--fix` writes in place of the value or key.
+        `path` is for a place that is a location; an origin has its own. `span` is the affected part of a scalar, in
+        characters of its value. `MAX_REPORTS` of each severity are kept; an error beyond them becomes SC016. `severity`
+        is for a code that is not in the table: that of a house rule. `fix` is what `--fix` writes instead of the value
+        or key.
         """
         severity = severity or CODES[code].severity
         if severity in self._full:
@@ -364,7 +362,7 @@ class Sink:
                 return
             given = self.given(place) if place.parent is not None and place.location is None else ()
             if given and self._misgiven.setdefault((code, given), place) != place:
-                # One mistake in what is given shows wherever the prefab reads it.
+                # One wrong argument shows wherever the prefab reads it.
                 return
         if code == _STOPPED:
             self._full.add("error")
@@ -388,14 +386,14 @@ class Sink:
         self._failed = self._failed or severity == "error"
 
     def silence(self, found: Iterable[Silencing]) -> None:
-        """Takes the comments of a file that was read."""
+        """Adds the comments of a file."""
         for one in found:
             self.silencings.setdefault(one, set())
 
     @contextmanager
     def merge_repeats(self) -> Generator[None]:
-        """While it lasts, the same code at the same place is one finding, whatever the message: the first is reported,
-        the others are counted.
+        """Merges findings with the same code and place, whatever their message: the first is reported, the others are
+        counted.
         """
         self._is_alike = True
         try:
@@ -404,13 +402,13 @@ class Sink:
             self._is_alike = False
 
     def note_user(self, user: Origin, other: Origin) -> None:
-        """Notes that what is reported of a text which one node names holds for another node, that names it too."""
+        """Records that findings in a text which `user` references also concern `other`, which references it too."""
         user, other = self._trace(user), self._trace(other)
         if other != user:
             self._users.setdefault(user, {})[other] = None
 
     def _other_users(self, report: _Report) -> list[Origin]:
-        """The other nodes that name the text that a report is about, if that is no scene file."""
+        """Returns the other nodes that reference the text of a report, unless it is a scene file."""
         place = report.place
         if not isinstance(place, Origin) or place.location is None:
             return []
@@ -421,7 +419,7 @@ class Sink:
         return list(found)
 
     def _is_counted(self, code: str, place: Origin, message: str) -> bool:
-        """Whether another finding is reported instead of this one."""
+        """Returns whether another finding is reported instead of this one."""
         if not self._is_alike:
             return False
         messages = self._alike.setdefault((code, place), {})
@@ -429,7 +427,7 @@ class Sink:
         return message != next(iter(messages))
 
     def _is_copy(self, code: str, place: Origin) -> bool:
-        """Whether another copy of the node has the same code, which counts this one."""
+        """Returns whether another copy of the node has the same code, and counts this one there."""
         if not place.copy and place.parent is None:
             return False
         key = _repeated(code, place)
@@ -440,8 +438,8 @@ class Sink:
         return True
 
     def take_over(self, other: Sink) -> None:
-        """Goes on where another sink stands: with its findings, and its places. This one must have none yet."""
-        assert not self._reports, "a sink with findings takes over no others"
+        """Takes the findings and places of another sink. This one must be empty."""
+        assert not self._reports, "only an empty sink can take over another"
         vars(self).update(vars(other))
         self._reports, self._seen, self._counts = [*other._reports], {*other._seen}, Counter(other._counts)
         self._misgiven, self._full, self._first = {**other._misgiven}, {*other._full}, {**other._first}
@@ -449,7 +447,7 @@ class Sink:
         self._alike = _copy_tables(other._alike)
 
     def diagnostics(self) -> list[Diagnostic]:
-        """All findings that no comment silences, by their places in each file (those of the engine last)."""
+        """Returns all findings that no comment silences, sorted by place in each file (those of the engine last)."""
         found = [self._resolve(report) for report in self._reports]
         if self.silencings:
             found = without_silenced(found, self.silencings)
@@ -479,11 +477,11 @@ class Sink:
     def _trace(self, place: Origin) -> Origin:
         if place.location is None or place.parent is None:
             return self.trace(place)
-        # The text is none that was expanded; the node that names it may be.
+        # The text itself was not expanded, but the referencing node may be.
         return Origin(place.file, place.path, place.copy, self._trace(place.parent), place.location)
 
     def _copies(self, report: _Report) -> str:
-        """Which copy of a repeated node it is about, and in how many others it was found."""
+        """Returns which copy of a repeated node it concerns, and the number of other affected copies."""
         place = report.place
         if not isinstance(place, Origin):
             return ""
@@ -497,7 +495,7 @@ class Sink:
         return f" ({'; '.join(parts)})" if parts else ""
 
     def _chain(self, report: _Report) -> Sequence[RelatedPlace]:
-        """The related places, the chain of uses that brought the document in, and others that name it."""
+        """Returns the related places, the chain of uses of the document, and other nodes that reference it."""
         places = list(report.related)
         for user in chain_of(report.parent):
             verb = "included" if user.path[:1] == ("include",) else "used"
@@ -514,7 +512,7 @@ def _copy_tables(tables: dict[_Key, dict[_Other, None]]) -> dict[_Key, dict[_Oth
 
 
 def chain_of(origin: Origin | None) -> Iterator[Origin]:
-    """A node, and those that brought in its document, one by one."""
+    """Yields a node, and then the nodes that reference its document, one by one."""
     while origin is not None:
         yield origin
         origin = origin.parent
@@ -525,19 +523,19 @@ def _of_copy(place: Origin | Location) -> str:
 
 
 MARKER: Final = "scenecc: ignore"
-"""What every such comment holds; a text without it is not searched."""
+"""The text in every such comment; a text without it is not searched."""
 
 _BODY = re.compile(r"\s+(?P<codes>[A-Z]+[0-9]+(?:\s*,\s*[A-Z]+[0-9]+)*)\s*(?:\s--?\s.*)?")
 
 
 @frozen
 class Silencing:
-    """One comment.
+    """A comment that silences findings.
 
     Attributes:
-        codes: that it silences; none where it cannot be read.
-        line: whose findings it silences, from 1.
-        location: of the comment.
+        codes: silenced codes; empty if it cannot be read.
+        line: the line whose findings it silences, from 1.
+        location: location of the comment.
     """
 
     codes: tuple[str, ...]
@@ -550,11 +548,11 @@ Silencings = dict[Silencing, set[str]]
 
 
 def silencings_of(comments: Iterable[tuple[Location, str, bool]]) -> list[Silencing]:
-    """The silencings of a file's comments.
+    """Returns the silencing comments of a file.
 
     Args:
-        comments: in the order of the file: the place, the text after the marker, and whether the comment is alone on
-            its line. Such a comment is about the next line, or where that is one too, about the line after it.
+        comments: in file order: the location, the text after the marker, and whether the comment is alone on its line.
+            Such a comment applies to the next line that is not another one.
     """
     found: list[Silencing] = []
     line_below, next_line = 0, 0
@@ -569,7 +567,7 @@ def silencings_of(comments: Iterable[tuple[Location, str, bool]]) -> list[Silenc
 
 
 def without_silenced(diagnostics: list[Diagnostic], silencings: Silencings) -> list[Diagnostic]:
-    """The diagnostics that no comment silences; of the others it is noted. Errors are never silenced."""
+    """Returns the diagnostics that no comment silences, and records the silenced codes. Errors are never silenced."""
     by_place: dict[tuple[str | None, int, str], Silencing] = {
         (one.location.file, one.line, code): one for one in silencings for code in one.codes
     }
@@ -595,18 +593,18 @@ def report_invalid(silencings: Mapping[Silencing, object], file: str | None, sin
             row = CODES.get(code)
             if row is None and code.startswith("SC"):
                 hint = "`scenecc explain` lists all codes"
-                sink.report("SC018", f"there is no code {code}", one.location, hint=hint)
+                sink.report("SC018", f"unknown code {code}", one.location, hint=hint)
             elif row is not None and row.severity == "error":
                 sink.report("SC018", f"{code} is an error, and errors cannot be ignored", one.location)
 
 
 def report_unused(sink: Sink, file: str | None, is_judged: Callable[[str], bool]) -> None:
-    """Reports comments of a file that silence nothing of what was reported so far.
+    """Reports comments of a file that silence none of the findings so far.
 
     Args:
-        sink: has the reports, and takes the warnings.
-        file: that is checked.
-        is_judged: whether a code, if it applied, would have been reported by now.
+        sink: contains the findings, and collects the warnings.
+        file: the checked file.
+        is_judged: returns whether a code would have been reported by now.
     """
     sink.diagnostics()
     for one, used in sink.silencings.items():

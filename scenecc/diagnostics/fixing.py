@@ -1,4 +1,4 @@
-"""The corrections of findings, made in a text at their places."""
+"""Applies corrections of findings to a text."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ if TYPE_CHECKING:
 
 
 def with_fix(text: str, found: Diagnostic) -> str | None:
-    """The text with one correction; None where its place is not a whole key or list on one line.
+    """Returns the text with one correction; None if its place is not a whole key or list on one line.
 
-    The text may have other corrections behind it already.
+    The text may already have other corrections after it.
     """
     if found.fix is None or (place := found.fix.location).line is None or place.column is None or not place.end_column:
         return None
@@ -29,9 +29,9 @@ def with_fix(text: str, found: Diagnostic) -> str | None:
 
 
 def is_better(now: list[Diagnostic], then: list[Diagnostic], found: Diagnostic) -> bool:
-    """Whether a finding is gone, and nothing beside it on its line is wrong that was not.
+    """Returns whether a finding is gone without a new one next to it on its line.
 
-    What is elsewhere on the line, as where a whole scene is on one, may have been hidden by this finding.
+    Elsewhere on the line (a whole scene may be on one), new findings are allowed: this finding may have hidden them.
     """
     around = (found.path or "").rpartition(".")[0]
 

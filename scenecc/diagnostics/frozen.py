@@ -1,4 +1,4 @@
-"""Frozen dataclasses that are quick to make, both the classes and their instances."""
+"""Frozen dataclasses with fast creation of classes and instances."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ Made = TypeVar("Made")
 
 @dataclass_transform(frozen_default=True)
 def frozen(cls: type[Made]) -> type[Made]:
-    """As `dataclass(frozen=True, slots=True)`: the class in a seventh of the time, an instance in 0.4 of it.
+    """Like `dataclass(frozen=True, slots=True)`, but makes the class in a seventh of the time, and an instance in 0.4
+    of it.
 
-    Every process makes the classes, and `dataclass` compiles each of their methods; here most are shared. The
-    initialiser that it writes sets each field through `object.__setattr__`, which looks the slot up by its name; this
-    one calls the slots' own setters. Default factories, `__post_init__` and inheritance are not taken.
+    Every process creates the classes, and `dataclass` compiles each of their methods; here most are shared. Its
+    initialiser sets each field with `object.__setattr__`, which looks up the slot by name; this one calls the slots'
+    setters. Default factories, `__post_init__` and inheritance are not supported.
     """
     made: type[Any] = dataclass(init=False, repr=False, eq=False, slots=True)(cls)
     initialiser = _initialiser(made)
@@ -42,7 +43,7 @@ def _initialiser(made: type[Any]) -> Any:
             scope[f"_default_{field.name}"] = field.default
             arguments.append(f"{field.name}=_default_{field.name}")
     body = "".join(f"\n    _set_{field.name}(self, {field.name})" for field in fields(made)) or " pass"
-    # As dataclass itself does it; the names are those of the class's fields.
+    # As in `dataclass` itself; the names are those of the class's fields.
     exec(f"def __init__(self, {', '.join(arguments)}):{body}", scope)  # noqa: S102
     return scope["__init__"]
 

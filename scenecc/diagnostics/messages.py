@@ -1,4 +1,4 @@
-"""Values and names as messages show them, and the known word that was probably meant."""
+"""Formatting of values and names in messages, and suggestions of similar words."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Sink
 
 _LISTED, _NEAR = 12, 3
-"""How many known words a hint lists at most, and how many of more."""
+"""Maximum number of known words in a hint, and number of the nearest if there are more."""
 
 _LONGEST = 60
-"""How long a word may be to be compared with the known ones [characters]."""
+"""Maximum length of a word that is compared with the known ones [characters]."""
 
 _GUESSES, _NAMES = 20, 1000
-"""After how many reports no name is guessed any more, and among how many names."""
+"""Number of reports after which no names are guessed, and maximum number of compared names."""
 
 
 def suggest(word: str, known: Iterable[str]) -> str | None:
-    """A hint with the nearest known word, or all of them; None where there is none."""
+    """Returns a hint with the nearest known word, or else all of them; None if there are none."""
     known = tuple(known)
     near = nearest(word, known)
     return f"did you mean `{near}`?" if near else listed(known, word)
 
 
 def listed(known: tuple[str, ...], word: str = "") -> str | None:
-    """A hint with the known words, or, of many, those that are most like `word`; None where there is none."""
+    """Returns a hint with the known words, or only those most similar to `word`; None if there are none."""
     if not known:
         return None
     if len(known) <= _LISTED:
@@ -40,26 +40,26 @@ def listed(known: tuple[str, ...], word: str = "") -> str | None:
 
 
 def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
-    """The known word that is most like another; None where none is. `cutoff`: how similar, from 0 to 1."""
-    # What is not longer than a key could be one; a stranger's megabyte is not compared.
+    """Returns the known word most similar to another; None if there is none. `cutoff`: minimum similarity, 0 to 1."""
+    # Only words about as long as a key are compared, not a megabyte of untrusted text.
     near = difflib.get_close_matches(word, known, n=1, cutoff=cutoff) if len(word) <= _LONGEST else []
     return near[0] if near else None
 
 
 def is_slip_of(word: str, known: Iterable[str]) -> bool:
-    """Whether exactly one known word is like another, and has at most two letters more or less."""
+    """Returns whether exactly one known word is similar, and its length differs by at most two."""
     near = difflib.get_close_matches(word, known, n=2, cutoff=0.6) if len(word) <= _LONGEST else []
     return len(near) == 1 and abs(len(near[0].replace("_", "")) - len(word.replace("_", ""))) <= _LETTERS
 
 
 _LETTERS: Final = 2
-"""`size` and `half_size` are two things."""
+"""`size` and `half_size` are different things."""
 
 
 def suggest_name(word: str, names: Iterable[str], sink: Sink, further: Iterable[str] = ()) -> str | None:
-    """`suggest` among a document's own names, of which there may be many: comparing letters takes its time.
+    """Returns `suggest` among a document's names, of which there may be too many to compare.
 
-    `further`: names that may be guessed and are not listed.
+    `further`: names that may be suggested but are not listed.
     """
     if sink.reported >= _GUESSES:
         return None
@@ -69,18 +69,18 @@ def suggest_name(word: str, names: Iterable[str], sink: Sink, further: Iterable[
 
 
 def show(found: Any, width: int = 60) -> str:
-    """A value as a message shows it, cut where it is long."""
+    """Returns a value for a message, shortened if it is long."""
     text = str(found).lower() if isinstance(found, bool) else repr(found)
     return cut(text, width)
 
 
 def cut(text: str, width: int = 60) -> str:
-    """A text of at most so many characters: a file may come from a stranger."""
+    """Returns a text shortened to a width, because a file may contain any text."""
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
 def index_ranges(idxs: Sequence[int]) -> str:
-    """Ascending scene indices in short: `0, 2`, `0–4095`, `0–3, 8`."""
+    """Returns ascending scene indices in short form: `0, 2`, `0–4095`, `0–3, 8`."""
     runs: list[list[int]] = []
     for idx in idxs:
         if runs and idx == runs[-1][1] + 1:
@@ -100,11 +100,11 @@ _CURLY: Final = re.compile(r"[“”„‘’«»](.*?)[“”„‘’«»]?")
 
 
 def keyboard_hint(text: str) -> str | None:
-    """A hint for characters that word processors put in place of those of a keyboard; None where there are none."""
+    """Returns a hint for characters that word processors substitute; None if there are none."""
     if len(text) > _LONGEST:
         return None
     if curly := _CURLY.fullmatch(text):
-        return f'use the straight quotes of a keyboard: "{curly[1]}"'
+        return f'use straight quotes: "{curly[1]}"'
     if text[:1] in {"−", "–", "—"} and text[1:2].isdecimal():
-        return f"use the minus of a keyboard: -{text[1:]}"
+        return f"use a hyphen as minus: -{text[1:]}"
     return None

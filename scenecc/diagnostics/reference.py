@@ -1,4 +1,4 @@
-"""Descriptions of codes, for `scenecc explain`, the help texts of formats, and the pages of the documentation.
+"""Descriptions of codes, for `scenecc explain`, help texts and documentation pages.
 
 `python -m scenecc.diagnostics.reference docs/reference/diagnostics` writes these pages: an index, and one for each
 first digit.
@@ -20,9 +20,9 @@ _WIDTH = 100
 
 
 def explain_code(code: str) -> str | None:
-    """Cause, example and cure of a code, as text that is Markdown too; None for an unknown code.
+    """Returns cause, example and cure of a code, as Markdown; None for an unknown code.
 
-    `sc101` and `101` are taken for `SC101`.
+    `sc101` and `101` mean `SC101`.
     """
     row = CODES.get(normalize_code(code))
     if row is None:
@@ -31,30 +31,30 @@ def explain_code(code: str) -> str | None:
 
 
 def normalize_code(code: str) -> str:
-    """The code as the table writes it: `sc101` and `101` become `SC101`."""
+    """Returns the code as in the table: `sc101` and `101` become `SC101`."""
     name = code.strip().upper()
     return f"SC{name}" if name.isdecimal() else name
 
 
 def nearest_codes(code: str, *, count: int = 3) -> list[str]:
-    """At most `count` known codes that look like `code`, nearest first."""
+    """Returns at most `count` known codes that look like `code`, nearest first."""
     return difflib.get_close_matches(normalize_code(code), sorted(CODES), n=count, cutoff=0.5)
 
 
 def markdown(row: Code) -> str:
-    """Cause, example and cure of a row as Markdown, with a line break at the end."""
+    """Returns cause, example and cure of a row as Markdown, with a line break at the end."""
     example = _example(row.example)
     language = {"$": "console", "{": "json"}.get(example[:1], "yaml")
     return f"{_prose(row.cause)}\n\nExample:\n\n```{language}\n{example}\n```\n\n{_prose('Cure: ' + row.cure)}\n"
 
 
 def _example(example: str) -> str:
-    """The example as it can be shown: control characters, which some are about, spelled out."""
+    """Returns the example with control characters spelled out."""
     return re.sub(r"[^\n\t]+", lambda run: visible(run[0]), example.strip("\n"))
 
 
 def _prose(text: str) -> str:
-    """The text with its long lines broken, for a terminal and for the page's source alike."""
+    """Returns the text with its long lines wrapped, for a terminal and for the page's source."""
     return "\n".join(
         textwrap.fill(line, _WIDTH, break_long_words=False, break_on_hyphens=False) if len(line) > _WIDTH else line
         for line in text.strip().splitlines()
@@ -77,30 +77,30 @@ _FORMATS = """\
 ## Formats
 
 Lines and columns count from 1, and columns count characters (Unicode code points). A scene given as a dict has no
-lines: its places are the paths alone. A fault of the machine that no part of the scene leads to is in no file. So is
-a fault of the caller, whose path is the argument or option (`camera`, `--camera`).
+lines; its places are only paths. An error of the machine that no part of the scene causes has no file. Wrong usage has
+no file either; its path is the argument or option (`camera`, `--camera`).
 
 `--format` of `validate` and `check` is one of:
 
 - `text`, for people: the place, the message, the source line underlined, the hint. Notes come first and errors last,
-  nearest to the prompt; those of one severity stand in the order of their places, as all do in the other formats.
-  Coloured on a terminal (`NO_COLOR` and `FORCE_COLOR` are heeded). Characters that would steer the terminal are
-  spelled out.
+  nearest to the prompt; within one severity they are sorted by place. The other formats sort only by place.
+  Coloured on a terminal (see `NO_COLOR` and `FORCE_COLOR`). Control characters are spelled out.
 - `json`, for programs: an object whose `diagnostics` is a list of `code`, `severity` (`error`, `warning` or `note`),
-  `message`, `file`, `line`, `column`, `end_column` (the one after the last), `path`, `hint` and `related` (a list of
-  `message`, `file`, `line`, `column` and `end_column`). What is not known is `null`. ASCII only.
-  With `--fix` it also has `corrections`, a list of the findings that were corrected, each with the text that was
-  written (`wrote`).
-- `github`, for GitHub Actions: one workflow command a line (`::error file=…,line=…::…`), which annotates a pull
+  `message`, `file`, `line`, `column`, `end_column` (after the last), `path`, `hint` and `related` (a list of
+  `message`, `file`, `line`, `column` and `end_column`). Unknown values are `null`. ASCII only.
+  With `--fix` it also has `corrections`, a list of the corrected findings, each with the written text (`wrote`).
+- `github`, for GitHub Actions: one workflow command per line (`::error file=…,line=…::…`), which annotates a pull
   request.
 - `gitlab`, for GitLab: a Code Quality report.
-- `junit`, for test reports: a test case for each file.
+- `junit`, for test reports: one test case per file.
 - `sarif`, for code scanning and editors: SARIF 2.1.0. Files are relative to `%SRCROOT%`, the working directory.
 """
 
 
 def pages() -> dict[str, str]:
-    """File name → text: an index; for each first digit a table of its codes, then each with cause, example and cure."""
+    """Returns file name → text: an index; for each first digit, a table of its codes, then each with cause, example and
+    cure.
+    """
     bands = {
         digit: sorted((row for row in CODES.values() if row.code[2] == digit), key=lambda row: row.code)
         for digit in BANDS
@@ -112,7 +112,7 @@ def pages() -> dict[str, str]:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Writes the pages into the folder that is named."""
+    """Writes the pages to the given folder."""
     if len(arguments) != 1:
         sys.stderr.write("usage: python -m scenecc.diagnostics.reference FOLDER\n")
         return 2

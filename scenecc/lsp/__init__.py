@@ -1,1 +1,1 @@
-"""The language server: what editors show of a scene file while it is typed."""
+"""The language server: editor features for scene files while they are typed."""

@@ -1,4 +1,4 @@
-"""One text as an editor sees it: its leaves by place, and its nodes by path, also where it is half typed."""
+"""A text in an editor: its leaves by position, and its nodes by path, even if the text is incomplete."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scenecc.source.document import Span, WrittenNode, WrittenTree
 
 MAX_CHARACTERS: Final = 2**20
-"""Of a longer text only the findings are shown: a request must not take a second."""
+"""Longer texts get only findings, because a request must not take a second."""
 
 
 class Leaf(NamedTuple):
@@ -27,8 +27,8 @@ class Leaf(NamedTuple):
     Attributes:
         line, start: 0-based, in characters.
         end: the column after it; None: to the end of the line.
-        path: of its entry or node.
-        at: which of both it is.
+        path: path of its entry or node.
+        at: whether it is the key or the value.
         text: its value, without quotes.
     """
 
@@ -41,12 +41,12 @@ class Leaf(NamedTuple):
 
 
 class SceneText:
-    """A text and what is written in it.
+    """A text and its structure.
 
     Attributes:
-        path: of its file.
-        text: all of it.
-        lines: without their line breaks, which are those of YAML and of editors.
+        path: path of its file.
+        text: the whole text.
+        lines: its lines without line breaks, as YAML and editors split them.
     """
 
     def __init__(self, path: Path, text: str) -> None:
@@ -56,16 +56,16 @@ class SceneText:
 
     @cached_property
     def tree(self) -> WrittenTree:
-        """Its nodes; of a text that is no YAML, those before the mistake; none of one that is too long."""
+        """Its nodes. For invalid YAML, those before the error; for a text that is too long, none."""
         return written_tree(self.text if len(self.text) <= MAX_CHARACTERS else "")
 
     @cached_property
     def leaves(self) -> list[Leaf]:
-        """All of them, in the order in which they stand."""
+        """All leaves, in text order."""
         return sorted(_leaves(self.tree.root), key=lambda one: one[:2])
 
     def leaf_at(self, line: int, column: int) -> Leaf | None:
-        """The leaf at a 0-based place, or that ends there."""
+        """Returns the leaf at a 0-based position, or ending there."""
         at = bisect_right(self.leaves, (line, column), key=lambda one: one[:2])
         for leaf in self.leaves[max(at - 2, 0) : at][::-1]:
             end = len(self.line(line)) if leaf.end is None else leaf.end
@@ -74,18 +74,18 @@ class SceneText:
         return None
 
     def path_at(self, line: int, column: int) -> KeyPath:
-        """The path of the leaf at a 0-based place, or of the one before it; before the first of a line, of that."""
+        """Returns the path of the leaf at or before a 0-based position; in indentation, of the line's first leaf."""
         text = self.line(line)
         indentation = len(text) - len(text.lstrip())
         at = bisect_right(self.leaves, (line, max(column, indentation)), key=lambda one: one[:2])
         return self.leaves[at - 1].path if at else ()
 
     def line(self, number: int) -> str:
-        """A 0-based line; "" past the end."""
+        """Returns a 0-based line; "" past the end."""
         return self.lines[number] if 0 <= number < len(self.lines) else ""
 
     def node(self, path: KeyPath) -> WrittenNode | None:
-        """The node at a path."""
+        """Returns the node at a path."""
         node = self.tree.root
         for step in path:
             if isinstance(step, str) and step in node.entries:
@@ -97,17 +97,17 @@ class SceneText:
         return node
 
     def scalar(self, path: KeyPath) -> str | None:
-        """The text of the scalar at a path; None where there is none."""
+        """Returns the text of the scalar at a path; None if there is none."""
         node = self.node(path)
         return None if node is None else node.text
 
     def scalars(self, path: KeyPath) -> dict[str, str | None]:
-        """The keys of the mapping at a path, with the texts of those that have a scalar."""
+        """Returns the keys of the mapping at a path, with the texts of scalar values."""
         node = self.node(path)
         return {} if node is None else {key: entry.node.text for key, entry in node.entries.items()}
 
     def key_span(self, path: KeyPath) -> Span | None:
-        """Where the key of an entry is, or an item of a list."""
+        """Returns the span of an entry's key, or of a list item."""
         parent = self.node(path[:-1]) if path else None
         if parent is None:
             return None
@@ -117,17 +117,17 @@ class SceneText:
         return parent.items[last].span if 0 <= last < len(parent.items) else None
 
     def names(self, section: str) -> list[str]:
-        """The names that a section has."""
+        """Returns the names in a section."""
         return [name for name in self.scalars((section,)) if not name.startswith(NOTE_PREFIX)]
 
     def texts(self, path: KeyPath) -> list[str]:
-        """The scalars of the list at a path, or the one that stands there."""
+        """Returns the scalars of the list at a path, or the single scalar there."""
         node = self.node(path)
         return [] if node is None else [one.text for one in (node.items or [node]) if one.text is not None]
 
 
 def _leaves(root: WrittenNode) -> Iterator[Leaf]:
-    """Each once, at the first path that leads to it."""
+    """Yields each leaf once, at the first path that leads to it."""
     seen: set[int] = set()
     todo: list[tuple[KeyPath, WrittenNode]] = [((), root)]
     while todo:

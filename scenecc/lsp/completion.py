@@ -1,4 +1,4 @@
-"""What may be typed at a place: keys, words, names, files and variables."""
+"""Completion: the keys, words, names, files and variables that may be typed at a position."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
 
 class Offer(NamedTuple):
-    """Something that may be typed.
+    """A completion.
 
     Attributes:
-        text: in place of what is typed from column `start` [characters] on.
+        text: replaces the text from column `start` [characters].
         kind: `key`, `word`, `name`, `link`, `file`, `folder`, `variable` or `function`.
         start: the column.
-        description: for people.
-        label: what it is called, where that is not the text.
+        description: description for users.
+        label: label, if it differs from the text.
     """
 
     text: str
@@ -45,7 +45,7 @@ class Offer(NamedTuple):
 
 
 _MOST_FILES: Final = 500
-"""Names of one folder that are looked at."""
+"""Maximum number of names read from one folder."""
 
 SUFFIXES: Final[dict[str, tuple[str, ...]]] = {
     **dict.fromkeys(("use", "include"), (".yaml", ".yml")),
@@ -54,14 +54,14 @@ SUFFIXES: Final[dict[str, tuple[str, ...]]] = {
     "srdf": (".srdf",),
     "file": (*MESH_SUFFIXES, *IMAGE_SUFFIXES),
 }
-"""Key → suffixes of the files that it names; of any other key those of images."""
+"""Key → suffixes of the files that it names. All other keys name images."""
 
 _LONGEST_NAME: Final = 200
-"""Names that are longer are not offered."""
+"""Longer names are not offered."""
 
 
 def completions(view: WorkspaceView, path: Path, line: int, column: int) -> list[Offer]:
-    """What may be typed at a 0-based place; nothing in a text that is too long."""
+    """Returns the completions at a 0-based position; empty for a text that is too long."""
     text = view.text(path)
     if text is None or len(text.text) > MAX_CHARACTERS:
         return []
@@ -76,13 +76,13 @@ class _Completer:
         self._before = text.line(line)[:column]
         self._whole = text
         if not text.tree.is_whole:
-            # The line that is being typed is what is no YAML, most of the time.
+            # Usually the line being typed is the one that is invalid YAML.
             kept = [*text.lines]
             kept[line : line + 1] = [""]
             self._whole = SceneText(text.path, "\n".join(kept))
 
     def offers(self) -> list[Offer]:
-        """All of them, those first that begin with what is typed."""
+        """Returns all completions; those that begin with the typed text come first."""
         word = open_expression(self._cursor.typed)
         if word is not None:
             offers, typed = [*self._variables(len(self._before) - len(word))], word
@@ -91,11 +91,11 @@ class _Completer:
         return sorted(offers, key=lambda one: not (one.label or one.text).startswith(typed))
 
     def _siblings(self, path: KeyPath) -> Mapping[str, str | None]:
-        """The keys of a mapping, those before the place as they are typed."""
+        """Returns the keys of a mapping; keys before the position come from the text as typed."""
         return {**self._whole.scalars(path), **self._cursor.seen.get(path, {})}
 
     def _in_language(self, path: KeyPath) -> tuple[KeyPath, Siblings]:
-        """Where the language describes what stands at a path: of what is overridden, in the prefab."""
+        """Returns the path by which the schema describes a node; for an override, the path in the prefab."""
         inside = overridden_path(path)
         if inside is None:
             return path, self._siblings
@@ -160,7 +160,7 @@ class _Completer:
                 yield from (Offer(name, "name", start, what) for name, what in self._list_names(SECTIONS_OF[kind]))
 
     def _list_names(self, sections: tuple[str, ...]) -> Iterator[tuple[str, str]]:
-        """The names of sections, here and in what is included, with where they are from."""
+        """Yields the names of sections, in this file and in included ones, with their source."""
         texts = (self._whole, *(one for one in self._view.namespace(self._text.path) if one.path != self._text.path))
         for text in texts:
             for section in sections:
@@ -198,7 +198,7 @@ class _Completer:
                 yield Offer(shown, "file", start)
 
     def _list_folder(self, folder: str) -> list[tuple[str, bool]]:
-        """The names in a folder that the scene may read, each with whether it is a folder."""
+        """Returns the names in a folder that the scene may read, each with whether it is a folder."""
         if "://" in folder or folder.startswith(("/", "~")) or "\0" in folder:
             return []
         base = (self._text.path.parent / folder).resolve()
@@ -213,12 +213,12 @@ class _Completer:
         return sorted(one for one in found if not one[0].startswith("."))
 
     def _is_part(self, folder: str, name: str) -> bool:
-        """Whether a file is another scene."""
+        """Returns whether a file is another scene."""
         file = (self._text.path.parent / folder).resolve() / name
         return file != self._text.path and self._view.is_scene(file)
 
     def _prefab(self, path: KeyPath) -> tuple[SceneText, ...]:
-        """The files of the prefab whose instance something is in."""
+        """Returns the files of the prefab whose instance contains a node."""
         use = self._siblings(path[:2]).get("use")
         file = None if not use else self._view.find_file(self._text.path, use)
         return () if file is None else self._view.module(file)
@@ -231,7 +231,7 @@ class _Completer:
                     yield Offer(name, "variable", start, describe_param(text, name))
 
     def _argument_values(self, path: KeyPath, start: int) -> Iterator[Offer]:
-        """What a parameter of a prefab may be, where these are words."""
+        """Yields the words that a prefab parameter accepts."""
         for text in self._prefab(path):
             param = ("params", path[-1])
             words = text.texts((*param, "options"))
@@ -248,7 +248,7 @@ class _Completer:
                 yield from (Offer(name, "name", start, section) for name in full if name not in present)
 
     def _variables(self, start: int) -> Iterator[Offer]:
-        """What an expression may read."""
+        """Yields what an expression may read."""
         path = self._cursor.path
         for end in range(len(path), 0, -1):
             loops = {
@@ -265,11 +265,11 @@ class _Completer:
 
 
 def describe_param(text: SceneText, name: str) -> str:
-    """A parameter's type, default and description."""
+    """Returns a parameter's type, default and description."""
     given = text.scalars(("params", name))
     if not given:
         return f"default {text.scalar(('params', name)) or '[…]'}"
-    shown = [given.get("type"), f"default {given['default'] or '[…]'}" if "default" in given else "must be given"]
+    shown = [given.get("type"), f"default {given['default'] or '[…]'}" if "default" in given else "required"]
     head = ", ".join(part for part in shown if part)
     described = given.get("description")
     return f"{head}: {described}" if described else head

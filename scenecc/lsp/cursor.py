@@ -1,4 +1,4 @@
-"""What is typed at a place of a text that need not be YAML yet: told by the indentation and the brackets before it."""
+"""The context at a position of a text that may be invalid YAML, from the indentation and brackets before it."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
 
 class Cursor(NamedTuple):
-    """What a place in a text is for.
+    """The context of a position in a text.
 
     Attributes:
-        path: of the node that is typed, or of the mapping that a key is typed for.
+        path: path of the node that is typed, or of the mapping for a typed key.
         keys: whether it may be a key of the mapping at `path`.
         values: whether it may be the value at `path`.
-        typed: what of it stands before the place, without an opening quote.
+        typed: its text before the position, without an opening quote.
         start: the column at which that begins.
-        seen: path of each mapping around → its keys before the place, with the texts of their scalars.
+        seen: path of each surrounding mapping → its keys before the position, with the texts of scalar values.
     """
 
     path: KeyPath
@@ -35,11 +35,11 @@ class Cursor(NamedTuple):
 
 @dataclass(slots=True)
 class _Level:
-    """A mapping or a list around the place.
+    """A mapping or list around the position.
 
     Attributes:
-        rank: twice the column of a mapping in block style, and one more of a list; infinite in brackets.
-        step: the key or index that is at hand; None: the key of a mapping in braces is still to come.
+        rank: twice the column of a block mapping, plus one for a list; infinite in brackets.
+        step: current key or index; None: the next key of a mapping in braces.
         seen: keys of a mapping.
         closer: the bracket that ends it.
     """
@@ -53,7 +53,7 @@ class _Level:
 _TOKEN: Final = re.compile(
     r'"(?:\\.|[^"\\])*"?|' + r"'(?:''|[^'])*'?|[\[\]{},]|:(?=[\s,\[\]{}]|$)|(?:(?<=\s)|^)#.*|\s+|[^\s\[\]{},:\"']+|."
 )
-"""A part of what stands in brackets."""
+"""A token in brackets."""
 
 _BLANKS: Final = re.compile(r"[ \t]*")
 
@@ -61,13 +61,13 @@ _PROPERTY: Final = re.compile(r"(?:[&!][^\s\[\]{},]*[ \t]+)*")
 """Anchors and tags before a node."""
 
 _DEEPEST: Final = 200
-"""Mappings and lists inside one another; no scene has as many."""
+"""Maximum nesting depth; no real scene is as deep."""
 
 _BLOCK_TEXT: Final = re.compile(r"[|>][-+0-9]{0,2}[ \t]*(?:#.*)?$")
 
 
 def cursor_at(lines: list[str], line: int, column: int) -> Cursor:
-    """What stands at a 0-based place."""
+    """Returns the context at a 0-based position."""
     scan = _Scan()
     for text in lines[:line]:
         if text.strip():  # a blank line ends nothing
@@ -77,7 +77,7 @@ def cursor_at(lines: list[str], line: int, column: int) -> Cursor:
 
 
 class _Scan:
-    """Reads lines one after another; the last may end anywhere."""
+    """Reads lines in order; the last may end anywhere."""
 
     def __init__(self) -> None:
         self._levels: list[_Level] = []
@@ -86,7 +86,7 @@ class _Scan:
         self._typed, self._start = "", 0
 
     def cursor(self) -> Cursor:
-        """What the end of the last line is for."""
+        """Returns the context at the end of the last line."""
         if len(self._levels) > _DEEPEST:
             return Cursor((), keys=False, values=False, typed="", start=0, seen={})
         seen: dict[KeyPath, Mapping[str, str]] = {}
@@ -141,7 +141,7 @@ class _Scan:
             self._expect(keys=True, values=True, typed=typed, start=start)
 
     def _read_entry(self, text: str, column: int, colon: int) -> None:
-        """A key of a mapping in block style, and what stands behind it on its line."""
+        """Reads a key of a block mapping, and the rest of its line."""
         known = self._leave(2 * column)
         key = _unquoted(text[column:colon].rstrip(), column)[0]
         level = _Level(2 * column, key, {} if known is None else known.seen)
@@ -162,14 +162,14 @@ class _Scan:
             self._expect(keys=False, values=" #" not in typed, typed=typed, start=at)
 
     def _leave(self, rank: float) -> _Level | None:
-        """Ends what is not around a node of a rank; the level of this rank where there was one."""
+        """Closes the levels that do not contain a node of a rank. Returns the level of this rank, if there was one."""
         left: _Level | None = None
         while self._levels and self._levels[-1].rank >= rank:
             left = self._levels.pop()
         return left if left is not None and left.rank == rank else None
 
     def _read_flow(self, text: str, column: int) -> None:
-        """What stands in brackets, up to their end or that of the line."""
+        """Reads text in brackets, up to their end or the end of the line."""
         typed, start = "", len(text)
         for match in _TOKEN.finditer(text, column):
             part = match[0]
@@ -198,7 +198,7 @@ class _Scan:
 
 
 def _next_item(level: _Level, typed: str) -> None:
-    """What a comma does."""
+    """Moves a level to its next item at a comma."""
     if isinstance(level.step, int):
         level.step += 1
     else:
@@ -208,7 +208,7 @@ def _next_item(level: _Level, typed: str) -> None:
 
 
 def _unquoted(text: str, column: int) -> tuple[str, int]:
-    """A scalar, or its beginning, without quotes, and the column of its first character."""
+    """Returns a scalar, or its beginning, without quotes, and the column of its first character."""
     quote = text[:1]
     if quote not in {'"', "'"}:
         return text, column
@@ -218,13 +218,13 @@ def _unquoted(text: str, column: int) -> tuple[str, int]:
 
 
 def _skip(pattern: re.Pattern[str], text: str, column: int) -> int:
-    """The column behind what a pattern matches."""
+    """Returns the column after a pattern's match."""
     found = pattern.match(text, column)
     return found.end() if found else column
 
 
 def _find_colon(text: str, column: int) -> int | None:
-    """The colon that ends a key in block style."""
+    """Returns the column of the colon that ends a block key."""
     quote = text[column : column + 1]
     if quote in {"[", "{", "#"}:
         return None

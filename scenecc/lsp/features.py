@@ -1,4 +1,4 @@
-"""The requests of editors, each answered by a function on a view of what is open."""
+"""The requests of editors. A function on a view of the workspace answers each."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 At = Callable[[WorkspaceView, Path, int, int], T]
-"""Answers a question about a 0-based place [characters]."""
+"""Answers a request about a 0-based position [characters]."""
 
 
 class RequestRefusedError(JsonRpcException):
-    """What was asked for cannot be done, for a reason that people are told."""
+    """A request cannot be fulfilled; the message tells users why."""
 
     CODE = types.LSPErrorCodes.RequestFailed
     MESSAGE = "the request was refused"
 
 
 def make_server(options: Options, finding_filter: FindingFilter) -> SceneServer:
-    """A server that answers all requests. Arguments as of `serve`."""
+    """Returns a server that answers all requests. Arguments as for `serve`."""
     server = SceneServer(options, finding_filter)
     server.feature(types.INITIALIZED)(_initialized)
     server.feature(types.SHUTDOWN)(_shutdown)
@@ -73,9 +73,9 @@ def serve(options: Options, finding_filter: FindingFilter) -> None:
 
     Args:
         options: what scenes may use.
-        finding_filter: which findings of a scene's path are shown, and how grave they are.
+        finding_filter: selects findings by the scene's path, and sets their severity.
     """
-    # What a library prints is no message.
+    # Output of a library must not get into the messages.
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     log = logging.StreamHandler()
@@ -87,7 +87,7 @@ def serve(options: Options, finding_filter: FindingFilter) -> None:
 
 
 def _is_fault(record: logging.LogRecord) -> bool:
-    """Whether a message of the log is about a fault, and not about what people asked for in vain."""
+    """Returns whether a log record reports an error, not a refused request."""
     return record.exc_info is None or not isinstance(record.exc_info[1], RequestRefusedError | asyncio.CancelledError)
 
 
@@ -111,7 +111,7 @@ _WATCHED: Final = sorted({*chain(*SUFFIXES.values()), ".mtl", ".toml"})
 
 
 def _exit(ls: SceneServer, *params: Any) -> None:
-    """Ends the process: a thread of it waits for the next message, which nobody sends."""
+    """Ends the process. Needed because a thread still waits for the next message."""
     del params
     ls.stop()
     os._exit(0 if ls.is_ending else 1)
@@ -137,12 +137,12 @@ def _closed(ls: SceneServer, params: types.DidCloseTextDocumentParams) -> None:
 
 
 def _files_changed(ls: SceneServer, params: types.DidChangeWatchedFilesParams) -> None:
-    del params  # a file that was missing is none that a scene is known to read
+    del params  # a missing file is not among the files of a scene
     ls.schedule_all()
 
 
 class _AtPosition(Protocol):
-    """The parameters of a request about a place in a text."""
+    """The parameters of a request about a position in a text."""
 
     @property
     def text_document(self) -> types.TextDocumentIdentifier: ...
@@ -152,7 +152,7 @@ class _AtPosition(Protocol):
 
 
 def _open_text(server: SceneServer, document: types.TextDocumentIdentifier) -> tuple[WorkspaceView, SceneText | None]:
-    """What is open now, and of that the text of a document; None where it is not open."""
+    """Returns the current view, and the text of a document in it; None if it is not open."""
     view, path = server.scenes.view(), server.path(document.uri)
     return view, None if path is None else view.texts.get(path)
 
@@ -160,7 +160,7 @@ def _open_text(server: SceneServer, document: types.TextDocumentIdentifier) -> t
 async def _ask(
     server: SceneServer, params: _AtPosition, function: At[T]
 ) -> tuple[WorkspaceView, SceneText | None, T | None]:
-    """What a function says of a place, and the text and the view from which it says it."""
+    """Returns the result of a function at a position, with the view and text that it used."""
     view, text = _open_text(server, params.text_document)
     if text is None:
         return view, None, None
@@ -190,7 +190,7 @@ async def _completion(ls: SceneServer, params: types.CompletionParams) -> types.
 
 
 _MOST_OFFERED: Final = 1000
-"""Of more, those are shown that begin with what is typed."""
+"""Maximum number of completions. Beyond it, those that begin with the typed text are shown."""
 
 
 def _item(
@@ -246,7 +246,7 @@ async def _references(ls: SceneServer, params: types.ReferenceParams) -> list[ty
 
 
 async def _document_highlight(ls: SceneServer, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
-    """Editors ask for it where the cursor is, whenever that moves: pages are told, too."""
+    """Editors send this request whenever the cursor moves, so it also informs pages."""
 
     def uses(view: WorkspaceView, path: Path, line: int, column: int) -> list[Use]:
         text = view.texts[path]
@@ -291,16 +291,16 @@ async def _rename(ls: SceneServer, params: types.RenameParams) -> types.Workspac
 
 
 async def _prove(server: SceneServer, view: WorkspaceView, made: list[edits.Edit]) -> None:
-    """Checks what changes lead to. Raises RefusedError where that is an error."""
+    """Checks the result of edits. Raises RefusedError if it has an error."""
     changed = edits.applied(view, made)
     for user in dict.fromkeys(user for file in changed for user in view.judges(file)):
         try:
             checked: worker.CheckAnswer = await server.checker.ask(worker.CheckRequest(view.open_scene(user, changed)))
         except (WorkerStopped, FaultError):
-            raise edits.RefusedError("it could not be checked what this leads to; try again") from None
+            raise edits.RefusedError("the result could not be checked; try again") from None
         wrong = next((one for one in checked.diagnostics if one.severity == "error"), None)
         if wrong is not None:
-            raise edits.RefusedError(f"it would lead to an error in line {wrong.line} of {user.name}: {wrong.message}")
+            raise edits.RefusedError(f"it would cause an error in line {wrong.line} of {user.name}: {wrong.message}")
 
 
 def _workspace_edit(server: SceneServer, view: WorkspaceView, made: list[edits.Edit]) -> types.WorkspaceEdit:
@@ -329,11 +329,11 @@ async def _code_action(ls: SceneServer, params: types.CodeActionParams) -> list[
 
 
 _MOST_FIXED: Final = 10
-"""Findings of one line whose corrections are looked for."""
+"""Maximum number of findings of one line for which corrections are computed."""
 
 
 async def _mends(server: SceneServer, view: WorkspaceView, path: Path, found: Diagnostic, changed: str) -> bool:
-    """Whether a text without a finding has no other on its line that it had not."""
+    """Returns whether a text without a finding has no new finding on the same line."""
     try:
         checked: worker.CheckAnswer = await server.checker.ask(
             worker.CheckRequest(view.open_scene(path, {path: changed}))

@@ -1,4 +1,4 @@
-"""Findings as an editor shows them: each in the open files that it is about."""
+"""Findings in an editor, in each open file that they concern."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ _SEVERITIES: Final = {
 
 
 def findings_in(view: WorkspaceView, path: Path) -> list[Diagnostic]:
-    """What is wrong in an open file: what its own check found, and that of the open scenes that read it.
+    """Returns the findings of an open file: those of its own check, and of the open scenes that read it.
 
-    A part of a scene that is open is judged as a part of it, and not alone.
+    A part of an open scene is checked only as a part, not by itself.
     """
     found: list[Diagnostic] = []
     for user in view.judges(path):
@@ -39,7 +39,7 @@ def findings_in(view: WorkspaceView, path: Path) -> list[Diagnostic]:
 
 
 def _move_to_line(found: Diagnostic, path: Path, project: Project) -> Diagnostic:
-    """A finding of a scene, at the line of that which leads to it, where it is in another file."""
+    """Returns a finding in another file, moved to the line of the scene that leads to it."""
     if found.file is None or found.file == str(path) or project.files.get(found.file) == path:
         return replace(found, location=replace(found.location, file=str(path)))
     led = next((one.location for one in found.related if one.location.file == str(path)), None)
@@ -48,14 +48,14 @@ def _move_to_line(found: Diagnostic, path: Path, project: Project) -> Diagnostic
 
 
 def range_of(text: SceneText, place: Location, columns: Columns) -> types.Range:
-    """Where a finding is; of one without a line, the first."""
+    """Returns the range of a finding; without a line, the first line."""
     start = (place.column or 1) - 1
     end = None if place.end_column is None else place.end_column - 1
     return columns.range(text, (place.line or 1) - 1, start, end)
 
 
 def to_client(view: WorkspaceView, text: SceneText, found: Diagnostic, columns: Columns) -> types.Diagnostic:
-    """A finding in a text as the protocol has it."""
+    """Converts a finding in a text to the protocol's type."""
     hint = f"\n{found.hint}" if found.hint else ""
     return types.Diagnostic(
         range_of(text, found.location, columns),

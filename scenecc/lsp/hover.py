@@ -1,4 +1,4 @@
-"""What is told of the thing at a place: a key's meaning, a name's object, a parameter."""
+"""Hover texts: the meaning of a key, the object of a name, a parameter."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 class HoverText(NamedTuple):
-    """What is told at once, and what an engine is asked for.
+    """A hover text, and the entity whose facts an engine can add.
 
     Attributes:
-        text: in Markdown.
-        line, start, end: of what it is about: 0-based, in characters.
-        entity: whose size and mass are to be told beside it; None: of none.
+        text: Markdown.
+        line, start, end: range of the hovered item: 0-based, in characters.
+        entity: entity whose size and mass are added, if any.
     """
 
     text: str
@@ -37,7 +37,7 @@ class HoverText(NamedTuple):
 
 
 def hover_at(view: WorkspaceView, path: Path, line: int, column: int) -> HoverText | None:
-    """What is told at a 0-based place."""
+    """Returns the hover text at a 0-based position."""
     text = view.text(path)
     leaf = None if text is None else text.leaf_at(line, column)
     if text is None or leaf is None:
@@ -50,7 +50,7 @@ def hover_at(view: WorkspaceView, path: Path, line: int, column: int) -> HoverTe
 
 
 def _describe_key(text: SceneText, path: KeyPath) -> str | None:
-    """What the innermost key of a path means."""
+    """Returns the meaning of the innermost key of a path."""
     while path and not isinstance(path[-1], str):
         path = path[:-1]
     inside = overridden_path(path)
@@ -61,7 +61,7 @@ def _describe_key(text: SceneText, path: KeyPath) -> str | None:
 
 
 def _describe_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention) -> tuple[str, str | None] | None:
-    """The Markdown, and the entity that is meant."""
+    """Returns the Markdown, and the named entity."""
     defined = definition_of(view, text, leaf, mention)
     if defined is None:
         return None
@@ -93,7 +93,7 @@ _SINGULAR = {
 
 
 def _entity(view: WorkspaceView, text: SceneText, defined: Definition, name: str) -> str | None:
-    """The entity of the whole scene that a name means."""
+    """Returns the entity in the whole scene that a name means."""
     objects = view.objects(text.path)
     while name and name not in objects:
         name = name.rpartition("/")[0]
@@ -101,7 +101,7 @@ def _entity(view: WorkspaceView, text: SceneText, defined: Definition, name: str
 
 
 def with_facts(told: HoverText, facts: EntityFacts) -> str:
-    """The Markdown with what `scenecc inspect` tells of the entity."""
+    """Returns the Markdown with the facts of the entity from `scenecc inspect`."""
     listed = (
         f"- {_escape_markdown(label)} {_escape_markdown(words)}".replace("  ", " ") for label, words in facts.facts
     )
@@ -109,5 +109,5 @@ def with_facts(told: HoverText, facts: EntityFacts) -> str:
 
 
 def _escape_markdown(text: str) -> str:
-    """A scene's text, which no editor takes for a link, an image or a page of its own."""
+    """Escapes a scene's text, so that an editor does not interpret it as a link, image or markup."""
     return "".join(f"\\{one}" if one in "<>[]()!*`#" else one for one in cut(text, 500))

@@ -1,4 +1,4 @@
-"""What the language allows at a place: keys and values with their descriptions, from the JSON Schema."""
+"""The keys and values that the language allows at a path, with descriptions, from the JSON Schema."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ if TYPE_CHECKING:
 Schema = Mapping[str, Any]
 
 Siblings = Callable[["KeyPath"], Mapping[str, "str | None"]]
-"""The keys of the mapping at a path, as far as they are written, with the texts of scalars."""
+"""Returns the keys of the mapping at a path that are already written, with the texts of scalar values."""
 
 _FORMS: Final = frozenset(("NumberForm", "IntegerForm", "ValueForm"))
-"""Definitions whose keys are forms, which any value takes: they come after the others."""
+"""Definitions whose keys are forms, which any value accepts; they are listed last."""
 
 
 class Word(NamedTuple):
     """A key or a value.
 
     Attributes:
-        text: as it is written.
-        description: for people, with the unit and the default; "" for none.
-        is_form: whether it makes a value differ from scene to scene.
+        text: as written.
+        description: description with unit and default; "" if there is none.
+        is_form: whether it makes a value differ between scenes.
     """
 
     text: str
@@ -39,18 +39,18 @@ class Word(NamedTuple):
 
 @cache
 def _schema() -> Schema:
-    from scenecc.spec.json_schema import json_schema  # noqa: PLC0415 - all models are made for it, which takes a second
+    from scenecc.spec.json_schema import json_schema  # noqa: PLC0415 - builds all models, which takes a second
 
     return json_schema()
 
 
 def load_language() -> None:
-    """Makes the JSON Schema, which the first question would wait for."""
+    """Builds the JSON Schema in advance, so that the first request need not wait."""
     _schema()
 
 
 def keys_at(path: KeyPath, siblings: Siblings) -> list[Word]:
-    """The keys that the mapping at a path may have."""
+    """Returns the keys that the mapping at a path may have."""
     words: dict[str, Word] = {}
     for branch, is_form in _branches_at(path, siblings):
         for key, schema in branch.get("properties", {}).items():
@@ -59,7 +59,7 @@ def keys_at(path: KeyPath, siblings: Siblings) -> list[Word]:
 
 
 def values_at(path: KeyPath, siblings: Siblings) -> list[Word]:
-    """The words that may be the value at a path: those of an enumeration, and true and false."""
+    """Returns the words that may be the value at a path: those of an enumeration, and true and false."""
     words: dict[str, Word] = {}
     for branch, _ in _branches_at(path, siblings):
         allowed = branch.get("enum", [branch["const"]] if "const" in branch else [])
@@ -72,7 +72,7 @@ def values_at(path: KeyPath, siblings: Siblings) -> list[Word]:
 
 
 def describe_key(path: KeyPath, siblings: Siblings) -> str | None:
-    """What the key at the end of a path means, in Markdown; None where the language has no such key."""
+    """Returns the Markdown description of the key at the end of a path; None if the language has no such key."""
     if not path or not isinstance(path[-1], str):
         return None
     found = (_step(branch, path[-1]) for branch, _ in _branches_at(path[:-1], siblings))
@@ -82,19 +82,19 @@ def describe_key(path: KeyPath, siblings: Siblings) -> str | None:
 
 
 def is_mapping_key(path: KeyPath, siblings: Siblings) -> bool:
-    """Whether the value at a path may only be a mapping or a list, which begin on the next line."""
+    """Returns whether the value at a path must be a mapping or a list, which begins on the next line."""
     branches = [branch for branch, is_form in _branches_at(path, siblings) if not is_form]
     return bool(branches) and all(_types(branch) <= {"object", "array"} for branch in branches)
 
 
 def _types(schema: Schema) -> set[str]:
-    """The types of JSON that a value may have."""
+    """Returns the JSON types that a value may have."""
     given = schema.get("type", "object" if "properties" in schema else "any")
     return {given} if isinstance(given, str) else {*given}
 
 
 def _describe(schema: Schema) -> str:
-    """Description, default and enumeration of a key."""
+    """Returns description, default and enumeration of a key."""
     text = str(schema.get("description") or _resolve(schema).get("description", ""))
     parts = [text] if text else []
     if "default" in schema and schema["default"] not in ([], {}, ""):
@@ -106,7 +106,7 @@ def _describe(schema: Schema) -> str:
 
 
 def _branches_at(path: KeyPath, siblings: Siblings) -> list[tuple[Schema, bool]]:
-    """What may stand at a path, each with whether it is a form."""
+    """Returns the schemas allowed at a path, each with whether it is a form."""
     branches = list(_alternatives(_schema(), siblings(())))
     for end, step in enumerate(path, 1):
         present = siblings(path[:end])
@@ -118,7 +118,7 @@ def _branches_at(path: KeyPath, siblings: Siblings) -> list[tuple[Schema, bool]]
 
 
 def _step(schema: Schema, step: str | int) -> Schema | None:
-    """What stands below a key or an index."""
+    """Returns the schema below a key or an index."""
     if isinstance(step, int):
         items: list[Schema] = schema.get("prefixItems", [])
         return items[step] if step < len(items) else schema.get("items")
@@ -127,7 +127,7 @@ def _step(schema: Schema, step: str | int) -> Schema | None:
     if step.startswith(NOTE_PREFIX):
         return None
     for pattern, below in schema.get("patternProperties", {}).items():
-        # A name that is half typed is one.
+        # An incomplete name is valid here.
         if pattern != f"^{NOTE_PREFIX}" and (not step or _compile_pattern(pattern).search(step[:200])):
             return below
     below: Any = schema.get("additionalProperties")
@@ -146,7 +146,7 @@ def _resolve(schema: Schema) -> Schema:
 
 
 def _alternatives(schema: Schema, present: Mapping[str, str | None]) -> Iterator[tuple[Schema, bool]]:
-    """The schemas without choices that a schema stands for, where a mapping has some keys."""
+    """Yields the resolved alternatives of a schema for a mapping with some keys."""
     is_form = schema.get("$ref", "").rpartition("/")[2] in _FORMS
     schema = _resolve(schema)
     choices: list[Schema] = [*schema.get("anyOf", ()), *schema.get("oneOf", ())]
@@ -156,13 +156,13 @@ def _alternatives(schema: Schema, present: Mapping[str, str | None]) -> Iterator
     if "if" in schema:
         yield from _conditional(schema, present)
         return
-    # A mapping with one of the forms is one.
+    # A mapping with a key of a form is that form.
     if not is_form or not present or not FORM_KEYS.isdisjoint(present):
         yield schema, is_form
 
 
 def _select_by_type(choices: list[Schema], present: Mapping[str, str | None]) -> Iterator[tuple[Schema, bool]]:
-    """Of alternatives that are told apart by their `type`, the one that is written, or all."""
+    """Yields the alternative with the written `type`, or all of them."""
     kind = present.get("type")
     wanted = [one for one in choices if _resolve(one).get("properties", {}).get("type", {}).get("const") == kind]
     for choice in wanted if kind is not None and wanted else choices:
@@ -170,9 +170,9 @@ def _select_by_type(choices: list[Schema], present: Mapping[str, str | None]) ->
 
 
 def _conditional(schema: Schema, present: Mapping[str, str | None]) -> Iterator[tuple[Schema, bool]]:
-    """What `if`, `then` and `else` stand for: a key decides which kind of thing a mapping is."""
+    """Resolves `if`, `then` and `else`: the present keys decide the kind of a mapping."""
     deciding: list[str] = schema["if"].get("required", [])
-    if "properties" in schema["if"]:  # a type that is an expression: anything may follow
+    if "properties" in schema["if"]:  # the type is an expression, so anything may follow
         yield from _alternatives(schema["else"], present)
         return
     if all(key in present for key in deciding):

@@ -1,4 +1,4 @@
-"""Places in a text as the protocol counts them: columns in the units of an encoding, UTF-16 unless agreed otherwise."""
+"""Positions in the protocol: columns in the units of an encoding, UTF-16 unless negotiated otherwise."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from scenecc.lsp.analysis import SceneText
 
 _LAST: Final = 2**31 - 1
-"""The greatest number that the protocol takes."""
+"""The largest number that the protocol allows."""
 
 
 class Columns:
-    """Turns columns in characters into those of a client and back.
+    """Converts columns between characters and the client's units.
 
     Args:
         encoding: `utf-8`, `utf-16` or `utf-32`.
@@ -26,12 +26,12 @@ class Columns:
         self._size = {"utf-8": 1, "utf-16": 2, "utf-32": 4}[encoding]
 
     def to_client(self, line: str, column: int) -> int:
-        """The units before a column [characters] of a line."""
+        """Returns the number of units before a column [characters] of a line."""
         before = line[:column]
         return len(before) if before.isascii() else len(before.encode(self._encoding, "surrogatepass")) // self._size
 
     def from_client(self, line: str, units: int) -> int:
-        """The column [characters] at which so many units have passed; the end of the line where it has fewer."""
+        """Returns the column [characters] after `units` units, or the end of a shorter line."""
         if line.isascii():
             return min(max(units, 0), len(line))
         passed = 0
@@ -42,7 +42,7 @@ class Columns:
         return len(line)
 
     def range(self, text: SceneText, line: int, start: int, end: int | None) -> types.Range:
-        """A part of a 0-based line. `end`: None: to the end of the line."""
+        """Returns the range of a part of a 0-based line. `end`: None: to the end of the line."""
         shown = text.line(line)
         stop = len(shown) if end is None else end
         return types.Range(
@@ -50,13 +50,13 @@ class Columns:
         )
 
     def place(self, text: SceneText, position: types.Position) -> tuple[int, int]:
-        """The 0-based line and column [characters] of a client's position."""
+        """Returns the 0-based line and column [characters] of a client's position."""
         line = min(position.line, _LAST)
         return line, self.from_client(text.line(line), position.character)
 
 
 def path_of(uri: str) -> str | None:
-    """The path of a `file:` URI; None of any other, and of what is no URI."""
+    """Returns the path of a `file:` URI; None for anything else."""
     try:
         parts = urlsplit(uri)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The client of a process that compiles: one request at a time, given up where a newer one makes it stale."""
+"""The client of the compile process: one request at a time; a newer request can abort a stale one."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scenecc.lsp import worker
 
 
 class WorkerStopped(Exception):
-    """The process ended before it answered: it was stopped, or it crashed, as `crashed` tells."""
+    """The process ended before it answered: it was stopped, or `crashed`."""
 
     def __init__(self, *, crashed: bool) -> None:
         super().__init__("the process that compiles scenes ended")
@@ -22,11 +22,11 @@ class WorkerStopped(Exception):
 
 
 class FaultError(Exception):
-    """A request met a fault of scenecc. Its text is the traceback."""
+    """A request failed because of a bug in scenecc. The message is the traceback."""
 
 
 class AnalysisProcess:
-    """A process, started by the first request, and again by the one after it was stopped."""
+    """A process, started by the first request, and again after a stop."""
 
     def __init__(self) -> None:
         self._process: asyncio.subprocess.Process | None = None
@@ -35,11 +35,11 @@ class AnalysisProcess:
         self._stopped = False
 
     async def ask(self, request: Any) -> Any:
-        """The answer to a request of `scenecc.lsp.worker`, once all before it are answered.
+        """Returns the answer to a request of `scenecc.lsp.worker`, after all earlier ones.
 
         Raises:
-            WorkerStopped: there is none.
-            FaultError: it met a fault.
+            WorkerStopped: there is no answer.
+            FaultError: scenecc has a bug.
         """
         async with self._lock:
             is_new = self._process is None
@@ -48,7 +48,7 @@ class AnalysisProcess:
             except WorkerStopped as end:
                 if is_new or not end.crashed:
                     raise
-                # It may have ended before, for a reason of its own.
+                # It may have crashed earlier.
                 answer = await self._answer(request)
         if isinstance(answer, worker.Fault):
             raise FaultError(answer.report)
@@ -63,14 +63,14 @@ class AnalysisProcess:
             await self._end(process)
             raise WorkerStopped(crashed=not self._stopped) from None
         except asyncio.CancelledError:
-            # What it answers later would be taken for the answer to the next.
+            # A late answer would be taken for the answer to the next request.
             await self._end(process)
             raise
         finally:
             self._since = None
 
     def stop_older(self, seconds: float) -> None:
-        """Stops the process if it has worked on a request for longer than that."""
+        """Stops the process if its current request has taken longer than that."""
         if self._since is not None and time.monotonic() - self._since > seconds:
             self.stop()
 
@@ -84,7 +84,7 @@ class AnalysisProcess:
     async def _start(self) -> asyncio.subprocess.Process:
         if self._process is None or self._process.returncode is not None:
             pipe = asyncio.subprocess.PIPE
-            # With this process's path: nothing of the current folder is imported that this one would not import.
+            # With this process's path: nothing is imported from the current folder that this process would not import.
             start = f"import sys; sys.path[:] = {sys.path!r}; from scenecc.lsp.worker import main; main()"
             self._process = await asyncio.create_subprocess_exec(
                 sys.executable, "-I", "-c", start, str(os.getpid()),

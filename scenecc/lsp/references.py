@@ -1,4 +1,4 @@
-"""What the keys and scalars of a scene file name: which are names, of what, and where in a text each stands."""
+"""The names in a scene file: which keys and scalars are names, of what, and where they are in the text."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 Kind = Literal["object", "material", "group", "frame", "inside", "variable", "argument", "link", "joint", "scene file",
                "file"]  # fmt: skip
-"""Of what is named: an entity, frame or camera, or a link of one; a material, a collision group, a frame with a region;
-what is inside an instance; a parameter, draw or loop variable; a parameter of a prefab; a link or a joint of the entity
-itself; a scene file; any other file."""
+"""Kinds of named objects: an entity, frame or camera, or a link of one; a material, a collision group, a frame with a
+region; an object inside an instance; a parameter, draw or loop variable; a prefab parameter; a link or joint of the
+entity itself; a scene file; any other file."""
 
 SECTIONS_OF: Final[dict[Kind, tuple[str, ...]]] = {
     "object": SHARED_NAMESPACE,
@@ -29,7 +29,7 @@ SECTIONS_OF: Final[dict[Kind, tuple[str, ...]]] = {
     "group": ("collision_groups",),
     "variable": ("params", "draws"),
 }
-"""The sections that give names of a kind."""
+"""The sections that define names of a kind."""
 
 _VALUES: Final[dict[str, Kind]] = {
     **dict.fromkeys(("relative_to", "on", "inside", "above", "facing", "mount", "parent", "child"), "object"),
@@ -41,7 +41,7 @@ _VALUES: Final[dict[str, Kind]] = {
     **dict.fromkeys(("urdf", "mjcf", "srdf", "file", "px", "nx", "py", "ny", "pz", "nz", "map", "texture"), "file"),
     "to": "link",
 }
-"""Key → what its value names."""
+"""Key → kind of its value."""
 
 _VALUES_IN: Final[dict[tuple[str, str], Kind]] = {
     ("collision_groups", "ignore"): "group",
@@ -49,7 +49,7 @@ _VALUES_IN: Final[dict[tuple[str, str], Kind]] = {
     ("expect", "except"): "object",
     ("mimic", "joint"): "joint",
 }
-"""The same for keys that name something below another key alone."""
+"""Kind of the value of keys that are names only below another key."""
 
 _KEYS: Final[dict[str, Kind]] = {
     "near": "object",
@@ -58,11 +58,11 @@ _KEYS: Final[dict[str, Kind]] = {
     "links": "link",
     **dict.fromkeys(("joints", "drives", "qpos", "qvel", "qf"), "joint"),
 }
-"""Key → what the keys of its mapping name."""
+"""Key → kind of the keys of its mapping."""
 
 
 def named_kind(path: KeyPath, at: At) -> Kind | None:
-    """What a scalar, or a key, names; None where it names nothing. `path`: of the node, or of the entry."""
+    """Returns the kind of a scalar or key; None if it is not a name. `path`: path of the node or entry."""
     keys = plain_keys(path)
     section, last = keys[:1], keys[-1:]
     if at == "key":
@@ -76,12 +76,12 @@ def named_kind(path: KeyPath, at: At) -> Kind | None:
 
 
 def plain_keys(path: KeyPath) -> tuple[str, ...]:
-    """The keys of a path without those of forms: what they pick from stands in the place of the value."""
+    """Returns the keys of a path without those of forms, whose content replaces the value."""
     return tuple(step for step in path if isinstance(step, str) and step not in FORM_KEYS)
 
 
 def defined_kind(path: KeyPath) -> Kind | None:
-    """What the key of an entry gives a name to."""
+    """Returns the kind of name that the key of an entry defines."""
     if path[-2:-1] == ("repeat",):
         return "variable"
     section = path[0] if len(path) == 2 else None
@@ -92,9 +92,9 @@ class Mention(NamedTuple):
     """A name in a text.
 
     Attributes:
-        kind: of what it names.
+        kind: kind of the named object.
         text: the name.
-        start, end: where it is in the leaf's value [characters].
+        start, end: its range in the leaf's value [characters].
     """
 
     kind: Kind
@@ -111,7 +111,7 @@ _TEXT: Final = re.compile(r"'([^']*)'|\"([^\"]*)\"")
 
 
 def mentions(leaf: Leaf) -> Iterator[Mention]:
-    """The names in a leaf."""
+    """Yields the names in a leaf."""
     if "${" in leaf.text:
         for start, end in _expressions(leaf.text):
             yield from _in_expression(leaf, start, end)
@@ -137,7 +137,7 @@ def _in_expression(leaf: Leaf, start: int, end: int) -> Iterator[Mention]:
 
 
 def _expressions(text: str) -> Iterator[tuple[int, int]]:
-    """Where the insides of `${…}` are; of one that is not closed, up to the end."""
+    """Yields the ranges inside `${…}`; an unclosed one extends to the end."""
     at = text.find("${")
     while at >= 0:
         end = text.find("}", at)
@@ -151,7 +151,7 @@ _LONGEST_WORD: Final = 200
 
 
 def open_expression(typed: str) -> str | None:
-    """The part of a word that is typed last inside of `${`; None outside of one."""
+    """Returns the incomplete word at the end of typed text inside `${`; None outside of it."""
     at = typed.rfind("${")
     if at < 0 or "}" in typed[at:]:
         return None
@@ -160,10 +160,10 @@ def open_expression(typed: str) -> str | None:
 
 
 def overridden_path(path: KeyPath) -> KeyPath | None:
-    """The path in the file of a prefab of what is inside an override; None of anything else."""
+    """Returns the path of an overridden node in its prefab's file; None for other nodes."""
     if path[:1] != ("entities",) or path[2:3] != ("override",) or len(path) < 4:
         return None
     section, slash, name = str(path[3]).partition("/")
     start = (section, name) if slash and section in OVERRIDE_SECTIONS else ("entities", str(path[3]))
-    # Items of lists are overridden by index, as keys of a mapping.
+    # Overrides address list items by index, as keys of a mapping.
     return (*start, *(int(step) if str(step).isdecimal() else step for step in path[4:]))

@@ -1,7 +1,7 @@
-"""The server: what an editor holds, when it is checked, and what is told of it.
+"""The server: the editor's texts, their checks, and notifications.
 
-One thread reads and writes messages, and only that changes what is known. Questions are answered by other threads from
-a view of it, and scenes are compiled by another process, so that nothing waits for either.
+One thread reads and writes messages, and only this thread changes state. Other threads answer requests from a view of
+the state, and another process compiles scenes, so that nothing blocks.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ if TYPE_CHECKING:
     from scenecc.options import Options
 
 FindingFilter = Callable[["list[Diagnostic]", str], "list[Diagnostic]"]
-"""Which findings of a scene's path are shown, and how grave they are."""
+"""Selects findings by the scene's path, and sets their severity."""
 
 _LOG: Final = logging.getLogger(__name__)
-"""On standard error, which editors keep."""
+"""Logs to standard error, which editors keep."""
 
 _DEBOUNCE: Final = 0.05
-"""How long nothing may be typed before a scene is checked [s]."""
+"""Idle time before a scene is checked [s]."""
 
 _PATIENCE: Final = 10.0
-"""How long a check may go on when its text changes [s]. A process that is ended forgets the meshes that it has read."""
+"""Maximum time that a check of an outdated text may continue [s]. Ending the process loses its cached meshes."""
 
 _ENGINE_SECONDS: Final = 3.0
-"""How long the one who points at an entity waits for its mass [s]."""
+"""Maximum wait for an entity's mass in a hover text [s]."""
 
 
 class SceneServer(LanguageServer):
@@ -52,18 +52,18 @@ class SceneServer(LanguageServer):
 
     Args:
         options: what scenes may use.
-        finding_filter: which findings are shown.
+        finding_filter: selects findings.
 
     Attributes:
-        scenes: what the editor holds.
-        finding_filter: the same.
+        scenes: the editor's texts.
+        finding_filter: selects findings.
         checker: the process that checks scenes.
         engine: the process that asks the engine about entities.
-        is_ending: whether the editor said that it will end.
+        is_ending: whether the editor has announced its end.
     """
 
     def __init__(self, options: Options, finding_filter: FindingFilter) -> None:
-        full = types.TextDocumentSyncKind.Full  # whose lines are counted here alone
+        full = types.TextDocumentSyncKind.Full  # the lines of a full text are counted only here
         super().__init__("scenecc", VERSION, text_document_sync_kind=full)  # pyright: ignore[reportUnknownMemberType]
         self.is_ending = False
         self.scenes = Workspace(options)
@@ -79,20 +79,20 @@ class SceneServer(LanguageServer):
 
     @property
     def columns(self) -> Columns:
-        """How the client counts columns."""
+        """The client's column units."""
         return Columns(str(getattr(self.workspace.position_encoding, "value", self.workspace.position_encoding)))
 
     def path(self, uri: str) -> Path | None:
-        """The file of a URI; None where it is in no file."""
+        """Returns the file of a URI; None if it is not a file."""
         path = path_of(uri)
         return None if path is None or "\0" in path else editor_path(path)
 
     def uri(self, path: Path) -> str:
-        """The URI of a file, as the client writes it where it has it open."""
+        """Returns the URI of a file, in the client's notation if the file is open."""
         return self._uris.get(path) or path.as_uri()
 
     def changed(self, uri: str) -> None:
-        """Takes the text of a file that was opened or changed."""
+        """Stores the text of an opened or changed file."""
         path = self.path(uri)
         if path is not None:
             self._uris[path] = uri
@@ -102,7 +102,7 @@ class SceneServer(LanguageServer):
             self.schedule(path)
 
     def closed(self, uri: str) -> None:
-        """Forgets a file that was closed."""
+        """Drops a closed file."""
         path = self.path(uri)
         if path is not None:
             parts = self.scenes.projects[path].files.values() if path in self.scenes.projects else ()
@@ -113,11 +113,11 @@ class SceneServer(LanguageServer):
                 self.schedule(each)
 
     def schedule(self, path: Path) -> None:
-        """Has all open scenes checked that a file is part of."""
+        """Schedules checks of all open scenes that read a file."""
         self._schedule(self.scenes.view().users(path))
 
     def schedule_all(self) -> None:
-        """Has all open scenes checked, since files changed on the disk."""
+        """Schedules checks of all open scenes, because files on the disk changed."""
         self._described.clear()
         self.engine.stop()
         self._schedule([*self.scenes.projects])
@@ -145,26 +145,24 @@ class SceneServer(LanguageServer):
                 await self._check(path)
             except WorkerStopped as end:
                 if end.crashed:
-                    self.tell(
-                        "checking this scene ended the process that checks it: it is checked again when it changes"
-                    )
+                    self.tell("the check of this scene crashed; the scene is checked again when it changes")
                 else:
                     self._due[path] = None
             except FaultError as fault:
                 _LOG.error("%s", fault)
                 self.tell(f"this is a bug in scenecc, not an error in {path.name}")
-            except Exception:  # noqa: BLE001 - the next text is checked all the same
+            except Exception:  # noqa: BLE001 - the next text must still be checked
                 _LOG.exception("checking %s", path)
                 self.tell(f"this is a bug in scenecc, not an error in {path.name}")
 
     async def _check(self, path: Path) -> None:
         view = self.scenes.view()
         if path not in view.projects or path not in await asyncio.to_thread(view.judges, path):
-            return  # a part is checked with what includes it
+            return  # a part is checked with the scene that includes it
         checked: worker.CheckAnswer = await self.checker.ask(worker.CheckRequest(view.open_scene(path)))
         read = {path, *checked.files.values()}
         if any(self.scenes.texts.get(each) is not view.texts.get(each) for each in read):
-            # It was changed while it was checked; what was found may be wrong by now.
+            # The text changed during the check, so findings may be outdated.
             if path in self.scenes.projects:
                 self._due[path] = None
             return
@@ -187,11 +185,11 @@ class SceneServer(LanguageServer):
         self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, found, version))
 
     def tell(self, message: str) -> None:
-        """Shows people a message."""
+        """Shows a message to the user."""
         self.window_show_message(types.ShowMessageParams(types.MessageType.Error, f"scenecc: {message}"))
 
     def link_pages(self) -> None:
-        """Tells pages of `scenecc view` where the cursor is from now on, and shows what is selected there."""
+        """Links to pages of `scenecc view`: sends them the cursor's place, and shows their selection."""
         loop, window = asyncio.get_running_loop(), self.client_capabilities.window
         can_show = window is not None and window.show_document is not None and window.show_document.support
 
@@ -203,14 +201,14 @@ class SceneServer(LanguageServer):
         self._link = self._link or SelectionLink("editor", heard)
 
     def tell_pages(self, path: Path, keys: KeyPath) -> None:
-        """Tells pages in which entity of a file the cursor is. `keys`: of a node."""
+        """Sends pages the entity at the cursor. `keys`: path of a node."""
         if self._link is not None and keys[:1] == ("entities",) and len(keys) > 1:
             self._link.send([Place(os.path.realpath(path), keys[:2])])
 
     def _show(self, places: list[Place]) -> None:
-        """Shows what is selected on a page. `places`: of one thing, of which one is taken.
+        """Shows the selection of a page. `places`: places of one object, of which one is shown.
 
-        The first in a file that is open; or else the last in a file of an open scene; or else it is not shown here.
+        The first in an open file counts, else the last in a file of an open scene; otherwise nothing is shown.
         """
         view = self.scenes.view()
         parts = (each for project in view.projects.values() for each in project.files.values())
@@ -227,7 +225,7 @@ class SceneServer(LanguageServer):
             self.window_show_document(types.ShowDocumentParams(self.uri(file), take_focus=False, selection=place))
 
     async def entity_facts(self, view: WorkspaceView, path: Path, entity: str) -> worker.EntityFacts | None:
-        """What `scenecc inspect` tells of an entity; None where that is not known in time."""
+        """Returns the facts of an entity from `scenecc inspect`; None if they are not available in time."""
         known_by = (each for each in view.judges(path) if entity in view.projects[each].objects)
         top = next((each for each in known_by if view.projects[each].is_current), None)
         if top is None:
@@ -241,7 +239,7 @@ class SceneServer(LanguageServer):
             task = asyncio.create_task(self._describe(worker.Describe(view.open_scene(top), entity)))
             known = self._described[key] = view, task
         try:
-            # What takes longer is known the next time.
+            # Results that take longer are available the next time.
             return await asyncio.wait_for(asyncio.shield(known[1]), _ENGINE_SECONDS)
         except asyncio.TimeoutError:
             return None
@@ -256,7 +254,7 @@ class SceneServer(LanguageServer):
             return None
 
     def stop(self) -> None:
-        """Ends the processes that compile, and the link to pages."""
+        """Stops the compile processes and the link to pages."""
         if self._link is not None:
             self._link.close()
         self.checker.stop()

@@ -16,11 +16,11 @@ class Symbol(NamedTuple):
     """A section, or a name in it.
 
     Attributes:
-        name: of it.
-        section: that it is, or is in.
-        span: of its key.
-        last: the last line of what stands below it.
-        detail: what kind of thing it is.
+        name: its name.
+        section: the section that it is, or that contains it.
+        span: span of its key.
+        last: last line of its content.
+        detail: kind of object.
         below: the names of a section.
     """
 
@@ -33,7 +33,7 @@ class Symbol(NamedTuple):
 
 
 def symbols_of(text: SceneText) -> list[Symbol]:
-    """The sections of a text that hold names, in the order of the file."""
+    """Returns the sections of a text that contain names, in file order."""
     found: list[Symbol] = []
     for section in NAME_SECTIONS:
         span = text.key_span((section,))
@@ -55,7 +55,7 @@ def _make_symbol(text: SceneText, section: str, name: str) -> Symbol | None:
 
 
 def _close_section(section: Symbol, text: SceneText) -> Symbol:
-    """A section whose parts end where the next begins."""
+    """Returns a section whose parts end where the next one begins."""
     lines = [leaf.line for leaf in text.leaves if leaf.path[:1] == (section.section,)]
     last = max(lines, default=section.last)
     starts = [one.span[0] for one in section.below]

@@ -1,6 +1,6 @@
-"""The process that compiles what an editor holds: requests on standard input, answers on standard output.
+"""The process that compiles the editor's texts: requests on standard input, answers on standard output.
 
-It may take as long as it likes: whoever asks can end it, and the editor never waits for it.
+It may take any time: the server can end it, and the editor never waits for it.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 
 @frozen
 class OpenScene:
-    """A scene file, and what an editor holds of it and of others.
+    """A scene file, and the editor's texts.
 
     Attributes:
-        path: of the file.
-        texts: by the paths of their files, that of `path` among them.
+        path: path of the file.
+        texts: texts by file path, including that of `path`.
         options: what the scene may use.
     """
 
@@ -50,14 +50,14 @@ class OpenScene:
 
 @frozen
 class CheckRequest:
-    """Asks for everything that can be found in a scene without an engine, and what its names mean: a `CheckAnswer`."""
+    """Requests all findings of a scene that need no engine, and its names: a `CheckAnswer`."""
 
     scene: OpenScene
 
 
 @frozen
 class Describe:
-    """Asks for the facts of an entity as `scenecc inspect` tells them: `EntityFacts`, or None where there are none."""
+    """Requests the facts of an entity from `scenecc inspect`: `EntityFacts`, or None if there are none."""
 
     scene: OpenScene
     entity: str
@@ -65,13 +65,13 @@ class Describe:
 
 @frozen
 class SourcePlace:
-    """Where something is written: at a path of a scene file, or on a line of any file.
+    """A place in a file: a path in a scene file, or a line of any file.
 
     Attributes:
-        file: of it.
-        path: of the node; empty where the line is known.
+        file: the file.
+        path: path of the node; empty if the line is known.
         line, start, end: 0-based, in characters.
-        is_copy: whether its name is one of several that are made of what is written.
+        is_copy: whether several names are generated from this place.
     """
 
     file: Path
@@ -84,13 +84,13 @@ class SourcePlace:
 
 @dataclass(frozen=True, slots=True)
 class NamedObject:
-    """What a name stands for.
+    """The object of a name.
 
     Attributes:
-        section: of it.
-        place: where it is written; None: in no file.
-        links: of an articulation, where each is written.
-        joints: of an articulation that have names.
+        section: its section.
+        place: where it is written; None if in no file.
+        links: places of the links, for an articulation.
+        joints: named joints of an articulation.
     """
 
     section: str
@@ -104,9 +104,9 @@ class CheckAnswer:
     """The answer to a `CheckRequest`.
 
     Attributes:
-        diagnostics: as `validate` has them.
-        files: the scene files that were read, as diagnostics name them, and where they are.
-        objects: entities, frames and cameras of the whole scene, by name; None where there is no plan.
+        diagnostics: diagnostics of `validate`.
+        files: paths of the scene files that were read, by their names in diagnostics.
+        objects: entities, frames and cameras of the whole scene, by name; None without a plan.
     """
 
     diagnostics: list[Diagnostic]
@@ -116,7 +116,7 @@ class CheckAnswer:
 
 @dataclass(frozen=True, slots=True)
 class EntityFacts:
-    """The answer to a `Describe`. `facts`: label and words of each."""
+    """The answer to a `Describe`. `facts`: label and words of each fact."""
 
     kind: str
     facts: list[tuple[str, str]]
@@ -124,30 +124,30 @@ class EntityFacts:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """In place of an answer: the request met a fault of scenecc. `report`: the traceback."""
+    """Replaces an answer if a request failed because of a bug in scenecc. `report`: the traceback."""
 
     report: str
 
 
 _NO_YAML: Final = "SC003"
-"""The code of a text that is no YAML."""
+"""The code of invalid YAML."""
 
 
 def answer(request: CheckRequest | Describe) -> CheckAnswer | EntityFacts | None:
-    """The answer to a request."""
+    """Answers a request."""
     if isinstance(request, Describe):
         return _all_described(request.scene).get(request.entity)
     sink = Sink()
     document, memory = _read(request.scene, sink)
     if document is None:
         found = sink.diagnostics()
-        # What is empty or missing in a text that is half typed is still to come.
+        # Empty or missing parts of an incomplete text may still be typed.
         return CheckAnswer([one for one in found if one.code == _NO_YAML] or found, {}, None)
     return _check_document(document, request.scene.options, memory, sink)
 
 
 def _read(scene: OpenScene, sink: Sink) -> tuple[Document | None, PathCache]:
-    from scenecc.source import read_text  # noqa: PLC0415 - the process says nothing before the first request
+    from scenecc.source import read_text  # noqa: PLC0415 - nothing is needed before the first request
     from scenecc.source.paths import PathCache  # noqa: PLC0415
 
     text, limits = scene.texts[scene.path], scene.options.limits
@@ -155,7 +155,7 @@ def _read(scene: OpenScene, sink: Sink) -> tuple[Document | None, PathCache]:
 
 
 def _check_document(document: Document, options: Options, memory: PathCache, sink: Sink) -> CheckAnswer:
-    """`sink`: has the comments of the document that silence findings."""
+    """`sink`: contains the comments of the document that silence findings."""
     from scenecc.pipeline import compile_source  # noqa: PLC0415
 
     result = compile_source(document, options, sink, drawn=False, memory=memory)
@@ -165,7 +165,7 @@ def _check_document(document: Document, options: Options, memory: PathCache, sin
 
 
 class _Finder:
-    """Finds what the names of a scene stand for."""
+    """Finds the objects of a scene's names."""
 
     def __init__(self, result: CompileResult, files: Mapping[str, Path], sink: Sink) -> None:
         self._result = result
@@ -173,7 +173,7 @@ class _Finder:
         self._sink = sink
 
     def objects(self) -> dict[str, NamedObject]:
-        """Entities, frames and cameras, by name."""
+        """Returns entities, frames and cameras, by name."""
         plan, found = self._result.plan, dict[str, NamedObject]()
         for name, origin in self._frames():
             found[name] = NamedObject("frames", self._place(origin, name))
@@ -192,7 +192,7 @@ class _Finder:
         return found
 
     def _frames(self) -> Iterator[tuple[str, Origin]]:
-        """Of the document, since a plan has none."""
+        """Yields the frames of the document, because a plan has none."""
         expansion, document = self._result.expansion, self._result.document
         if document is not None:
             data = document.data if expansion is None else expansion.data
@@ -200,7 +200,7 @@ class _Finder:
             yield from ((name, Origin(document.name, ("frames", name))) for name in names)
 
     def _place(self, origin: Origin | None, name: str) -> SourcePlace | None:
-        """`name`: of what the origin leads to."""
+        """`name`: name of the object at the origin."""
         if origin is None:
             return None
         if (place := origin.location) is None:
@@ -217,7 +217,7 @@ class _Finder:
 
 @lru_cache(maxsize=1)
 def _all_described(scene: OpenScene) -> Mapping[str, EntityFacts]:
-    """The facts of all entities: a build takes as long for one of them."""
+    """Returns the facts of all entities: building one takes as long."""
     from scenecc.errors import SceneError  # noqa: PLC0415
     from scenecc.inspect.inspection import inspect_source  # noqa: PLC0415
     from scenecc.pipeline import CompiledSource  # noqa: PLC0415
@@ -226,7 +226,7 @@ def _all_described(scene: OpenScene) -> Mapping[str, EntityFacts]:
     if document is None:
         return {}
     compiled = CompiledSource(document, scene.options, memory)
-    for build in (True, False):  # without an engine that works, what the file says
+    for build in (True, False):  # without a working engine, only the file's facts
         try:
             found = inspect_source(compiled, entity="*", build=build).item
         except SceneError:
@@ -243,7 +243,7 @@ _LENGTH: Final = struct.Struct(">Q")
 
 
 def encode_message(message: Any) -> bytes:
-    """A message of any type that can be pickled."""
+    """Encodes a message of any type that can be pickled."""
     data = pickle.dumps(message)
     return _LENGTH.pack(len(data)) + data
 
@@ -252,21 +252,21 @@ HEADER_BYTES: Final = _LENGTH.size
 
 
 def decode_length(header: bytes) -> int:
-    """How many bytes follow a header."""
+    """Returns the number of bytes after a header."""
     return _LENGTH.unpack(header)[0]
 
 
 def main() -> None:
-    """Answers requests until nobody sends any more. The argument is the process that asks."""
+    """Answers requests until the input ends. The argument is the parent process."""
     exit_with_parent(int(sys.argv[1]))
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    os.dup2(2, 1)  # what an engine prints is no answer
+    os.dup2(2, 1)  # keep the engine's output out of the answers
     while len(header := requests.read(HEADER_BYTES)) == HEADER_BYTES:
-        request = pickle.loads(requests.read(decode_length(header)))  # noqa: S301 - of the process that started this
+        request = pickle.loads(requests.read(decode_length(header)))  # noqa: S301 - from the parent process
         try:
             found: Any = answer(request)
-        except Exception:  # noqa: BLE001 - a fault of ours is told, and the next request is answered
+        except Exception:  # noqa: BLE001 - a bug is reported, and the next request is answered
             import traceback  # noqa: PLC0415
 
             found = Fault(traceback.format_exc())

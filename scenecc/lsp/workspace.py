@@ -1,4 +1,4 @@
-"""What an editor holds, what was found in it when it was checked last, and the files on the disk beside it."""
+"""The editor's texts, the findings of their last checks, and the files on the disk."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
     from scenecc.options import Options
 
 _FIRST_BYTES: Final = 2**16
-"""How much of a file is looked at to know whether it is a scene."""
+"""Bytes of a file that are read to find out whether it is a scene."""
 
 _MOST_INCLUDED: Final = 100
-"""Files that are looked through for what a scene includes."""
+"""Maximum number of files searched for a scene's includes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """An open scene as it was checked last.
+    """An open scene at its last check.
 
     Attributes:
-        diagnostics: as `scenecc validate` has them.
-        files: what was read, by the names that diagnostics give it.
-        objects: of the last check that came to a plan.
-        is_current: whether that was the last.
+        diagnostics: diagnostics of `scenecc validate`.
+        files: files that were read, by their names in diagnostics.
+        objects: objects of the last check that produced a plan.
+        is_current: whether that was the last check.
     """
 
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -45,10 +45,10 @@ class Project:
     is_current: bool = False
 
     def after(self, checked: CheckAnswer, diagnostics: list[Diagnostic]) -> Project:
-        """The project after another check. `diagnostics`: those of it that are wanted."""
+        """Returns the project after another check. `diagnostics`: its wanted diagnostics."""
         is_current = checked.objects is not None
         objects = self.objects if checked.objects is None else checked.objects
-        # A text that is half typed names no files; those that it named before are still its own.
+        # An incomplete text names no files, so the earlier ones are kept.
         files = checked.files if len(checked.files) > 1 or is_current else self.files
         return Project(tuple(diagnostics), files, objects, is_current)
 
@@ -60,9 +60,9 @@ class Workspace:
         options: what scenes may use.
 
     Attributes:
-        options: the same.
-        texts: the open ones, by the paths of their files.
-        projects: of those that are scenes.
+        options: what scenes may use.
+        texts: open texts, by file path.
+        projects: those that are scenes.
     """
 
     def __init__(self, options: Options) -> None:
@@ -72,7 +72,7 @@ class Workspace:
         self._disk: dict[Path, tuple[State, SceneText]] = {}
 
     def put(self, path: Path, text: str) -> None:
-        """Takes what an editor holds of a file."""
+        """Stores the editor's text of a file."""
         self.texts[path] = SceneText(path, text)
         if is_scene_text(text):
             self.projects.setdefault(path, Project())
@@ -80,20 +80,20 @@ class Workspace:
             self.projects.pop(path, None)
 
     def drop(self, path: Path) -> None:
-        """Forgets a text that was closed."""
+        """Drops a closed text."""
         self.texts.pop(path, None)
         self.projects.pop(path, None)
 
     def view(self) -> WorkspaceView:
-        """All of it as it is now, for another thread."""
+        """Returns a snapshot for another thread."""
         return WorkspaceView(self.options, {**self.texts}, {**self.projects}, self._disk)
 
 
 class WorkspaceView:
-    """What is open and what was found at one time; it changes no more.
+    """An immutable snapshot of a workspace.
 
     Attributes:
-        texts, projects: as of `Workspace`.
+        texts, projects: as in `Workspace`.
     """
 
     def __init__(
@@ -112,12 +112,12 @@ class WorkspaceView:
         self._objects: dict[Path, Mapping[str, NamedObject]] = {}
 
     def open_scene(self, path: Path, changed: Mapping[Path, str] | None = None) -> OpenScene:
-        """A scene with all that is open, for the process that compiles it. `changed`: other texts of some files."""
+        """Returns a scene with all open texts, for the compile process. `changed`: replacement texts of some files."""
         texts = {each: text.text for each, text in self.texts.items()}
         return OpenScene(path, {**texts, **(changed or {})}, self._options)
 
     def text(self, path: Path) -> SceneText | None:
-        """The text of a file, as the editor holds it or else as it is on the disk; None where that cannot be read."""
+        """Returns the text of a file, from the editor or else from the disk; None if it cannot be read."""
         if path in self.texts:
             return self.texts[path]
         state = state_now(path)
@@ -130,12 +130,12 @@ class WorkspaceView:
         return known[1]
 
     def is_scene(self, path: Path) -> bool:
-        """Whether a file begins like a scene."""
+        """Returns whether a file begins like a scene."""
         text = self.texts[path].text if path in self.texts else _read(path, _FIRST_BYTES)
         return text is not None and is_scene_text(text)
 
     def module(self, path: Path) -> tuple[SceneText, ...]:
-        """A file with all that it includes, itself first."""
+        """Returns a file and all files that it includes, itself first."""
         if path not in self._modules:
             found = dict[Path, SceneText]()
             todo = [path]
@@ -150,7 +150,7 @@ class WorkspaceView:
         return self._modules[path]
 
     def namespace(self, path: Path) -> tuple[SceneText, ...]:
-        """The files that share their names with a file: what it includes, and what is included with it."""
+        """Returns the files that share names with a file: those it includes, and those included together with it."""
         if path not in self._namespaces:
             found = {each.path: each for each in self.module(path)}
             for user in self.including(path):
@@ -159,20 +159,20 @@ class WorkspaceView:
         return self._namespaces[path]
 
     def including(self, path: Path) -> list[Path]:
-        """The open scenes that include a file."""
+        """Returns the open scenes that include a file."""
         return [user for user in self.projects if user != path and any(one.path == path for one in self.module(user))]
 
     def users(self, path: Path) -> list[Path]:
-        """The open scenes that read a file, itself among them."""
+        """Returns the open scenes that read a file, including itself."""
         return [user for user, project in self.projects.items() if user == path or path in project.files.values()]
 
     def judges(self, path: Path) -> list[Path]:
-        """The open scenes that tell what is wrong in a file: those that read it, but what is a part of another."""
+        """Returns the open scenes that report errors in a file: those that read it, except parts of another one."""
         users = list(dict.fromkeys((*self.including(path), *self.users(path))))
         return [user for user in users if not self.including(user)] or users
 
     def objects(self, path: Path) -> Mapping[str, NamedObject]:
-        """What the names of entities, frames and cameras stand for in a file."""
+        """Returns the entities, frames and cameras that are named in a file."""
         if path not in self._objects:
             found: dict[str, NamedObject] = {}
             for user in (*self.including(path), path):
@@ -181,13 +181,13 @@ class WorkspaceView:
         return self._objects[path]
 
     def scope(self, owner: Path) -> AssetScope:
-        """What a file may name."""
+        """Returns what a file may read."""
         tops = [user.parent for user in self.users(owner) if owner.is_relative_to(user.parent)]
         root = tops[0] if tops else owner.parent
         return AssetScope(root, self._options.asset_roots, self._options.allow_outside_assets)
 
     def find_file(self, owner: Path, reference: str) -> Path | None:
-        """The file that a reference in another means; None where there is none that may be read."""
+        """Returns the file that a reference in another means; None if it does not exist or may not be read."""
         scope, folder = self.scope(owner), owner.parent
         if reference.startswith(SHIPPED_PREFIX):
             name = reference.removeprefix(SHIPPED_PREFIX)
@@ -196,7 +196,7 @@ class WorkspaceView:
         return found.path if isinstance(found, ResolvedFile) else None
 
     def scene_files(self, path: Path) -> Iterator[SceneText]:
-        """All scene files that are open, or were read for those scenes that read a file too."""
+        """Yields all scene files that are open, or were read for the scenes that also read a file."""
         read = (each for user in self.users(path) for each in self.projects[user].files.values())
         for each in dict.fromkeys((*self.texts, *read)):
             text = self.text(each) if each in self.texts or each.suffix in {".yaml", ".yml"} else None
@@ -213,6 +213,6 @@ def _read(path: Path, size: int = 4 * MAX_CHARACTERS) -> str | None:
 
 
 def editor_path(path: str) -> Path:
-    """The path of a file as scenes find it: without links in its folder."""
+    """Returns the path of a file as scenes find it: with links in its folder resolved."""
     given = Path(path)
     return given.parent.resolve() / given.name

@@ -1,1 +1,1 @@
-"""Where placed entities stand: poses that a plan's `placements` describe, over many scenes at once, in numpy alone."""
+"""Poses of placed entities, from a plan's `placements`, vectorized over scenes in numpy."""

@@ -1,4 +1,4 @@
-"""Places at a reset: in the scenes that are reset alone, as a build of all would place."""
+"""Placement at a reset: only in the reset scenes, with the same results as in a build of all scenes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def placed_members(plan: ScenePlan) -> dict[str, str]:
-    """The entities that a reset places anew, each with its placement."""
+    """Returns the entities that a reset places, each with its placement."""
     found: dict[str, str] = {}
     for entity in plan.entities:
         if entity.pose.recipe is not None:
@@ -31,16 +31,16 @@ def placed_members(plan: ScenePlan) -> dict[str, str]:
 
 
 def place_anew(plan: ScenePlan, batch: Batch, poses: Mapping[str, tuple[Sequence[int], NDArray[np.floating]]]) -> None:
-    """Finds the places of what a reset places; they stand in `batch.placed` then.
+    """Computes the poses of the entities that a reset places, and stores them in `batch.placed`.
 
     Args:
-        plan: of the scenes.
-        batch: evaluates recipes in the scenes that are reset.
-        poses: of each entity in some of these scenes, the scenes and the poses (·, 7) as built or drawn; those of
-            what is placed are not read.
+        plan: plan of the scenes.
+        batch: evaluates recipes in the reset scenes.
+        poses: for each entity in some of these scenes, the scenes and the poses (·, 7) as built or drawn; those of
+            placed entities are ignored.
 
     Raises:
-        ValueError: something fits nowhere; the scenes are named.
+        ValueError: an entity fits nowhere; the message names the scenes.
     """
     members = placed_members(plan)
     number_of = {scene: number for number, scene in enumerate(batch.scenes.tolist())}

@@ -1,4 +1,4 @@
-"""The colliding shapes of a plan's entities as convex parts, over the scenes of a batch."""
+"""The collision shapes of a plan's entities as convex parts, over the scenes of a batch."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ if TYPE_CHECKING:
 
 
 _CHUNK: Final = 500_000
-"""How many pairs of bodies and triangles are looked at together."""
+"""Number of body-triangle pairs that are processed together."""
 
 
 class UnsupportedShapeError(Exception):
-    """A colliding shape that nothing can be placed beside yet."""
+    """A collision shape that placement does not support."""
 
 
 @dataclass(slots=True)
@@ -57,15 +57,15 @@ class Part:
     """A convex part of an entity over the scenes of a batch (B rows), in the entity's own frame.
 
     Attributes:
-        there: in which scenes it is (B,).
-        half, disk, margin, scale: as of `Cores`.
-        points: the hull's (k, 3) [m]; None: it has none.
+        there: whether it exists in each scene (B,).
+        half, disk, margin, scale: as in `Cores`.
+        points: points of the hull (k, 3) [m]; None if it has none.
         turn, p: rotations (B, 3, 3) and origins (B, 3) [m].
-        reach: how far it is from its own origin at most (B,) [m].
-        groups: SAPIEN's four integers (B, 4).
-        is_plane: it is all that lies below its own x = 0.
-        triangles: of a mesh that is no hull, numbers of `points` (t, 3); None: it is convex.
-        link: of an articulation; None: the entity is a body.
+        reach: maximum distance from its own origin (B,) [m].
+        groups: SAPIEN's four collision group integers (B, 4).
+        is_plane: whether it is the half-space below its own x = 0.
+        triangles: for a non-convex mesh, indices into `points` (t, 3); None: it is convex.
+        link: link of an articulation; None for a body.
     """
 
     there: NDArray[np.bool_]
@@ -83,7 +83,7 @@ class Part:
     triangles: Indices | None = None
 
     def moved(self, turn: Floats, p: Floats) -> Part:
-        """The same in another frame, of which the rotations (B, 3, 3) and the origins (B, 3) are given."""
+        """Returns the part in a parent frame with the given rotations (B, 3, 3) and origins (B, 3)."""
         placed = np.matmul(turn, self.p[:, :, None])[:, :, 0] + p
         return Part(
             self.there, self.half, self.disk, self.margin, self.scale, self.points,
@@ -92,7 +92,7 @@ class Part:
         )  # fmt: skip
 
     def taken(self, rows: Indices) -> Part:
-        """Some rows of it, in any order."""
+        """Returns some of its rows, in any order."""
         return Part(
             self.there[rows], self.half[rows], self.disk[rows], self.margin[rows], self.scale[rows], self.points,
             self.turn[rows], self.p[rows], self.reach[rows], self.groups[rows], self.is_plane, self.link,
@@ -100,7 +100,7 @@ class Part:
         )  # fmt: skip
 
     def cores(self, rows: Indices) -> Cores:
-        """Some rows of it as cores."""
+        """Returns some of its rows as cores."""
         cloud = np.full(len(rows), -1 if self.points is None else 0)
         clouds = () if self.points is None else (self.points,)
         return Cores(
@@ -109,7 +109,7 @@ class Part:
         )  # fmt: skip
 
     def triangle_cores(self, rows: Indices, number: Indices) -> Cores:
-        """Triangles of it in some rows (n,) as cores."""
+        """Returns some of its triangles, in some rows (n,), as cores."""
         assert self.points is not None
         assert self.triangles is not None
         corners = self.points[self.triangles[number]] * self.scale[rows][:, None]
@@ -120,9 +120,10 @@ class Part:
         )  # fmt: skip
 
     def triangles_near(self, rows: Indices, p: Floats, reach: Floats) -> tuple[Indices, Indices]:
-        """The pairs of rows (by their place in `rows`) and triangles that may be within `reach` (n,) of points (n, 3).
+        """Returns pairs of rows (as indices into `rows`) and triangles that may be within `reach` (n,) of points (n,
+        3).
 
-        They are found by the boxes around the triangles.
+        The boxes around the triangles decide.
         """
         assert self.points is not None
         assert self.triangles is not None
@@ -143,7 +144,7 @@ class Part:
         return np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found])
 
     def extent(self, direction: Floats) -> Floats:
-        """How far it reaches in unit directions (B, 3), as a coordinate along them (B,) [m]."""
+        """Returns its extent in unit directions (B, 3), as a coordinate along them (B,) [m]."""
         local = np.matmul(direction[:, None, :], self.turn)[:, 0]
         if self.points is None:
             reach = np.einsum("ij,ij->i", np.abs(local), self.half) + self.margin
@@ -154,7 +155,7 @@ class Part:
 
 
 def point_part(there: NDArray[np.bool_]) -> Part:
-    """A point at the origin in some scenes (B,), which collides with nothing."""
+    """Returns a point at the origin in some scenes (B,), which collides with nothing."""
     count = len(there)
     zero, zeros = np.zeros(count), np.zeros((count, 3))
     turn = np.broadcast_to(np.eye(3), (count, 3, 3))
@@ -162,34 +163,34 @@ def point_part(there: NDArray[np.bool_]) -> Part:
 
 
 def matrices(q: Floats) -> Floats:
-    """The rotation matrices (B, 3, 3) of quaternions (B, 4) of about unit length."""
+    """Returns the rotation matrices (B, 3, 3) of quaternions (B, 4) of about unit length."""
     turned = rotation_arrays.rotation_matrix(rotation_arrays.normalized(q).T)
     return np.ascontiguousarray(np.moveaxis(turned, -1, 0))
 
 
 def rows_of(value: Value, rows: Indices) -> NDArray[Any]:
-    """A value in some rows of its entity."""
+    """Returns a value in some rows of its entity."""
     data = value.data
     return data[rows] if len(data) > 1 else np.broadcast_to(data[0], (len(rows), *data.shape[1:]))
 
 
 def rows_in(scene_idxs: tuple[int, ...], scenes: NDArray[np.int64]) -> tuple[Indices, NDArray[np.bool_]]:
-    """The rows (B,) of what is in some scenes for those of a batch, and in which of these it is."""
+    """Returns the rows (B,) of an object in the scenes of a batch, and in which of these it exists."""
     known = np.array(scene_idxs, dtype=np.int64)
     rows = np.minimum(np.searchsorted(known, scenes), len(known) - 1)
     return rows, known[rows] == scenes
 
 
 def entity_parts(entity: Entity, files: Sequence[AssetFile], batch: Batch) -> list[Part]:
-    """The colliding parts of an entity in its own frame.
+    """Returns the collision parts of an entity in its own frame.
 
     Args:
-        entity: of a plan.
-        files: of the plan.
-        batch: the scenes, and what evaluates the joints that a reset draws.
+        entity: an entity of a plan.
+        files: files of the plan.
+        batch: the scenes; evaluates the joint positions that a reset draws.
 
     Raises:
-        UnsupportedShapeError: a shape is not known here.
+        UnsupportedShapeError: a shape is not supported.
         AssetError: a file cannot be read.
     """
     found: list[Part] = []
@@ -207,7 +208,7 @@ def entity_parts(entity: Entity, files: Sequence[AssetFile], batch: Batch) -> li
 
 
 def body_parts(entity: Entity, files: Sequence[AssetFile], scenes: NDArray[np.int64]) -> list[Part]:
-    """The same, each in the frame of its own body or link. `scenes`: indices (B,)."""
+    """Returns the collision parts, each in the frame of its own body or link. `scenes`: indices (B,)."""
     found: list[Part] = []
     for structure, rows, mine in _structures(entity, scenes):
         if isinstance(structure, BodyStructure):
@@ -223,7 +224,7 @@ def body_parts(entity: Entity, files: Sequence[AssetFile], scenes: NDArray[np.in
 def _structures(
     entity: Entity, scenes: NDArray[np.int64]
 ) -> Iterator[tuple[BodyStructure | ArticulationStructure, Indices, NDArray[np.bool_]]]:
-    """The structures that an entity has in any of some scenes (B,), its rows (B,), and which of them have it."""
+    """Yields the structures of an entity in some scenes (B,), its rows (B,), and which of them have the structure."""
     rows, there = rows_in(entity.scene_idxs, scenes)
     pick = None if entity.pick is None else rows_of(entity.pick, rows)
     for number, structure in enumerate(entity.structures):
@@ -233,7 +234,7 @@ def _structures(
 
 
 def link_pose(entity: Entity, link: str, batch: Batch) -> Floats:
-    """The pose (B, 7) of a link in the frame of its articulation's root, where the joints start."""
+    """Returns the pose (B, 7) of a link in the frame of its articulation's root, at the initial joint positions."""
     rows, there = rows_in(entity.scene_idxs, batch.scenes)
     pick = np.zeros(len(rows)) if entity.pick is None else rows_of(entity.pick, rows)
     found = np.tile(np.array(IDENTITY_POSE), (len(rows), 1))
@@ -248,7 +249,7 @@ def link_pose(entity: Entity, link: str, batch: Batch) -> Floats:
 def _link_poses(
     structure: ArticulationStructure, rows: Indices, there: NDArray[np.bool_], batch: Batch
 ) -> list[Floats]:
-    """The poses (B, 7) of links in the frame of the root, where their joints start."""
+    """Returns the poses (B, 7) of links in the frame of the root, at the initial joint positions."""
     found: list[Floats] = []
     for link in structure.links:
         at = np.tile(np.array(IDENTITY_POSE), (len(rows), 1)) if link.parent is None else found[link.parent]
@@ -290,7 +291,7 @@ def _body_parts(
 
 @dataclass(slots=True)
 class _Core:
-    """What a part is in its shape's frame; what is None is 0, 1 or not there, as of `Part`."""
+    """A part in its shape's frame. None means 0, 1 or absent, as in `Part`."""
 
     half: Floats | None = None
     disk: Floats | None = None
@@ -302,7 +303,7 @@ class _Core:
 
 
 def _cores_of(geometry: CollisionGeometry, files: Sequence[AssetFile], rows: Indices) -> list[_Core]:
-    """The parts of a shape over the scenes of a batch."""
+    """Returns the parts of a shape over the scenes of a batch."""
     found: list[_Core]
     match geometry:
         case Plane():
@@ -328,10 +329,10 @@ def _cores_of(geometry: CollisionGeometry, files: Sequence[AssetFile], rows: Ind
 
 
 _UNSUPPORTED: dict[type, str] = {
-    ConvexParts: "the convex parts that CoACD cuts",
-    Heightfield: "terrain whose size differs from scene to scene",
-    Cone: "a cone whose size differs from scene to scene",
-    Ring: "a ring whose size differs from scene to scene",
+    ConvexParts: "convex parts from CoACD",
+    Heightfield: "terrain whose size differs between scenes",
+    Cone: "a cone whose size differs between scenes",
+    Ring: "a ring whose size differs between scenes",
 }
 
 
@@ -359,12 +360,12 @@ def _along_x(half_length: Floats) -> Floats:
 
 
 Mesh = tuple[Any, Any]
-"""Corners (V, 3) [m] and triangles (T, 3)."""
+"""Vertices (V, 3) [m] and triangles (T, 3)."""
 
 
 @lru_cache(maxsize=256)
 def mesh_of(file: AssetFile) -> Mesh:
-    """All of a file as one mesh, corners in one place joined.
+    """Returns a whole file as one mesh with merged vertices.
 
     Raises:
         AssetError: it cannot be read.
@@ -376,6 +377,6 @@ def mesh_of(file: AssetFile) -> Mesh:
 
 @lru_cache(maxsize=256)
 def connected_hulls(file: AssetFile) -> tuple[Floats, ...]:
-    """The corners of each convex part that SAPIEN makes of a file [m]."""
+    """Returns the vertices of each convex part that SAPIEN makes of a file [m]."""
     parts = hull_parts(read_triangles(checked_content(file)), file.path.suffix.lower())
     return tuple(np.unique(vertices.astype(np.float32), axis=0).astype(np.float64) for vertices, _ in parts)

@@ -1,4 +1,4 @@
-"""Distances between convex parts, for many pairs at once: the algorithm of Gilbert, Johnson and Keerthi."""
+"""Distances between convex parts, for many pairs at once, by the Gilbert–Johnson–Keerthi algorithm."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
 
 
 _TOLERANCE: Final = 1e-8
-"""How near the two bounds of a distance come to one another [m]."""
+"""Maximum gap between the two bounds of a distance [m]."""
 
 _TOUCHING: Final = 1e-9
 
 _ITERATIONS: Final = 64
 
 _FLAT: Final = 1e-12
-"""Of a triangle and a tetrahedron without area or volume: how small that is, by its edges."""
+"""Maximum area or volume, relative to its edges, of a degenerate triangle or tetrahedron."""
 
 
 class _Features(NamedTuple):
-    """What a simplex is made of: its edges, its triangles, and the corners of every part, corners themselves first."""
+    """The features of a simplex: its edges, its triangles, and the corners of every feature; the corners come first."""
 
     edges: NDArray[np.intp]
     faces: NDArray[np.intp]
@@ -47,21 +47,21 @@ _FEATURES_OF: Final = {corners: _features(corners) for corners in (2, 3, 4)}
 
 @dataclass(slots=True)
 class Cores:
-    """Convex parts where they stand, one a row. A part is all points within `margin` of its core.
+    """Convex parts in their poses, one per row. A part is all points within `margin` of its core.
 
-    The core of a box is itself, of a sphere its centre, of a capsule its segment, of a cylinder a disk that is swept
-    along x, and of anything else the hull of its points.
+    The core of a box is the box, of a sphere its centre, of a capsule its segment, of a cylinder a disk swept along x,
+    and of any other shape the hull of its points.
 
     Attributes:
-        half: half the lengths of the core along its own axes (n, 3) [m].
+        half: half lengths of the core along its own axes (n, 3) [m].
         disk: radius about its own x (n,) [m].
         margin: (n,) [m].
         turn: rotation matrices (n, 3, 3).
         p: origins (n, 3) [m].
-        cloud: the number in `clouds` of each one's points (n,); -1: it has none.
-        scale: of these points (n, 3).
+        cloud: index of each core's points in `clouds` (n,); -1: it has none.
+        scale: scale of these points (n, 3).
         clouds: points (k, 3) [m].
-        corners: of triangles (n, 3, 3) [m]; a row that is all 0 is none. None: there are none at all.
+        corners: corners of triangles (n, 3, 3) [m]; rows of zeros are no triangles. None: there are no triangles.
     """
 
     half: Floats
@@ -75,7 +75,7 @@ class Cores:
     corners: Floats | None = None
 
     def taken(self, rows: Indices) -> Cores:
-        """Some of them."""
+        """Returns some of the cores."""
         corners = None if self.corners is None else self.corners[rows]
         return Cores(
             self.half[rows], self.disk[rows], self.margin[rows], self.turn[rows], self.p[rows],
@@ -83,7 +83,7 @@ class Cores:
         )  # fmt: skip
 
     def support(self, rows: Indices, direction: Floats) -> Floats:
-        """The farthest points (m, 3) of some cores in directions (m, 3) of any length."""
+        """Returns the farthest points (m, 3) of some cores in directions (m, 3) of any length."""
         turn = self.turn[rows]
         local = np.matmul(direction[:, None, :], turn)[:, 0]
         found = np.where(local >= 0, self.half[rows], -self.half[rows])
@@ -105,7 +105,7 @@ class Cores:
 
 
 def joined(parts: Sequence[Cores]) -> Cores:
-    """Several lots of cores as one."""
+    """Concatenates several sets of cores."""
     clouds: list[Floats] = []
     numbers: list[Indices] = []
     for part in parts:
@@ -125,31 +125,28 @@ def joined(parts: Sequence[Cores]) -> Cores:
 
 
 def are_apart(a: Cores, b: Cores, least: Floats) -> NDArray[np.bool_]:
-    """Whether each pair (n,) has at least a distance (n,) [m]; of 0 or less: whether it does not overlap."""
-    # Cores that touch overlap.
+    """Returns whether each pair (n,) has at least a distance (n,) [m]; for 0 or less, whether it does not overlap."""
+    # Touching cores overlap.
     wanted = np.maximum(a.margin + b.margin + least, _TOUCHING)
     lower, upper, _ = _bounds(a, b, wanted)
     return (lower >= wanted) | ((upper - lower <= _TOLERANCE) & (upper >= wanted))
 
 
 def distances(a: Cores, b: Cores) -> Floats:
-    """The distance of each pair (n,) [m]; 0 where it overlaps."""
+    """Returns the distance of each pair (n,) [m]; 0 if it overlaps."""
     _, upper, _ = _bounds(a, b, None)
     return np.maximum(upper - a.margin - b.margin, 0.0)
 
 
 def witnesses(a: Cores, b: Cores) -> Floats:
-    """Vectors (n, 3) from the second core to the first, between their nearest points [m]; 0 where they overlap."""
+    """Returns vectors (n, 3) from the second core to the first, between their nearest points [m]; 0 if they overlap."""
     return _bounds(a, b, None)[2]
 
 
 def _bounds(a: Cores, b: Cores, wanted: Floats | None) -> tuple[Floats, Floats, Floats]:
-    """The least and the greatest that the distance of each pair's cores can be (n,) [m], and a vector (n, 3) that long.
+    """Returns lower and upper bounds of the distances of core pairs (n,) [m], and vectors (n, 3) of that length.
 
-    Args:
-        a: the ones.
-        b: the others.
-        wanted: distances (n,) above or below which nothing more need be known; None: none.
+    `wanted`: distances (n,); a pair is finished once its distance is known to be above or below. None: exact.
     """
     count = len(a.p)
     lower, upper = np.zeros(count), np.full(count, np.inf)
@@ -183,10 +180,10 @@ def _bounds(a: Cores, b: Cores, wanted: Floats | None) -> tuple[Floats, Floats, 
 
 
 def _nearest(simplex: Floats, used: NDArray[np.bool_]) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """The point of each simplex (n, 4, 3) nearest to the origin, and the corners that it lies between.
+    """Returns the point of each simplex (n, 4, 3) nearest to the origin, and the corners that span it.
 
     Returns:
-        The points (n, 3), the simplices with the corners that were used in front, and which of these each point needs.
+        The points (n, 3), the simplices with the used corners first, and which of these each point needs.
     """
     order = np.argsort(~used, axis=1, kind="stable")
     simplex = np.take_along_axis(simplex, order[:, :, None], axis=1)
@@ -201,7 +198,7 @@ def _nearest(simplex: Floats, used: NDArray[np.bool_]) -> tuple[Floats, Floats, 
 
 
 def _nearest_of(simplex: Floats, corners: int) -> tuple[Floats, NDArray[np.bool_]]:
-    """The same of simplices of 2, 3 or 4 corners."""
+    """Returns the nearest points of simplices with 2, 3 or 4 corners."""
     features = _FEATURES_OF[corners]
     edge_points, on_edge = _edge_points(simplex, features.edges)
     points, fits = [simplex[:, :corners], edge_points], [np.ones((len(simplex), corners), np.bool_), on_edge]
@@ -220,7 +217,7 @@ def _nearest_of(simplex: Floats, corners: int) -> tuple[Floats, NDArray[np.bool_
 
 
 def _edge_points(simplex: Floats, edges: Indices) -> tuple[Floats, NDArray[np.bool_]]:
-    """The points of lines through edges nearest to the origin, and whether they are on the edges."""
+    """Returns the points of lines through edges nearest to the origin, and whether they are on the edges."""
     start = simplex[:, edges[:, 0]]
     along = simplex[:, edges[:, 1]] - start
     length = np.einsum("nij,nij->ni", along, along)
@@ -229,7 +226,7 @@ def _edge_points(simplex: Floats, edges: Indices) -> tuple[Floats, NDArray[np.bo
 
 
 def _face_points(simplex: Floats, faces: Indices) -> tuple[Floats, NDArray[np.bool_]]:
-    """The points of planes through faces nearest to the origin, and whether they are in the faces."""
+    """Returns the points of planes through faces nearest to the origin, and whether they are in the faces."""
     start = simplex[:, faces[:, 0]]
     u, v = simplex[:, faces[:, 1]] - start, simplex[:, faces[:, 2]] - start
     uu, uv, vv = (np.einsum("nij,nij->ni", x, y) for x, y in ((u, u), (u, v), (v, v)))
@@ -242,7 +239,7 @@ def _face_points(simplex: Floats, faces: Indices) -> tuple[Floats, NDArray[np.bo
 
 
 def _holds_origin(simplex: Floats) -> NDArray[np.bool_]:
-    """Whether tetrahedra (n, 4, 3) hold the origin, (n,)."""
+    """Returns whether tetrahedra (n, 4, 3) contain the origin, (n,)."""
     start = simplex[:, 0]
     u, v, w = (simplex[:, corner] - start for corner in (1, 2, 3))
     across = np.cross(v, w), np.cross(w, u), np.cross(u, v)

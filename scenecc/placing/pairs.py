@@ -1,4 +1,4 @@
-"""The convex pairs of two parts that may be near one another: of a mesh that is no hull, its triangles."""
+"""Convex pairs of two parts that may be close to each other; for a non-convex mesh, its triangles."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ if TYPE_CHECKING:
 
 
 TOLERANCE: Final = 1e-7
-"""By how much less than asked for a distance may be [m]: positions are rounded."""
+"""Tolerance of a required distance [m], because positions are rounded."""
 
 LIFT: Final = 1e-6
-"""What touches does not overlap: how far above the surface something is held for the test [m]."""
+"""Height by which an object is lifted for the test [m], so that touching is not overlap."""
 
 _LOT: Final = 500_000
-"""How many pairs are looked at together, at most."""
+"""Maximum number of pairs that are processed together."""
 
 _SLACK: Final = 1e-6
-"""[m] Added to a bound, of which the rounding is far smaller."""
+"""[m] Added to a bound; much larger than its rounding error."""
 
 
 def core_pair_lots(
     a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float
 ) -> Iterator[tuple[Indices, Cores, Cores]]:
-    """The same as `core_pairs`, so few at a time that they need little memory.
+    """Yields `core_pairs` in lots that need little memory.
 
     Args:
-        a: the one part; no plane.
+        a: first part; not a plane.
         a_rows: its rows (n,).
-        b: the other part; no plane.
+        b: second part; not a plane.
         b_rows: its rows (n,).
-        within: triangles that are farther away are left out [m].
+        within: triangles that are farther away are skipped [m].
     """
     if a.triangles is None or b.triangles is None:
         size = max(len(one.triangles) if one.triangles is not None else 1 for one in (a, b))
@@ -62,7 +62,9 @@ def core_pair_lots(
 
 
 def _triangle_pairs(a: Part, rows: Indices, theirs: Cores, within: float) -> tuple[Indices, Cores, Cores]:
-    """The triangles of a part in rows (n,) that may be near triangles (n,) of another; of which each is."""
+    """Returns the triangles of a part in rows (n,) that may be close to triangles (n,) of another, with their pair
+    indices.
+    """
     assert theirs.corners is not None
     middle = theirs.corners.mean(axis=1)
     reach = np.sqrt(((theirs.corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
@@ -72,14 +74,14 @@ def _triangle_pairs(a: Part, rows: Indices, theirs: Cores, within: float) -> tup
 
 
 def core_pairs(a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float) -> tuple[Indices, Cores, Cores]:
-    """Pairs of cores (k,), and of which pair of rows each is.
+    """Returns pairs of cores (k,), and the index of the row pair of each.
 
     Args:
-        a: the one part; no plane.
+        a: first part; not a plane.
         a_rows: its rows (n,).
-        b: the other part; no plane.
+        b: second part; not a plane.
         b_rows: its rows (n,).
-        within: triangles that are farther away are left out [m].
+        within: triangles that are farther away are skipped [m].
     """
     if b.triangles is None and a.triangles is None:
         return np.arange(len(a_rows)), a.cores(a_rows), b.cores(b_rows)
@@ -95,12 +97,12 @@ def core_pairs(a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float
 
 
 def are_too_near(a: Part, b: Part, least: float) -> Flags:
-    """In which scenes (B,) two parts collide, and overlap or are nearer than a distance.
+    """Returns the scenes (B,) in which two parts collide, and overlap or are closer than a distance.
 
     Args:
-        a: the one part, in the world.
-        b: the other part, in the world.
-        least: the distance [m]; 0: they may touch.
+        a: first part, in the world.
+        b: second part, in the world.
+        least: minimum distance [m]; 0: they may touch.
     """
     near = a.there & b.there & groups_collide(a.groups.T, b.groups.T)
     wanted = least - TOLERANCE if least else 0.0
@@ -109,7 +111,7 @@ def are_too_near(a: Part, b: Part, least: float) -> Flags:
         return near & ~(_heights_above(plane, other) >= (wanted or -LIFT)) & (not other.is_plane)
     between, reach = a.p - b.p, a.reach + b.reach + least
     rows = np.flatnonzero(near & (np.einsum("ij,ij->i", between, between) < reach * reach))
-    # Where hulls are apart, triangles are.
+    # If the hulls are apart, so are the triangles.
     rows = rows[~are_apart(a.cores(rows), b.cores(rows), np.full(len(rows), wanted))]
     near = np.zeros(len(near), np.bool_)
     for pair, first, second in core_pair_lots(a, rows, b, rows, wanted):
@@ -121,15 +123,15 @@ def are_too_near(a: Part, b: Part, least: float) -> Flags:
 
 
 def _heights_above(plane: Part, other: Part) -> Floats:
-    """How far above a plane the lowest point of another part is (B,) [m]."""
+    """Returns the height of another part's lowest point above a plane (B,) [m]."""
     normal = plane.turn[:, :, 0]
     return -other.extent(-normal) - np.einsum("ij,ij->i", normal, plane.p)
 
 
 def part_distances(a: Part, b: Part) -> Floats:
-    """The distance of two parts in each scene (B,) [m]: 0 where they overlap, infinite where one is not there.
+    """Returns the distance of two parts in each scene (B,) [m]: 0 if they overlap, infinite if one is missing.
 
-    Of a triangle mesh the surface counts: what is deep inside of it is some way from it.
+    For a triangle mesh, the surface counts: an object deep inside has a positive distance.
     """
     found = np.full(len(a.p), np.inf)
     rows = np.flatnonzero(a.there & b.there)
@@ -147,7 +149,7 @@ def part_distances(a: Part, b: Part) -> Floats:
 
 
 def _point_near(part: Part, target: Floats) -> Floats:
-    """A point (B, 3) of a part near to targets (B, 3): of a mesh the nearest corner."""
+    """Returns a point (B, 3) of a part near targets (B, 3); for a mesh, the nearest vertex."""
     if part.points is None:
         return part.p
     local = np.matmul((target - part.p)[:, None], part.turn)[:, 0]

@@ -1,4 +1,6 @@
-"""Where placed entities stand: tries by (seed, entity, key, scene, try), of which the first that fits is taken."""
+"""Placement of entities by rejection sampling. Tries are drawn by (seed, entity, key, scene, try); the first that fits
+counts.
+"""
 
 from __future__ import annotations
 
@@ -37,32 +39,32 @@ if TYPE_CHECKING:
 
 
 _ROWS: Final = 4096
-"""How many tries are looked at together, at most, where there are fewer scenes."""
+"""Maximum number of tries that are tested together, if there are fewer scenes."""
 
 _FEW_ROWS: Final = 512
-"""How many tries cost about as much as one."""
+"""Number of tries that cost about as much as one."""
 
 _TRIES_TOGETHER: Final = 256
-"""How many tries of one scene are looked at together, at most."""
+"""Maximum number of tries of one scene that are tested together."""
 
 _MANY_OBSTACLES: Final = 64
-"""From how many on those that are far from every try are sorted out together."""
+"""Number of obstacles from which distant ones are filtered out in advance."""
 
 _OBSTACLES_TOGETHER: Final = 1_000_000
-"""How many pairs of a try and an obstacle are looked at together."""
+"""Number of try-obstacle pairs that are processed together."""
 
 _DOWN: Final = np.array((0.0, 0.0, -1.0))
 _UP: Final = -_DOWN
 
 
 class PlacingError(Exception):
-    """Something fits nowhere in some scenes.
+    """An entity fits nowhere in some scenes.
 
     Attributes:
-        name: of the placement.
-        scenes: the indices of those scenes.
+        name: name of the placement.
+        scenes: indices of those scenes.
         message: what happened, in words.
-        why: what most tries in the first of the scenes failed at.
+        why: the most frequent reason in the first of the scenes.
     """
 
     def __init__(self, name: str, scenes: Sequence[int], message: str, why: str = "") -> None:
@@ -71,29 +73,29 @@ class PlacingError(Exception):
 
 
 def along(direction: Floats, rows: Indices) -> Floats:
-    """The same direction for each of some rows (n, 3)."""
+    """Returns a direction repeated for some rows (n, 3)."""
     return np.broadcast_to(direction, (len(rows), 3))
 
 
 def as_in_engine(poses: Floats) -> Floats:
-    """Poses rounded to single precision: a build and a reset place beside the same."""
+    """Returns poses rounded to float32, so that a build and a reset see the same obstacles."""
     return poses.astype(np.float32).astype(np.float64)
 
 
 class Placer:
-    """Places entities one after the other, in the scenes of a batch.
+    """Places entities one after another in the scenes of a batch.
 
     Args:
-        plan: of the scenes.
-        batch: evaluates what is drawn; its `placed` takes the poses.
-        standing: the poses (B, 7) in the world of all entities that are not to be placed.
-        local: of those that go with a placement, relative to it (B, 7).
-        still: placements that stay as they are built.
-        drawn_anew: entities whose poses a reset draws, which placements that stay do not avoid.
+        plan: plan of the scenes.
+        batch: evaluates draws; its `placed` receives the poses.
+        standing: poses (B, 7) in the world of all entities that are not placed.
+        local: poses (B, 7) of the other members of placements, relative to the placement.
+        still: placements that keep their built pose.
+        drawn_anew: entities whose poses a reset draws; kept placements do not avoid them.
 
     Attributes:
-        bodies: the colliding parts in the world, entity → parts, of all that has its place.
-        poses: of the same, (B, 7).
+        bodies: collision parts in the world of all entities with a final pose: entity → parts.
+        poses: their poses (B, 7).
     """
 
     def __init__(
@@ -119,17 +121,17 @@ class Placer:
         self.by_member = {member: one for one in plan.placements for member in one.entities}
 
     def own_parts(self, name: str) -> list[Part]:
-        """The colliding parts of an entity in its own frame."""
+        """Returns the collision parts of an entity in its own frame."""
         return entity_parts(self._entities[name], self.plan.files, self.batch)
 
     def place(self, placement: Placement) -> None:
-        """Finds the place of one; it stands in `batch.placed` and among the bodies then.
+        """Computes the pose of a placement, and adds it to `batch.placed` and to the bodies.
 
         Raises:
             PlacingError: it fits nowhere.
         """
         with np.errstate(all="ignore"):
-            # What is too large for numbers fits nowhere.
+            # Poses that overflow fit nowhere.
             found = _Trial(self, placement).poses()
         by_scene: Any = np.zeros((self.batch.num_scenes, 7))
         by_scene[:, 3] = 1.0
@@ -141,25 +143,25 @@ class Placer:
             self.bodies[member] = [part.moved(turn, world[:, :3]) for part in self.own_parts(member)]
 
     def target_parts(self, mount: Mount) -> list[Part]:
-        """The parts of what something stands on."""
+        """Returns the parts of the target of a placement."""
         return [part for part in self.bodies[mount.entity] if mount.link is None or part.link == mount.link]
 
     def pose_of(self, mount: Mount) -> Floats:
-        """Where an entity or a link stands (B, 7)."""
+        """Returns the pose of an entity or a link (B, 7)."""
         pose = self.poses[mount.entity]
         if mount.link is None:
             return pose
         return rotation_arrays.compose(pose, link_pose(self._entities[mount.entity], mount.link, self.batch))
 
     def surfaces(self, mount: Mount) -> list[SupportSurface]:
-        """The upward surfaces of a body that has its place."""
+        """Returns the upward surfaces of a body with a final pose."""
         key = (mount.entity, mount.link)
         if key not in self._surfaces:
             self._surfaces[key] = [one for part in self.target_parts(mount) for one in upward_surfaces(part)]
         return self._surfaces[key]
 
     def obstacles(self, placement: Placement) -> Iterable[tuple[str, Part, float]]:
-        """All other parts that have their place, whose, and how far away each must be [m]; 0: not penetrated."""
+        """Yields all other parts with a final pose: entity, part, and required distance [m]; 0: no overlap."""
         members, carrying = set(placement.entities), set(placement.carrying)
         for name, parts in self.bodies.items():
             if name in members or (placement.name in self._still and name in self._drawn_anew):
@@ -169,7 +171,7 @@ class Placer:
                 yield name, part, 0.0 if name in carrying else self._distance(placement, other, name, part.link)
 
     def drawn_overlap(self) -> str | None:
-        """Says which drawn pose is too near to a placed body that stays as it is built. None: none is."""
+        """Returns a message about a drawn pose that is too close to a kept placement; None if there is none."""
         drawn = [name for name in self.bodies if name in self._drawn_anew and name not in self.by_member]
         for placement in self.plan.placements:
             for member in placement.entities if placement.name in self._still else ():
@@ -189,13 +191,13 @@ class Placer:
 
 
 class _Obstacle(NamedTuple):
-    """A part that has its place and one of those to be placed, by its number.
+    """A part with a final pose, for one of the parts to be placed.
 
     Attributes:
-        name: of the entity that has its place.
-        apart: how far away it must be [m]; 0: it must not be penetrated.
-        there: in which scenes both are, and collide (B,).
-        top: how high it reaches (B,) [m]; None: that does not matter.
+        name: name of its entity.
+        apart: required distance [m]; 0: no overlap.
+        there: scenes in which both exist and collide (B,).
+        top: its maximum height (B,) [m]; None: not needed.
     """
 
     name: str
@@ -207,7 +209,7 @@ class _Obstacle(NamedTuple):
 
 
 class _Trial:
-    """The search for the place of one thing."""
+    """The search for the pose of one placement."""
 
     def __init__(self, placer: Placer, placement: Placement) -> None:
         self._placer, self._placement = placer, placement
@@ -222,12 +224,12 @@ class _Trial:
             part.there = part.there & self._there
         bare = self._there & ~np.any([part.there for part in self._parts], axis=0)
         if bare.any():
-            # What does not collide stands with its origin.
+            # An entity without collision shapes stands on its origin.
             self._parts.append(point_part(bare))
         self._why: Counter[str] = Counter()
         self._target = placer.target_parts(placement.target)
         if not self._target:
-            message = f"`{placement.target}` has no colliding shape"
+            message = f"`{placement.target}` has no collision shape"
             raise PlacingError(placement.name, self._batch.scenes[self._there].tolist(), message)
         self._top = extent(self._target, along(_UP, self._rows))
         self._surfaces = self._carrying_surfaces()
@@ -236,7 +238,7 @@ class _Trial:
         self._origin, self._heading = frame[:, :3], headings(frame[:, 3:])
         self._rectangle = self._whole_top() if placement.at is placement.low is placement.center is None else None
         self._obstacles = [
-            # Only what it may stand on is often below it.
+            # Only its possible supports are often below it.
             _Obstacle(
                 name,
                 part,
@@ -252,7 +254,7 @@ class _Trial:
         ]
 
     def poses(self) -> Floats:
-        """The poses (B, 7); the identity where it is not.
+        """Returns the poses (B, 7); the identity where it does not exist.
 
         Raises:
             PlacingError: it fits nowhere.
@@ -261,13 +263,13 @@ class _Trial:
         found[:, 3] = 1.0
         left, done = np.flatnonzero(self._there), 0
         while left.size:
-            # Twice as many as before: most scenes are settled soon, and tries after the one that fits are in vain.
+            # Twice as many as before: most scenes need few tries, and tries after the first fit are wasted.
             rows_together = min(_ROWS, max(_FEW_ROWS, 2 * done * len(left)))
             count = min(max(1, rows_together // len(left)), _TRIES_TOGETHER, self._placement.tries - done)
             if not count:
                 name = self._placement.name
                 scenes = self._batch.scenes[left].tolist()
-                # One scene alone says why.
+                # One scene is enough for the reason.
                 self._why.clear()
                 few = min(_TRIES_TOGETHER, done)
                 self._try_poses(np.repeat(left[:1], few), np.arange(done - few, done))
@@ -284,7 +286,7 @@ class _Trial:
         return found
 
     def _value(self, value: Value, rows: Indices | None = None, batch: Batch | None = None) -> Floats:
-        """A value of the placement in some rows of the batch; of all, as drawn, where none are given."""
+        """Returns a value of the placement in some rows of the batch; in all rows, as drawn, if none are given."""
         if value.recipe is None:
             return np.asarray(rows_of(value, self._rows if rows is None else self._rows[rows]), np.float64)
         drawn = (self._batch if batch is None else batch).evaluate(value.recipe)
@@ -296,7 +298,7 @@ class _Trial:
             return []
         if placement.kind == "on":
             return placer.surfaces(placement.target)
-        from scenecc.plan import Mount  # noqa: PLC0415 - few placements are inside of something
+        from scenecc.plan import Mount  # noqa: PLC0415 - few placements use `inside`
 
         return [
             SupportSurface(one.there & (one.z + placement.gap < self._top), one.z, one.corners)
@@ -306,21 +308,21 @@ class _Trial:
         ]
 
     def _whole_top(self) -> Floats:
-        """The rectangle (B, 4) around the target's top in its axes: x, y least and most [m]."""
+        """Returns the rectangle (B, 4) around the target's top in its axes: minimum x and y, then maximum [m]."""
         if self._outline is not None:
             return rectangle_of([(self._outline, np.ones(len(self._rows), np.bool_))], self._origin, self._heading)
         tops = [(one.corners, one.there) for one in self._surfaces if one.corners is not None]
         return rectangle_of(tops, self._origin, self._heading)
 
     def _try_poses(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
-        """The poses (M, 7) of some tries, and which of them fit."""
+        """Returns the poses (M, 7) of some tries, and which of them fit."""
         batch = self._batch.only(rows) if not tries.any() else self._batch.tried(rows, tries)
         pose = self._upright(rows, batch)
         turn = matrices(pose[:, 3:])
         parts = [part.taken(rows).moved(turn, pose[:, :3]) for part in self._parts]
         pose[:, 2] = self._heights(parts, rows, batch)
         fits = np.isfinite(pose[:, 2])
-        self._why[f"not whole {self._placement.kind} `{self._placement.target}`"] += int((~fits).sum())
+        self._why[f"not completely {self._placement.kind} `{self._placement.target}`"] += int((~fits).sum())
         kept = np.flatnonzero(fits)
         if kept.size:
             for part in parts:
@@ -330,12 +332,12 @@ class _Trial:
             for near in self._placement.near:
                 if kept.size:
                     fits[kept] = self._is_near([part.taken(kept) for part in parts], rows[kept], near)
-                    self._why[f"not as far from `{near.entity}` as `near` says"] += int((~fits[kept]).sum())
+                    self._why[f"not at the distance of `near` from `{near.entity}`"] += int((~fits[kept]).sum())
                     kept = np.flatnonzero(fits)
         return pose, fits
 
     def _upright(self, rows: Indices, batch: Batch) -> Floats:
-        """Poses (M, 7) in the world at height 0."""
+        """Returns poses (M, 7) in the world at height 0."""
         placement, heading = self._placement, self._heading[rows]
         point = points_in_regions(placement, self._rectangle, rows, batch, lambda v: self._value(v, rows, batch))
         pose: Any = np.zeros((len(rows), 7))
@@ -355,7 +357,7 @@ class _Trial:
         return pose
 
     def _heights(self, parts: list[Part], rows: Indices, batch: Batch) -> Floats:
-        """How high the origin is (M,) [m]; not finite where it cannot be. `parts`: at height 0."""
+        """Returns the height of the origin (M,) [m]; not finite if there is none. `parts`: at height 0."""
         placement = self._placement
         lowest = -extent(parts, along(_DOWN, rows))
         within = np.ones(len(rows), np.bool_)
@@ -374,7 +376,7 @@ class _Trial:
         return np.where(within, base - lowest, np.nan)
 
     def _is_free(self, parts: list[Part], rows: Indices) -> Flags:
-        """Whether parts in some rows of the batch are as far from all others as they must be."""
+        """Returns whether parts in some rows of the batch have the required distance from all others."""
         free = np.ones(len(rows), np.bool_)
         mine: list[Cores] = []
         others: list[Cores] = []
@@ -396,7 +398,7 @@ class _Trial:
                 maybe &= -own.extent(along(_DOWN, rows)) <= top[rows]
             close = np.flatnonzero(maybe)
             if close.size and not (own.triangles is part.triangles is None):
-                # Where hulls are apart, triangles are: of these there may be millions of pairs.
+                # If the hulls are apart, so are the triangles, of which there may be millions of pairs.
                 least_ = np.full(len(close), wanted)
                 close = close[~are_apart(own.cores(close), part.cores(rows[close]), least_)]
                 self._refuse(free, self._find_meeting(own, close, part, rows[close], wanted), name)
@@ -407,7 +409,7 @@ class _Trial:
                 whose.append(close)
                 names.append(name)
                 if not apart:
-                    # What touches does not overlap.
+                    # Touching is not overlap.
                     mine[-1].p = mine[-1].p - LIFT * _DOWN
         if whose:
             apart_ = are_apart(joined(mine), joined(others), np.concatenate(least))
@@ -417,7 +419,7 @@ class _Trial:
         return free
 
     def _obstacles_near(self, parts: list[Part], rows: Indices) -> Sequence[_Obstacle]:
-        """The obstacles without those that are far from all of some tries."""
+        """Returns the obstacles that are close to any of some tries."""
         if len(self._obstacles) < _MANY_OBSTACLES:
             return self._obstacles
         found: list[_Obstacle] = []
@@ -435,25 +437,25 @@ class _Trial:
         return found
 
     def _find_meeting(self, own: Part, close: Indices, part: Part, rows: Indices, wanted: float) -> Indices:
-        """Those of `close`, rows of a part, in which its triangles or those of another meet or are too near."""
+        """Returns the rows `close` of a part in which its triangles, or those of another, overlap or are too close."""
         meet = np.zeros(len(close), np.bool_)
         for pair, first, second in core_pair_lots(own, close, part, rows, wanted):
             if meet[pair].all():
                 continue
             if not wanted:
-                # What touches does not overlap.
+                # Touching is not overlap.
                 first.p = first.p - LIFT * _DOWN
             meet[pair[~are_apart(first, second, np.full(len(pair), wanted))]] = True
         return close[meet]
 
     def _refuse(self, free: Flags, index: Indices, name: str) -> None:
-        """Some tries do not fit, for they are too near to an entity."""
+        """Records that some tries do not fit, because they are too close to an entity."""
         free[index] = False
         if len(index):
-            self._why[f"too near to `{name}`"] += len(index)
+            self._why[f"too close to `{name}`"] += len(index)
 
     def _is_near(self, parts: list[Part], rows: Indices, near: Nearness) -> Flags:
-        """Whether parts in some rows of the batch are at a distance from an entity."""
+        """Returns whether parts in some rows of the batch are within a range of distances from an entity."""
         closest = np.full(len(rows), np.inf)
         for other in self._placer.bodies[near.entity]:
             for own in parts:

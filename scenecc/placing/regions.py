@@ -1,4 +1,4 @@
-"""Where the origin of what is placed may be, and how axes are turned about z."""
+"""Sampling of the origins of placed entities, and rotation of axes about z."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def headings(q: Floats) -> Floats:
-    """How far the x axes of rotations (B, 4) are turned about z (B,) [rad]; of those that stand upright the y axes."""
+    """Returns the rotation of x axes about z for rotations (B, 4), (B,) [rad]; of y axes if x is vertical."""
     m = matrices(q)
     upright = np.hypot(m[:, 0, 0], m[:, 1, 0]) < 1e-9
     x, y = np.where(upright, m[:, 1, 1], m[:, 0, 0]), np.where(upright, -m[:, 0, 1], m[:, 1, 0])
@@ -34,7 +34,7 @@ def headings(q: Floats) -> Floats:
 
 
 def unit_vectors(angle: Floats) -> Floats:
-    """The directions (B, 2) of angles (B,) [rad], by the C library as everywhere else."""
+    """Returns the directions (B, 2) of angles (B,) [rad], computed by the C library as everywhere else."""
     same = len(angle) > 1 and bool((angle == angle[0]).all())
     unit = [cmath.rect(1.0, one) for one in (angle[:1] if same else angle).tolist()]
     found = np.array([(one.real, one.imag) for one in unit]).reshape(-1, 2)
@@ -42,20 +42,20 @@ def unit_vectors(angle: Floats) -> Floats:
 
 
 def about_z(angle: Floats) -> Floats:
-    """The quaternions (B, 4) of turns about z (B,) [rad]."""
+    """Returns the quaternions (B, 4) of rotations about z (B,) [rad]."""
     found = np.zeros((len(angle), 4))
     found[:, 0], found[:, 3] = unit_vectors(angle / 2).T
     return found
 
 
 def turn_points(points: Floats, angle: Floats) -> Floats:
-    """Points (B, 2) turned about z by angles (B,) [rad]."""
+    """Returns points (B, 2) rotated about z by angles (B,) [rad]."""
     c, s = unit_vectors(angle).T
     return np.stack([c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]], axis=1)
 
 
 def drawn_units(batch: Batch, name: str, path: str, count: int) -> Floats:
-    """Numbers in [0, 1) of a key of `place`, (B, count)."""
+    """Returns random numbers in [0, 1) for a key of `place`, (B, count)."""
     key = Key("entities", name, path)
     return units(words(batch.seed, key, batch.scenes, 0, count, 0, batch.tries))
 
@@ -67,13 +67,13 @@ def points_in_regions(
     batch: Batch,
     value: Callable[[Value], Floats],
 ) -> Floats:
-    """Points (M, 2) in the axes of a placement, drawn evenly by area [m].
+    """Returns points (M, 2) in the axes of a placement, uniformly distributed by area [m].
 
     Args:
-        placement: says where.
-        rectangle: x, y least and most (B, 4), where it says nothing [m].
-        rows: of the batch of all scenes (M,).
-        batch: of the tries.
+        placement: the placement.
+        rectangle: minimum x and y, then maximum (B, 4), used if the placement gives no region [m].
+        rows: rows of the batch of all scenes (M,).
+        batch: batch of the tries.
         value: evaluates a value of the placement in them.
     """
     if placement.at is not None:
@@ -92,12 +92,12 @@ def points_in_regions(
 
 
 def rectangle_of(polygons: Sequence[tuple[Any, NDArray[np.bool_]]], origin: Floats, heading: Floats) -> Floats:
-    """The rectangle (B, 4) around polygons in turned axes: x, y least, then most [m].
+    """Returns the rectangle (B, 4) around polygons in rotated axes: minimum x and y, then maximum [m].
 
     Args:
         polygons: corners in the world (B, k, 2), and the scenes that have them (B,).
-        origin: of the axes (B, 3).
-        heading: how far they are turned (B,) [rad].
+        origin: origin of the axes (B, 3).
+        heading: their rotation about z (B,) [rad].
     """
     low, high = np.full((len(origin), 2), np.inf), np.full((len(origin), 2), -np.inf)
     for corners, there in polygons:
@@ -109,7 +109,7 @@ def rectangle_of(polygons: Sequence[tuple[Any, NDArray[np.bool_]]], origin: Floa
 
 
 def footprint_polygons(parts: Sequence[Part]) -> Floats:
-    """The convex hulls of the footprints of parts, (B, k, 2) counterclockwise; the last corner is repeated [m]."""
+    """Returns the convex hulls of parts' footprints, (B, k, 2) counterclockwise; the last corner is repeated [m]."""
     count = len(parts[0].there)
     state = np.concatenate(
         [np.concatenate([part.turn.reshape(count, 9), part.p, part.half, part.scale, part.there[:, None],

@@ -1,4 +1,4 @@
-"""The upward surfaces of parts, and what stands on them whole."""
+"""The upward surfaces of parts, and tests whether a footprint is completely on them."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ if TYPE_CHECKING:
 
 
 LEVEL: Final = 0.9998
-"""Least z of the normal of a surface that things stand on: within about a degree."""
+"""Minimum z of the normal of a supporting surface: level within about a degree."""
 
 COPLANAR: Final = 0.001
-"""Surfaces whose heights differ by less are one [m]."""
+"""Maximum height difference of coplanar surfaces [m]."""
 
 _SIDES: Final = 64
-"""Corners of a polygon in a round top."""
+"""Number of corners of the polygon of a round top."""
 
 _TOLERANCE: Final = 1e-9
 
 _SAME_CORNER: Final = 1e-7
-"""Corners that are nearer than this are one, for there is no telling how the edge between them runs [m]."""
+"""Maximum distance of equal corners [m]: the direction of an edge between them would be unreliable."""
 
 _SAME_HEIGHT: Final = 1e-6
-"""Corners of a mesh whose heights differ by less are in one level [m]."""
+"""Maximum height difference of mesh vertices in one level [m]."""
 
 _BOX: Final = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], np.float64)
 _CIRCLE: Final = np.stack(
@@ -44,9 +44,9 @@ class SupportSurface:
     """A level convex polygon over the scenes of a batch.
 
     Attributes:
-        there: in which scenes it is (B,).
-        z: how high (B,) [m].
-        corners: in the world, counterclockwise from above (B, k, 2) [m]; None: it has no end.
+        there: whether it exists in each scene (B,).
+        z: height (B,) [m].
+        corners: in the world, counterclockwise from above (B, k, 2) [m]; None: it is infinite.
     """
 
     there: Flags
@@ -54,12 +54,12 @@ class SupportSurface:
     corners: Floats | None
 
     def taken(self, rows: NDArray[np.intp]) -> SupportSurface:
-        """Some rows of it, in any order."""
+        """Returns some of its rows, in any order."""
         return SupportSurface(self.there[rows], self.z[rows], None if self.corners is None else self.corners[rows])
 
 
 def upward_surfaces(part: Part) -> list[SupportSurface]:
-    """The level surfaces of a part in the world that look up."""
+    """Returns the level upward surfaces of a part in the world."""
     up = part.turn[:, 2]
     if part.is_plane:
         return [SupportSurface(part.there & (up[:, 0] > LEVEL), part.p[:, 2], None)]
@@ -81,19 +81,21 @@ def upward_surfaces(part: Part) -> list[SupportSurface]:
 
 
 def _face(part: Part, there: Flags, axis: int, flat: Floats) -> SupportSurface:
-    """The upper of the two faces of a part across an axis. `flat`: its corners (B, k, 2) along the two other axes."""
+    """Returns the upper one of a part's two faces across an axis. `flat`: its corners (B, k, 2) along the other two
+    axes.
+    """
     side = np.where(part.turn[:, 2, axis] > 0, 1.0, -1.0)
     local = np.empty((*flat.shape[:2], 3))
     local[:, :, axis] = (side * part.half[:, axis])[:, None]
     local[:, :, (axis + 1) % 3] = flat[:, :, 0]
-    # Seen from the other side, the corners run the other way round.
+    # From the other side, the corners are in the opposite order.
     local[:, :, (axis + 2) % 3] = flat[:, :, 1] * side[:, None]
     corners = np.matmul(local, part.turn.transpose(0, 2, 1)) + part.p[:, None]
     return SupportSurface(there, corners[:, :, 2].max(axis=1), corners[:, :, :2])
 
 
 def _mesh_surfaces(part: Part) -> list[SupportSurface]:
-    """The level tops of a hull, and of a mesh of triangles its level triangles; those of a convex polygon are one."""
+    """Returns the level tops of a hull, or the level triangles of a mesh; triangles of a convex polygon are merged."""
     assert part.points is not None
     state = np.concatenate([part.turn.reshape(-1, 9), part.scale], axis=1)
     _, first, same = np.unique(state, axis=0, return_index=True, return_inverse=True)
@@ -115,7 +117,7 @@ def _mesh_surfaces(part: Part) -> list[SupportSurface]:
 
 
 def _level_polygons(points: Floats, triangles: Any) -> list[tuple[float, Floats]]:
-    """The heights and corners of the level polygons of one mesh that look up."""
+    """Returns the heights and corners of the level upward polygons of a mesh."""
     if triangles is None:
         top = points[points[:, 2] > points[:, 2].max() - _SAME_HEIGHT]
         order = hull_order(top[:, :2])
@@ -146,7 +148,7 @@ def _level_of(points: Floats, triangles: Any) -> Floats:
 
 
 def hull_order(points: Floats) -> list[int]:
-    """The numbers of the corners of the convex hull of points (n, 2), counterclockwise."""
+    """Returns the indices of the convex hull of points (n, 2), counterclockwise."""
     order = np.lexsort((points[:, 1], points[:, 0])).tolist()
 
     def half(indices: Sequence[int]) -> list[int]:
@@ -165,7 +167,7 @@ def _turn(a: Any, b: Any, c: Any) -> float:
 
 
 def extent(parts: Sequence[Part], direction: Floats) -> Floats:
-    """How far parts reach together in directions (B, 3), as a coordinate along them (B,) [m]."""
+    """Returns the combined extent of parts in directions (B, 3), as a coordinate along them (B,) [m]."""
     found = np.full(len(direction), -np.inf)
     for part in parts:
         found = np.where(part.there, np.maximum(found, part.extent(direction)), found)
@@ -173,7 +175,7 @@ def extent(parts: Sequence[Part], direction: Floats) -> Floats:
 
 
 def is_within(parts: Sequence[Part], corners: Floats) -> Flags:
-    """Whether the footprint of parts is within a convex polygon in each scene, (B,). `corners`: (B, k, 2) [m]."""
+    """Returns whether the footprint of parts is within a convex polygon (B,). `corners`: (B, k, 2) [m]."""
     fits = np.ones(len(corners), np.bool_)
     edges = np.roll(corners, -1, axis=1) - corners
     for number in range(corners.shape[1]):
@@ -189,12 +191,12 @@ def is_within(parts: Sequence[Part], corners: Floats) -> Flags:
 
 
 def highest_below(parts: Sequence[Part], surfaces: Sequence[SupportSurface], levels: Floats | None) -> Floats:
-    """How high the highest surface is that is below the whole footprint of parts (B,) [m]; -inf: there is none.
+    """Returns the height of the highest surface below the whole footprint of parts (B,) [m]; -inf if there is none.
 
     Args:
-        parts: of what stands there, at any height.
-        surfaces: that it may stand on.
-        levels: the lowest and the highest that the surface may be (B, 2) [m]; None: any.
+        parts: parts of the placed object, at any height.
+        surfaces: possible supports.
+        levels: minimum and maximum height of the surface (B, 2) [m]; None: any.
     """
     count = len(parts[0].there)
     best = np.full(count, -np.inf)
@@ -216,7 +218,7 @@ def highest_below(parts: Sequence[Part], surfaces: Sequence[SupportSurface], lev
 def _joined_surfaces(
     parts: Sequence[Part], surfaces: Sequence[SupportSurface], levels: Floats | None, best: Floats
 ) -> Floats:
-    """As `highest_below`, where several coplanar surfaces may carry together what none of them carries alone."""
+    """Returns the result of `highest_below` for supports made of several coplanar surfaces."""
     ended = [surface for surface in surfaces if surface.corners is not None]
     if len(ended) < 2:
         return best
@@ -242,7 +244,7 @@ def _joined_surfaces(
 
 
 def footprint(parts: Sequence[Part], row: int) -> Floats:
-    """The footprint of parts in a scene, (k, 2) counterclockwise; round shapes have a polygon around them."""
+    """Returns the footprint of parts in a scene, (k, 2) counterclockwise; round shapes get a polygon around them."""
     directions = np.concatenate([_CIRCLE, np.zeros((_SIDES, 1))], axis=1)
     found: list[Floats] = []
     for part in parts:
@@ -264,7 +266,7 @@ def footprint(parts: Sequence[Part], row: int) -> Floats:
 
 
 def is_covered(polygon: Floats, by: Sequence[Floats]) -> bool:
-    """Whether convex polygons together cover another one; all (k, 2), counterclockwise."""
+    """Returns whether convex polygons together cover another one; all (k, 2), counterclockwise."""
     rest = [polygon]
     for cover in by:
         rest = [piece for one in rest for piece in _outside(one, cover)]
@@ -272,7 +274,7 @@ def is_covered(polygon: Floats, by: Sequence[Floats]) -> bool:
 
 
 def _outside(polygon: Floats, cover: Floats) -> list[Floats]:
-    """The convex pieces of a polygon that are outside of another one."""
+    """Returns the convex pieces of a polygon outside another one."""
     pieces: list[Floats] = []
     inside = polygon
     for start, end in zip(cover, np.roll(cover, -1, axis=0), strict=True):
@@ -286,7 +288,7 @@ def _outside(polygon: Floats, cover: Floats) -> list[Floats]:
 
 
 def _clipped(polygon: Floats, start: Floats, end: Floats) -> Floats:
-    """What of a convex polygon is to the left of a line."""
+    """Returns the part of a convex polygon to the left of a line."""
     if not len(polygon):
         return polygon
     along = end - start
@@ -303,7 +305,7 @@ def _clipped(polygon: Floats, start: Floats, end: Floats) -> Floats:
 
 
 def area_of(polygon: Floats) -> float:
-    """The area of a polygon (k, 2) [m²]."""
+    """Returns the area of a polygon (k, 2) [m²]."""
     if len(polygon) < 3:
         return 0.0
     x, y = polygon.T

@@ -1,3 +1,1 @@
-"""What `scenecc check` finds by building and simulating a scene: bodies that overlap, that nothing supports, that do
-not stay.
-"""
+"""`scenecc check`: builds and simulates a scene to find bodies that overlap, fall, or move away."""

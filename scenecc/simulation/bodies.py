@@ -1,4 +1,4 @@
-"""What the simulation moves: dynamic bodies, and articulations whose root is free, each in each of its scenes."""
+"""The bodies that the simulation moves: dynamic bodies and articulations with a free root, in each of their scenes."""
 
 from __future__ import annotations
 
@@ -29,12 +29,11 @@ class MovingBody:
 
     Attributes:
         scene: index of the scene.
-        entity: its name.
-        obj: the engine's: a `sapien.Entity`.
-        component: the engine's: the body's component, or the root link.
-        moves_at_start: whether it has a velocity at the start.
-        axis: about which it is round, in its own frame (3,): a turn about it is not seen. Zero: about every axis, as a
-            ball; None: about none.
+        entity: name of the entity.
+        obj: the `sapien.Entity`.
+        component: the body's component, or the root link.
+        moves_at_start: whether it has an initial velocity.
+        axis: axis of rotational symmetry in its own frame (3,). Zero: every axis, as for a ball; None: no axis.
     """
 
     scene: int
@@ -46,7 +45,7 @@ class MovingBody:
 
 
 def moving_bodies(batch: SceneBatch) -> list[MovingBody]:
-    """All of a batch, entity by entity in build order."""
+    """Returns all moving bodies of a batch, entity by entity in build order."""
     there = set(batch.scene_idxs)
     found = (
         _moving_body(batch, entity, row, index)
@@ -58,22 +57,22 @@ def moving_bodies(batch: SceneBatch) -> list[MovingBody]:
 
 
 def constrained_entities(plan: ScenePlan) -> set[str]:
-    """The entities that a constraint ties to something."""
+    """Returns the names of entities that a constraint connects."""
     return {mount.entity for one in plan.constraints for mount in (one.child, one.parent) if mount is not None}
 
 
 def gravity_of(plan: ScenePlan) -> Floats:
-    """(3,) in the world frame [m/s²]; SAPIEN's own where the plan gives none."""
+    """(3,) gravity in the world frame [m/s²]; SAPIEN's default if the plan gives none."""
     return np.array(plan.physics.gravity or (0.0, 0.0, -9.81))
 
 
 def poses(bodies: list[MovingBody]) -> Floats:
-    """(N, 7) in the world of their scenes, p [m] then q (wxyz)."""
+    """(N, 7) poses in the world of their scenes, p [m] then q (wxyz)."""
     return np.array([body.obj.get_pose().__getstate__() for body in bodies], np.float64).reshape(-1, 7)
 
 
 def velocities(bodies: list[MovingBody]) -> Floats:
-    """(N, 6) in the world frame, linear [m/s] then angular [rad/s]."""
+    """(N, 6) velocities in the world frame, linear [m/s] then angular [rad/s]."""
     linear = np.array([body.component.get_linear_velocity() for body in bodies], np.float64).reshape(-1, 3)
     angular = np.array([body.component.get_angular_velocity() for body in bodies], np.float64).reshape(-1, 3)
     return np.hstack([linear, angular])
@@ -102,7 +101,7 @@ def _moves(structure: BodyStructure | ArticulationStructure, row: int) -> Iterat
 
 
 def _round_axis(structure: BodyStructure, row: int) -> Floats | None:
-    """Of a body of one colliding shape; SAPIEN's cylinders and capsules are along their x axis."""
+    """Returns the axis of a body with one collision shape. SAPIEN's cylinders and capsules are along their x axis."""
     if len(structure.collisions) != 1:
         return None
     shape = structure.collisions[0]

@@ -1,4 +1,4 @@
-"""Bounds that prove without contacts that no two bodies of a scene are deep in each other."""
+"""Proofs by bounding boxes, without contacts, that no two bodies of a scene overlap deeply."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 _PAIRS: Final = 4_000_000
-"""Of boxes that are compared in one scene, at most: beyond, to read the contacts is no slower."""
+"""Maximum number of box pairs to compare in one scene. Beyond it, reading the contacts is as fast."""
 
 _ENDLESS: Final = 1e6
-"""[m] What is larger is a plane, whose bounding box says nothing."""
+"""[m] Anything larger is a plane, whose bounding box is useless."""
 
 
 def scenes_in_doubt(batch: SceneBatch, depth: float) -> list[int]:
-    """The scenes of which the bounding boxes do not prove that no two bodies penetrate each other by more than `depth`.
+    """Returns the scenes whose bounding boxes do not prove that no two bodies overlap by more than `depth`.
 
-    What is moved apart along an axis until the boxes no longer overlap along it is free of each other: two bodies are
-    not deeper in each other than the boxes are along any of the three axes.
+    Moving two bodies apart along one axis until their boxes no longer overlap also separates the bodies. So bodies
+    never overlap more deeply than their boxes do along any axis.
 
     Args:
-        batch: the poses are those of now.
-        depth: [m].
+        batch: the batch, in its current poses.
+        depth: depth [m].
     """
     return [
         index
@@ -38,18 +38,18 @@ def scenes_in_doubt(batch: SceneBatch, depth: float) -> list[int]:
 
 
 def solid_components(system: Any) -> list[Any]:
-    """The engine's components of a scene that collide, those of static bodies first."""
+    """Returns the engine's collision components of a scene; those of static bodies come first."""
     static, dynamic = system.get_rigid_static_components(), system.get_rigid_dynamic_components()
     return [each for each in (*static, *dynamic, *system.get_articulation_link_components()) if each.collision_shapes]
 
 
 def bounding_boxes(solid: list[Any]) -> Floats:
-    """(N, 2, 3) [m] the least and the greatest corner of some components that collide."""
+    """(N, 2, 3) [m] minimum and maximum corners of collision components."""
     return np.array([each.get_global_aabb_fast() for each in solid], np.float64).reshape(-1, 2, 3)
 
 
 def is_plane(shape: Any) -> bool:
-    """Whether one of the engine's collision shapes has no end."""
+    """Returns whether one of the engine's collision shapes is infinite."""
     return type(shape).__name__ == "PhysxCollisionShapePlane"
 
 
@@ -65,7 +65,7 @@ def _is_in_doubt(system: Any, depth: float) -> bool:
 
 
 def _cuts_plane(component: Any, boxes: Floats, depth: float) -> bool:
-    """Whether a box reaches below a plane by more than `depth`, or the component is more than a plane."""
+    """Returns whether a box reaches deeper below a plane than `depth`, or the component has more shapes."""
     shapes = component.collision_shapes
     if len(shapes) != 1 or not is_plane(shapes[0]):
         return True
@@ -76,7 +76,7 @@ def _cuts_plane(component: Any, boxes: Floats, depth: float) -> bool:
 
 
 def _deep_pairs(boxes: Floats, depth: float) -> NDArray[np.intp] | None:
-    """(N, 2) numbers of boxes that are deeper in each other than `depth` along all axes; None where that takes long."""
+    """(N, 2) indices of boxes that overlap by more than `depth` along all axes; None if that takes too long."""
     candidates = [_candidates(boxes[:, 0, axis], boxes[:, 1, axis], depth) for axis in range(3)]
     order, last = min(candidates, key=lambda one: one[1].sum())
     counts = last - np.arange(1, len(order) + 1)
@@ -91,14 +91,14 @@ def _deep_pairs(boxes: Floats, depth: float) -> NDArray[np.intp] | None:
 
 
 def _candidates(low: Floats, high: Floats, depth: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The boxes by where they begin on an axis, and of each the end of those that begin within it (N,)."""
+    """Returns the order of boxes by their start on one axis, and per box the end of those that start within it (N,)."""
     order = np.argsort(low, kind="stable")
     last = np.searchsorted(low[order], high[order] - depth, side="left")
     return order, np.maximum(last, np.arange(1, len(order) + 1))
 
 
 def _never_meet(one: Any, other: Any) -> bool:
-    """Whether PhysX leaves two components alone: those that it does not move, and links that a joint connects."""
+    """Returns whether PhysX ignores a pair: two immovable components, or links connected by a joint."""
     if _is_still(one) and _is_still(other):
         return True
     return getattr(one, "parent", None) is other or getattr(other, "parent", None) is one

@@ -1,4 +1,4 @@
-"""`check_scene`: all that `validate` finds, doubtful values, and what a build and a simulation of all scenes show."""
+"""`check_scene`: runs `validate`, checks for doubtful values, and builds and simulates all scenes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from scenecc.source.paths import PathCache
 
 SCENES_AT_ONCE = 64
-"""Scenes that are built and simulated together: with more the memory grows and nothing becomes faster."""
+"""Scenes that are built and simulated together. More scenes use more memory without a gain in speed."""
 
 
 def check_scene(
@@ -55,19 +55,20 @@ def check_scene(
     rules: Mapping[str, Rule] | None = None,
     **options: Unpack[CompileOptions],
 ) -> list[Diagnostic]:
-    """Everything that `validate` finds, and what shows when all scenes are built and simulated; no mistake raises.
+    """Returns the diagnostics of `validate` and of a build and simulation of all scenes. Errors are returned, not
+    raised.
 
     Args:
         source: as for `validate`.
-        settle: how long it is simulated [s], and longer where `expect` asks for it; 0: only as long as that.
-        seeds: each is checked; the file's own (or `seed` of the options) by default. A stream has one.
-        progress: called with (scenes done, scenes in all).
+        settle: simulated time [s]; longer if `expect` needs it. 0: only the time that `expect` needs.
+        seeds: seeds to check; default: the file's own, or `seed` of the options. A stream allows only one.
+        progress: called with (scenes done, total scenes).
         rules: as for `validate`.
-        options: those of `CompileOptions`.
+        options: fields of `CompileOptions`.
 
     Raises:
-        ValueError: an argument is out of its range.
-        TypeError: as of `validate`.
+        ValueError: an argument is out of range.
+        TypeError: as for `validate`.
     """
     asked = Options.of_call(check_scene, options)
     given = {"settle": settle, "seeds": seeds, "progress": progress, "rules": rules}
@@ -85,11 +86,11 @@ def check_source(
     progress: Callable[[int, int], None] | None = None,
     memory: PathCache | None = None,
 ) -> list[Diagnostic]:
-    """As `check_scene`. `memory`: takes what was looked up."""
+    """Returns the diagnostics of `check_scene`. `memory`: records what is looked up."""
     if not 0 <= settle < math.inf:
         raise ValueError(f"settle must be 0 or more and finite, not {settle!r}")
     if seeds is not None and options.seed is not None:
-        raise ValueError("seed is not taken with seeds")
+        raise ValueError("seed cannot be combined with seeds")
     runs = [options] if seeds is None else [replace(options, seed=integer(seed, "seeds", 0)) for seed in seeds]
     if len(runs) > 1 and hasattr(source, "read") and as_plan(source) is None:
         # A stream can be read only once.
@@ -106,13 +107,13 @@ def check_source(
 
 
 class _Check:
-    """A scene that is checked with one seed after another. What several seeds show is told once.
+    """Checks a scene with one seed after another. A fault found with several seeds is reported once.
 
     Args:
-        settle: how long it is simulated [s].
-        seeds: how many there are.
+        settle: simulated time [s].
+        seeds: number of seeds.
         rules: house rules, by id.
-        progress: called with (scenes done, scenes in all).
+        progress: called with (scenes done, total scenes).
     """
 
     def __init__(
@@ -131,11 +132,13 @@ class _Check:
         self._file: str | None = None
 
     def run(self, number: int, source: Source, options: Options, memory: PathCache | None) -> bool:
-        """Checks it with the seed of the options; false where it cannot be compiled. `number`: of the seed."""
+        """Checks the scene with the seed of the options; returns false if it cannot be compiled. `number`: index of the
+        seed.
+        """
         sink = Sink()
         sink.silencings = self._silencings
         if isinstance(source, str | PathLike):
-            self._file = fspath(source)  # of a pack, the document's name goes on inside it
+            self._file = fspath(source)  # for a pack, the document's name continues inside it
         result = compile_source(source, options, sink, memory=memory)
         if self._rules and result is not None:
             run_rules(result.plan, self._rules, result.document and result.document.name, sink)
@@ -151,7 +154,7 @@ class _Check:
         return True
 
     def diagnostics(self) -> list[Diagnostic]:
-        """Everything that was found, in the order of the file."""
+        """Returns all diagnostics, in file order."""
         if self._first is not None:
             (result, sink, options), document = self._first, self._first[0].document
             command = None
@@ -170,7 +173,7 @@ class _Check:
         self._diagnostics |= dict.fromkeys(sink.diagnostics())
 
     def _simulate(self, number: int, plan: ScenePlan, sink: Sink) -> None:
-        """Builds and simulates the scenes of a plan, some at a time."""
+        """Builds and simulates the scenes of a plan in groups."""
         before = number * plan.num_scenes
         if number == 0:
             self._count(0, plan)
@@ -192,7 +195,7 @@ class _Check:
 
 
 def check_plan(result: CompileResult, sink: Sink) -> None:
-    """Reports values that nobody means, what has no effect, and doubtful meshes."""
+    """Reports implausible values, objects without an effect, and doubtful meshes."""
     check_values(result.plan, result.material_origins or {}, sink)
     check_effects(result.plan, sink)
     if result.document is not None:
@@ -202,9 +205,9 @@ def check_plan(result: CompileResult, sink: Sink) -> None:
 
 
 def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> Iterator[Finding]:
-    """What shows in live scenes at the start, and when they are simulated for `settle` [s].
+    """Yields findings in live scenes at the start, and while they are simulated for `settle` [s].
 
-    `excused` takes the exceptions of expectations that excuse something.
+    `excused` collects the used exceptions of expectations.
 
     Raises:
         SceneError: a state is not finite (SC820).
@@ -229,7 +232,7 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
 
 
 def origins_of(plan: ScenePlan) -> dict[str, Origin | None]:
-    """Where what findings name is written."""
+    """Returns the origins of everything that findings name."""
     constraints = {f"constraints/{constraint.name}": constraint.origin for constraint in plan.constraints}
     entities = {entity.name: entity.origin for entity in plan.entities}
     physics = plan.physics.origin or plan_origin(plan).child("physics")

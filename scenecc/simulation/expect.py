@@ -1,4 +1,4 @@
-"""Judges what a scene expects: bodies that stay, overlaps that are allowed, and conditions at a time."""
+"""Checks of a scene's expectations: bodies that stay, allowed overlaps, and conditions at a time."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ if TYPE_CHECKING:
     from scenecc.simulation.bodies import MovingBody
 
 Excuse = tuple[str, int]
-"""An expectation, by its name, and the number of one of its exceptions."""
+"""The name of an expectation, and the index of one of its exceptions."""
 
 
 def expectation_key(name: str) -> str:
-    """What a finding about an expectation names. No entity's name has a colon."""
+    """Returns the name of an expectation in findings. Entity names have no colon."""
     return f"expect:{name}"
 
 
 def expectation_origins(plan: ScenePlan) -> dict[str, Origin | None]:
-    """Where each expectation is written, by its key; of a condition where its expression is."""
+    """Returns the origin of each expectation by its key; for a condition, that of its expression."""
     return {
         expectation_key(one.name): one.origin.child("that") if one.origin and isinstance(one, Condition) else one.origin
         for one in plan.expectations
@@ -50,9 +50,9 @@ class OverlapRules:
     """How deep bodies may overlap, by the expectations of a plan.
 
     Attributes:
-        rules: of the plan.
-        used: takes what excuses an overlap.
-        otherwise: how deep bodies may overlap where nothing is said of them [m].
+        rules: the overlap expectations.
+        used: collects the used exceptions.
+        otherwise: allowed depth of bodies that no rule names [m].
     """
 
     rules: tuple[NoOverlap, ...]
@@ -61,18 +61,18 @@ class OverlapRules:
 
     @property
     def least(self) -> float:
-        """The smallest depth that counts for any bodies [m]."""
+        """The smallest allowed depth for any bodies [m]."""
         said = [rule.deeper_than for rule in self.rules if rule.deeper_than is not None]
         return min([self.otherwise, *said])
 
     def allowed(self, a: str, b: str) -> float:
-        """How deep bodies of two entities may overlap [m]: the smallest of what is said of them."""
+        """Returns how deep bodies of two entities may overlap [m]: the smallest depth of the rules for them."""
         inside = [rule for rule in self.rules if rule.entities is None or {a, b} <= {*rule.entities}]
         said = [rule.deeper_than for rule in inside if rule.deeper_than is not None]
         return min(said, default=self.otherwise)
 
     def excuses(self, a: tuple[str, str], b: tuple[str, str]) -> bool:
-        """Whether two bodies, each with the entity that it is of, may overlap as deep as they do."""
+        """Returns whether two bodies, each given with its entity, may overlap as deep as they do."""
         found = [
             (rule.name, number)
             for rule in self.rules
@@ -84,12 +84,12 @@ class OverlapRules:
 
 
 def overlap_rules(plan: ScenePlan, used: set[Excuse], otherwise: float) -> OverlapRules:
-    """The rules of a plan; arguments as the attributes of `OverlapRules`."""
+    """Returns the overlap rules of a plan. Arguments are the attributes of `OverlapRules`."""
     return OverlapRules(tuple(one for one in plan.expectations if isinstance(one, NoOverlap)), used, otherwise)
 
 
 def report_unused_exceptions(plan: ScenePlan, used: set[Excuse], sink: Sink) -> None:
-    """Reports exceptions that excuse nothing, of a prefab in none of its uses. `used`: those that do, in any scene."""
+    """Reports unused exceptions; for a prefab, those unused by all instances. `used`: the used ones, in any scene."""
     unused: dict[tuple[str | None, Path], tuple[str, Origin]] = {}
     needed: set[tuple[str | None, Path]] = set()
     for one in plan.expectations:
@@ -101,20 +101,20 @@ def report_unused_exceptions(plan: ScenePlan, used: set[Excuse], sink: Sink) -> 
             if (one.name, number) in used:
                 needed.add((written.file, written.path))
             else:
-                why = "no such body moves so far" if isinstance(one, Settled) else "they do not overlap"
-                unused[written.file, written.path] = f"this excuses nothing: {why}", place
+                why = "no such body moves that far" if isinstance(one, Settled) else "they do not overlap"
+                unused[written.file, written.path] = f"this exception is unused: {why}", place
     for written, (message, place) in unused.items():
         if written not in needed:
-            sink.report("SC863", message, place, hint="leave it out")
+            sink.report("SC863", message, place, hint="remove it")
 
 
 class Judge:
-    """Judges the expectations of a batch while it is simulated.
+    """Checks the expectations of a batch during its simulation.
 
     Args:
-        batch: that was not stepped.
-        moving: its bodies.
-        used: takes the exceptions of `settled` that excuse something.
+        batch: a batch that was not stepped yet.
+        moving: its moving bodies.
+        used: collects the used exceptions of `settled`.
     """
 
     def __init__(self, batch: SceneBatch, moving: list[MovingBody], used: set[Excuse]) -> None:
@@ -135,11 +135,11 @@ class Judge:
 
     @property
     def steps(self) -> list[int]:
-        """After how many steps something is judged, ascending."""
+        """The step counts after which something is checked, ascending."""
         return sorted(self._due)
 
     def judge(self, step: int) -> Iterator[Finding]:
-        """What does not hold after so many steps. What holds at the start is judged after the first step."""
+        """Yields what does not hold after `step` steps. Conditions at the start are checked after the first step."""
         if step:
             self._values = {}
             self._observe(step)
@@ -182,7 +182,7 @@ class Judge:
                 (expectation_key(settled.name), name),
                 body.scene,
                 max(moved / max(settled.within, 1e-9), turned / max(settled.angle, 1e-9)),
-                f"`{name}` does not stay where it starts: after {settled.seconds:g} s it is {length_text(moved)} away "
+                f"`{name}` does not stay in place: after {settled.seconds:g} s it is {length_text(moved)} away "
                 f"and turned by {np.degrees(turned):.3g}°",
             )
 
@@ -198,7 +198,7 @@ class Judge:
             return
         for row, scene in enumerate(scenes):
             values = {name: values[row] for name, values in draws.items()}
-            # Instances of one prefab have the same names for bodies of their own.
+            # Instances of one prefab use the same names for different bodies.
             own = ((reading.name, observed.get(reading, {})) for reading in condition.readings)
             values |= {name: found[scene] for name, found in own if scene in found}
             known = _SceneValues(values, condition, self._faults)
@@ -208,7 +208,7 @@ class Judge:
                 yield _failure(condition, scene, f"this has no value: {error.message}", (error.start, error.end))
                 continue
             if type(result) is not bool:
-                yield _failure(condition, scene, f"this gives {show(result)}, and must be true or false")
+                yield _failure(condition, scene, f"this gives {show(result)}, but must be true or false")
             elif not result:
                 when = f"after {condition.after:g} s" if condition.after else "at the start"
                 because = f" ({condition.because})" if condition.because else ""
@@ -219,7 +219,7 @@ class Judge:
                 yield Finding("SC861", (expectation_key(condition.name),), scene, 0.0, message)
 
     def _draws(self, condition: Condition, scenes: list[int]) -> dict[str, list[Any]]:
-        """What is the same whatever is simulated: draws, the scene and constants, a row a scene."""
+        """Returns what does not depend on the simulation: draws, the scene and constants, one row per scene."""
         plan, count = self._batch.plan, len(scenes)
         drawn = Batch(np.array(scenes, np.int64), plan.seed, plan.num_scenes, dict(plan.draws), {})
         found: dict[str, list[Any]] = {
@@ -232,10 +232,10 @@ class Judge:
 
 
 class _SceneValues(dict[str, Any]):
-    """What a condition may read in one scene. Of what a scene has not, only the reading is a mistake.
+    """The values that a condition may read in one scene. Reading a value that the scene lacks is an error.
 
     Attributes:
-        read: names of what a simulation or a draw gives, in the order in which they were read.
+        read: names of the simulated or drawn values, in the order in which they were read.
     """
 
     def __init__(self, values: Mapping[str, Any], condition: Condition, faults: Mapping[str, str]) -> None:
@@ -253,7 +253,7 @@ class _SceneValues(dict[str, Any]):
     def __missing__(self, name: str) -> Any:
         of = next((list(reading.of) for reading in self._condition.readings if reading.name == name), [name])
         missing = f"not all of {', '.join(of)} are" if len(of) > 1 else f"`{of[0]}` is not"
-        message = self._faults.get(name, f"{missing} in this scene; `scene_idxs` says in which it must hold")
+        message = self._faults.get(name, f"{missing} in this scene; restrict it with `scene_idxs`")
         raise ExpressionError(message, *self._condition.that.place(name))
 
 

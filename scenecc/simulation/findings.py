@@ -1,4 +1,4 @@
-"""Findings over many scenes: each is reported once, with the scene in which it is worst."""
+"""Findings over many scenes. Each is reported once, for the scene where it is worst."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ class Finding:
     """One fault in one scene.
 
     Attributes:
-        code: of its diagnostic.
-        names: what it is about: ENTITY or ENTITY/LINK, the one where it is reported first.
+        code: code of its diagnostic.
+        names: what it concerns: ENTITY or ENTITY/LINK; it is reported at the first.
         scene: index of the scene.
-        amount: how bad it is: larger is worse.
-        message: about this scene, without the scene.
-        seed: of the draws.
-        span: the part of an expression that is at fault.
+        amount: severity; larger is worse.
+        message: message without the scene.
+        seed: seed of the draws.
+        span: the faulty part of an expression.
     """
 
     code: str
@@ -45,19 +45,21 @@ class Finding:
 
 
 def length_text(length: float) -> str:
-    """A length [m] as people say it: `4.8 mm`, `1.2 m`."""
+    """Returns a length [m] with a readable unit: `4.8 mm`, `1.2 m`."""
     return f"{length:.3g} m" if length >= 1 else f"{length * 1000:.3g} mm"
 
 
 def view_command(file: str, options: Options) -> str | None:
-    """The command that shows what was checked, but its seed and scene; None where no command can say the options."""
+    """Returns the command that shows a checked scene, without seed and scene; None if no command can express the
+    options.
+    """
     if options.draws:
         return None
     command = ["scenecc", "view", file]
     try:
         for name, value in options.params.items():
             command += ["--set", f"{name}={json.dumps(value, ensure_ascii=False, allow_nan=False)}"]
-    except (TypeError, ValueError):  # an object of Python, or an infinite number
+    except (TypeError, ValueError):  # a Python object, or an infinite number
         return None
     if options.num_scenes is not None:
         command += ["--num-scenes", str(options.num_scenes)]
@@ -79,13 +81,13 @@ def report_findings(
     *,
     several_seeds: bool,
 ) -> None:
-    """Reports each fault once: where it is worst, and in how many other scenes it is.
+    """Reports each fault once: where it is worst, and in how many other scenes it occurs.
 
     Args:
-        findings: of all scenes and seeds.
-        origins: of the entities, by name.
-        command: shows the scenes, as `view_command` gives it; None: there is none.
-        sink: takes the diagnostics.
+        findings: findings of all scenes and seeds.
+        origins: origins of the entities, by name.
+        command: the result of `view_command`.
+        sink: collects diagnostics.
         several_seeds: whether more than one seed was checked.
     """
     alike: dict[tuple[str, tuple[str, ...]], list[Finding]] = {}
@@ -122,7 +124,7 @@ def _where(worst: Finding, group: list[Finding], *, several_seeds: bool) -> str:
 
 
 def _origin_of(name: str, origins: Mapping[str, Origin | None]) -> Origin | None:
-    """The origin of an entity, also of ENTITY/LINK: that of the longest entity that the name begins with."""
+    """Returns the origin of an entity or ENTITY/LINK, by the longest entity name that matches."""
     while name not in origins and "/" in name:
         name = name.rpartition("/")[0]
     return origins.get(name)

@@ -1,5 +1,5 @@
-"""Findings about what a simulation cannot carry: drives that are too weak or too stiff, joints beyond their limits,
-masses that differ too much, and steps that are too long.
+"""Findings about loads that a simulation cannot carry: drives that are too weak or too stiff, joints beyond their
+limits, masses that differ too much, and time steps that are too long.
 """
 
 from __future__ import annotations
@@ -26,20 +26,21 @@ if TYPE_CHECKING:
     Positions = list[tuple[str, int, Any, NDArray[np.float64]]]
 
 MASS_RATIO: Final = 1e4
-"""Up to which PhysX's solver keeps two bodies apart or together."""
+"""Maximum mass ratio at which PhysX's solver keeps two bodies apart or together."""
 
 JUMP: Final = {False: 0.5, True: 0.1}
-"""How far a drive may move a joint in one step: [rad], and [m] of a prismatic joint. PhysX's drives are implicit and
-diverge at no stiffness, but a link does not touch what it passes within one step. ManiSkill's tasks reach 0.39 rad."""
+"""Maximum movement of a joint by its drive in one step: [rad], and [m] for a prismatic joint. PhysX's implicit drives
+are stable at any stiffness, but a link does not touch what it passes within one step. ManiSkill's tasks reach 0.39 rad.
+"""
 
 BEYOND: Final = {False: np.radians(1), True: 0.002}
-"""[rad], [m] How far a joint may be beyond its limits: PhysX gives way by a tenth of that under a robot's load."""
+"""[rad], [m] Maximum excess of a joint over its limits. Under a robot's load, PhysX allows a tenth of that."""
 
 _TIMESTEP: Final = 0.01
 
 
 def weak_drives(batch: SceneBatch) -> Iterator[Finding]:
-    """Drives of fixed robots that gravity is stronger than at the start, of a batch that was not stepped."""
+    """Yields drives of fixed robots that are weaker than gravity at the start. The batch must not have been stepped."""
     constrained = constrained_entities(batch.plan)
     there = set(batch.scene_idxs)
     for entity in batch.plan.entities:
@@ -86,13 +87,13 @@ def _weak_drives(batch: SceneBatch, entity: Entity, row: int, index: int) -> Ite
             yield Finding(
                 "SC538", (f"{entity.name}/{link.name}",), index, load - limit,
                 f"the drive of joint `{joint.name}` of `{entity.name}` is too weak: gravity pulls with "
-                f"{load:.3g} {unit}, and its force limit is {limit:.3g} {unit}",
+                f"{load:.3g} {unit}, but its force limit is {limit:.3g} {unit}",
                 "raise `force_limit`, or write `gravity: false` for the links",
             )  # fmt: skip
 
 
 def uneven_scenes(moving: list[MovingBody]) -> set[int]:
-    """The scenes in which masses differ by more than `MASS_RATIO`."""
+    """Returns the scenes in which masses differ by more than `MASS_RATIO`."""
     masses: dict[int, list[float]] = {}
     for body in moving:
         masses.setdefault(body.scene, []).append(float(body.component.mass))
@@ -100,12 +101,12 @@ def uneven_scenes(moving: list[MovingBody]) -> set[int]:
 
 
 def mass_ratios(batch: SceneBatch, moving: list[MovingBody], contacts: Contacts) -> Iterator[Finding]:
-    """Bodies that touch or are tied to each other, and whose masses differ by more than `MASS_RATIO`.
+    """Yields bodies in contact or connected by a constraint whose masses differ by more than `MASS_RATIO`.
 
     Args:
-        batch: after one step.
-        moving: its bodies. Links are left out: an articulation keeps its joints whatever its masses.
-        contacts: of the step, at least those of `uneven_scenes`.
+        batch: a batch after one step.
+        moving: its moving bodies. Links are ignored: an articulation keeps its joints for any masses.
+        contacts: contacts of the step, at least those of `uneven_scenes`.
     """
     masses = {(body.scene, body.entity): float(body.component.mass) for body in moving if body.entity in batch.entities}
     near = contacts.separation <= 0
@@ -121,13 +122,13 @@ def mass_ratios(batch: SceneBatch, moving: list[MovingBody], contacts: Contacts)
         if ratio > MASS_RATIO:
             yield Finding(
                 "SC539", (light, heavy), index, ratio,
-                f"`{heavy}` has {ratio:.2g} times the mass of `{light}`, which it touches or is tied to",
-                "bring the masses nearer to each other, or make one of the two static or kinematic",
+                f"`{heavy}` has {ratio:.2g} times the mass of `{light}`, which it touches or is connected to",
+                "make the masses more similar, or make one of the two static or kinematic",
             )  # fmt: skip
 
 
 def long_steps(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]:
-    """Bodies that fall or fly so far in one step that they may pass through what is in their way."""
+    """Yields bodies that fall or fly so far in one step that they may pass through obstacles."""
     physics = batch.plan.physics
     gravity, step = -float(gravity_of(batch.plan)[2]), physics.timestep or _TIMESTEP
     if physics.enable_ccd:
@@ -148,12 +149,12 @@ def long_steps(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]
 
 
 def _passed_wall(body: MovingBody, fixed: list[Any], boxes: Any, step: float) -> Iterator[Finding]:
-    """What a body may pass through that keeps the velocity of its start, within a second."""
+    """Yields bodies that a body may pass through within a second at its initial velocity."""
     velocity = np.array(body.component.get_linear_velocity(), np.float64)
     if not velocity[:2].any():
         return
     low, high = np.array(body.component.get_global_aabb_fast(), np.float64)
-    # The times at which it begins and ends to overlap each box along each axis [s].
+    # Times at which it starts and stops overlapping each box along each axis [s].
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = np.stack([boxes[:, 0] - high, boxes[:, 1] - low]) / velocity
     enters, leaves = np.nanmax(ends.min(axis=0), axis=1), np.nanmin(ends.max(axis=0), axis=1)
@@ -161,14 +162,14 @@ def _passed_wall(body: MovingBody, fixed: list[Any], boxes: Any, step: float) ->
         speed, name = float(np.linalg.norm(velocity)), fixed[target].entity.name
         yield Finding(
             "SC540", (body.entity, name), body.scene, step / float(leaves[target] - enters[target]),
-            f"`{body.entity}` may pass through `{name}`: it flies at {speed:.3g} m/s, {speed * step:.3g} m a step",
-            "lower `timestep`, write `enable_ccd: true` under `physics`, or make what is in its way thicker",
+            f"`{body.entity}` may pass through `{name}`: it moves at {speed:.3g} m/s, {speed * step:.3g} m per step",
+            "lower `timestep`, write `enable_ccd: true` under `physics`, or make the obstacle thicker",
         )  # fmt: skip
         return
 
 
 def _is_thick(component: Any) -> bool:
-    """Whether all of its shapes have an inside and an end."""
+    """Returns whether all shapes of a component are finite solids."""
     thin = {"PhysxCollisionShapePlane", "PhysxCollisionShapeTriangleMesh"}
     return all(type(shape).__name__ not in thin for shape in component.collision_shapes)
 
@@ -190,13 +191,13 @@ def _long_step(body: MovingBody, fixed: list[Any], boxes: Any, gravity: float, s
         yield Finding(
             "SC540", (body.entity,), body.scene, speed * step / room,
             f"`{body.entity}` may fall through `{name}`, which is {thickness:.3g} m thick: it arrives at "
-            f"{speed:.3g} m/s, {speed * step:.3g} m a step",
-            "lower `timestep`, write `enable_ccd: true` under `physics`, or make the one below thicker",
+            f"{speed:.3g} m/s, {speed * step:.3g} m per step",
+            "lower `timestep`, write `enable_ccd: true` under `physics`, or make the body below thicker",
         )  # fmt: skip
 
 
 def joint_positions(batch: SceneBatch) -> Positions:
-    """Entity, scene index, `PhysxArticulation` and its `qpos` (dof,) [rad] or [m], each."""
+    """Returns for each articulation: entity, scene index, `PhysxArticulation` and its `qpos` (dof,) [rad] or [m]."""
     return [
         (name, index, obj, np.array(obj.get_qpos(), np.float64))
         for name, built in batch.articulations.items()
@@ -205,11 +206,11 @@ def joint_positions(batch: SceneBatch) -> Positions:
 
 
 def jumps(before: Positions, timestep: float) -> Iterator[Finding]:
-    """Drives that move their joints too far in one step.
+    """Yields drives that move their joints too far in one step.
 
     Args:
-        before: positions before a step that was made since.
-        timestep: of it [s].
+        before: positions before the last step.
+        timestep: length of the step [s].
     """
     for entity, scene, obj, start in before:
         moved = np.abs(np.array(obj.get_qpos(), np.float64) - start)
@@ -225,7 +226,7 @@ def jumps(before: Positions, timestep: float) -> Iterator[Finding]:
 
 
 def beyond_limits(batch: SceneBatch, seconds: float) -> Iterator[Finding]:
-    """Joints that are beyond their limits after a simulation of so many seconds."""
+    """Yields joints beyond their limits after a simulation of `seconds` [s]."""
     for entity, scene, obj, end in joint_positions(batch):
         low, high = np.array(obj.get_qlimits(), np.float64).reshape(-1, 2).T
         excess = np.maximum(low - end, end - high)
@@ -236,12 +237,12 @@ def beyond_limits(batch: SceneBatch, seconds: float) -> Iterator[Finding]:
                     "SC865", (f"{entity}/{link}",), scene, way / BEYOND[slides],
                     f"joint `{joint.name}` of `{entity}` is {_amount(way, slides=slides)} beyond its limits after "
                     f"{seconds:g} s",
-                    "what pushes it is stronger than the limit: look for an overlap, a constraint, or unequal masses",
+                    "a force is stronger than the limit: look for an overlap, a constraint, or unequal masses",
                 )  # fmt: skip
 
 
 def _children(articulation: Any) -> list[str]:
-    """The names of the links that its joints move, in the order of `qpos`."""
+    """Returns the names of the links that its joints move, in the order of `qpos`."""
     return [joint.child_link.name for joint in articulation.get_active_joints()]
 
 

@@ -1,4 +1,4 @@
-"""What the scenes of a batch show at a time: poses, speeds, joints, distances and contacts of bodies by their names."""
+"""Readings of a batch at a time: poses, speeds, joints, distances and contacts of bodies by name."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ _UP = np.array([[0.0, 0.0, 1.0]])
 
 
 class Observer:
-    """Reads what conditions name. Values are those of Python, by the index of the scene.
+    """Reads the values that conditions name, as Python values by scene index.
 
     Args:
-        batch: that was not stepped.
+        batch: a batch that was not stepped yet.
     """
 
     def __init__(self, batch: SceneBatch) -> None:
@@ -48,16 +48,16 @@ class Observer:
         self._start = {name: self._poses(name) for name in tilted}
 
     def values(self, reading: Reading) -> Mapping[int, Any]:
-        """What a reading gives in each scene that has it; of contacts see `touching`.
+        """Returns a reading in each scene that has it; contacts are read by `touching`.
 
         Raises:
-            UnsupportedShapeError: the distance from a shape is not known.
+            UnsupportedShapeError: the distance from a shape cannot be computed.
             AssetError: a file cannot be read.
         """
         return getattr(self, f"_{reading.kind}")(*reading.of)
 
     def touching(self, a: str, b: str) -> Mapping[int, bool]:
-        """Whether two bodies pressed on each other in the last step, or overlap."""
+        """Returns whether two bodies pressed on each other in the last step, or overlap."""
         contacts = self._batch.contacts(a, b)
         pressed = (contacts.separation <= 0) | contacts.impulse.any(axis=1)
         there = set(self._bodies(a)) & set(self._bodies(b))
@@ -65,7 +65,9 @@ class Observer:
         return {scene: scene in found for scene in there}
 
     def _bodies(self, name: str) -> dict[int, tuple[Any, Any]]:
-        """The `sapien.Entity` and the component of a body in each scene that has it; of an articulation its root's."""
+        """Returns the `sapien.Entity` and component of a body in each scene that has it; for an articulation, its
+        root's.
+        """
         found = find_body(name, self._entities)
         assert found is not None, "names were looked up"
         entity, link = found
@@ -85,7 +87,7 @@ class Observer:
         }
 
     def _poses(self, name: str) -> dict[int, Floats]:
-        """(7,) in the world of each scene, p [m] then q (wxyz)."""
+        """(7,) pose in the world of each scene, p [m] then q (wxyz)."""
         bodies = self._bodies(name).items()
         return {scene: np.array(obj.get_pose().__getstate__(), np.float64) for scene, (obj, _) in bodies}
 
@@ -130,7 +132,7 @@ class Observer:
         return {scene: gap for scene, gap in zip(scenes, least.tolist(), strict=True) if gap < math.inf}
 
     def _find_parts(self, name: str) -> list[Part]:
-        """The colliding parts of a body, or of all links of an articulation, where they are now."""
+        """Returns the collision parts of a body, or of all links of an articulation, in their current poses."""
         found = find_body(name, self._entities)
         assert found is not None, "names were looked up"
         entity, link = found
@@ -149,5 +151,5 @@ class Observer:
 
 
 def _rigid(obj: Any) -> Any:
-    """The component of a body that collides; None where it has none."""
+    """Returns the component of a body that collides; None if there is none."""
     return next((one for one in obj.get_components() if hasattr(one, "get_collision_shapes")), None)

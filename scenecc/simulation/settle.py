@@ -1,4 +1,4 @@
-"""Findings of a simulation: bodies that topple, sink into others, or move beyond all measure."""
+"""Findings of a simulation: bodies that topple, sink into others, or are thrown away."""
 
 from __future__ import annotations
 
@@ -28,35 +28,35 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 TOPPLED: Final = np.radians(30)
-"""[rad] A body that has turned its up by more has not stayed upright."""
+"""[rad] A body that tilts by more has toppled."""
 
 STANDING: Final = np.cos(np.radians(5))
-"""A body stands where one of its axes is this near to vertical; of one that lies anyhow nothing is expected."""
+"""A body stands if one of its axes is this close to vertical. Other bodies may topple."""
 
 SUNK: Final = 0.002
-"""[m] How deep a body may stand in another at the end. PhysX lets bodies at rest penetrate by tenths of millimetres."""
+"""[m] How deep a body may overlap another at the end. PhysX lets bodies at rest overlap by tenths of millimetres."""
 
 PRESSED: Final = 0.005
-"""[m] Likewise of a link, pressed against what it holds by its drive: fingers of ManiSkill's tasks reach 2.4 mm."""
+"""[m] The same for a link pressed against an object by its drive: fingers of ManiSkill's tasks reach 2.4 mm."""
 
 THROWN: Final = 2.0
-"""[m/s] By how much a body may be faster than by falling as far as it moved: what overlaps is pushed apart so."""
+"""[m/s] Maximum speed beyond that of a fall over the distance moved. Overlapping bodies are pushed apart this fast."""
 
 _STRIDE: Final = 10
-"""Steps from one look at the velocities to the next."""
+"""Steps between two readings of the velocities."""
 
 
 def simulate(
     batch: SceneBatch, moving: list[MovingBody], seconds: float, rules: OverlapRules, judge: Judge | None
 ) -> Iterator[Finding]:
-    """Simulates a batch that was stepped once, and yields what does not stay as it was.
+    """Simulates a batch after its first step, and yields bodies that do not stay as they were.
 
     Args:
-        batch: after its first step.
-        moving: its bodies.
-        seconds: how long; 0: as long as an expectation needs, and only these are judged.
+        batch: a batch after its first step.
+        moving: its moving bodies.
+        seconds: simulated time [s]; 0: only what the expectations need, and only they are checked.
         rules: how deep bodies may overlap.
-        judge: of the expectations, for which it is simulated longer where they need it; None: there are none.
+        judge: checks the expectations, which may need a longer simulation; None: there are none.
 
     Raises:
         SceneError: a state is not finite (SC820).
@@ -67,7 +67,7 @@ def simulate(
     gravity = float(np.linalg.norm(gravity_of(batch.plan)))
     for end in sorted({last, *(judge.steps if judge else ())}):
         while done < end:
-            # What overlaps is fastest within the first steps.
+            # Overlapping bodies are fastest within the first steps.
             stride = 1 if done <= _STRIDE else min(_STRIDE, end - done)
             if done + stride >= last > done:
                 deep = _deep(batch)
@@ -89,9 +89,9 @@ def simulate(
 def _find_moved(
     batch: SceneBatch, seconds: float, moving: list[MovingBody], start: Floats, fastest: Floats
 ) -> Iterator[Finding]:
-    """Bodies that topple or are thrown.
+    """Yields bodies that topple or are thrown.
 
-    `fastest` (N,) [m/s]: by how much each was faster than by falling as far as it had moved, at most.
+    `fastest` (N,) [m/s]: the maximum excess of each speed over that of a fall over the distance moved.
     """
     end = poses(moving)
     free = {body.entity for body in moving} - _moved_on_purpose(batch.plan)
@@ -105,7 +105,7 @@ def _find_moved(
                 (name,),
                 body.scene,
                 float(tilt[number]),
-                f"`{name}` topples: it is turned by {np.degrees(tilt[number]):.0f}° after {seconds:g} s",
+                f"`{name}` topples: it tilts by {np.degrees(tilt[number]):.0f}° after {seconds:g} s",
             )
         if judged[number] and fastest[number] > THROWN:
             yield Finding(
@@ -113,12 +113,12 @@ def _find_moved(
                 (name,),
                 body.scene,
                 float(fastest[number]),
-                f"`{name}` is thrown: it becomes {fastest[number]:.3g} m/s faster than by falling as far",
+                f"`{name}` is thrown: it becomes {fastest[number]:.3g} m/s faster than by falling the same distance",
             )
 
 
 def tilts(moving: list[MovingBody], start: Floats, end: Floats) -> Floats:
-    """(N,) [rad] how far each has turned its up since the start; of what is round the axis, of a ball nothing."""
+    """(N,) [rad] tilt of each body since the start; for a round body, the tilt of its axis; for a ball, zero."""
     up = np.zeros((len(moving), 3))
     up[:, 2] = 1.0
     own = rotate(start[:, 3:] * (1.0, -1.0, -1.0, -1.0), up)
@@ -127,26 +127,26 @@ def tilts(moving: list[MovingBody], start: Floats, end: Floats) -> Floats:
         if body.axis is not None:
             own[number], is_round[number] = body.axis, True
     cosine = np.einsum("ij,ij->i", rotate(start[:, 3:], own), rotate(end[:, 3:], own))
-    # A round body is the same upside down, and of a ball, which has no axis, nothing is seen.
+    # A round body may be upside down, and the rotation of a ball is invisible.
     cosine = np.where(is_round, np.where(own.any(axis=1), np.abs(cosine), 1.0), cosine)
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
 def _moved_on_purpose(plan: ScenePlan) -> set[str]:
-    """Entities that are placed above something, to fall, and those that hang on a constraint."""
+    """Returns entities that are placed above something, to fall, and those that hang on a constraint."""
     placed = {name for one in plan.placements if one.kind == "above" for name in one.entities}
     return placed | constrained_entities(plan)
 
 
 def _stands(start: Floats) -> NDArray[np.bool_]:
-    """(N,) whether one of the axes of each is about vertical."""
+    """(N,) whether one of the axes of each body is nearly vertical."""
     w, x, y, z = start[:, 3:].T
     up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
     return np.abs(up).max(axis=1, initial=0.0) > STANDING
 
 
 def _deep(batch: SceneBatch) -> dict[tuple[int, str, str], float]:
-    """Bodies that penetrate each other, links among them, by their scene: how deep [m]."""
+    """Returns the depth of overlapping bodies, links included [m]: (scene, name, name) → depth."""
     contacts = batch.contacts(scene_idxs=scenes_in_doubt(batch, SUNK))
     deepest: dict[tuple[int, str, str], float] = {}
     for number in np.flatnonzero(contacts.separation < -SUNK).tolist():
@@ -156,7 +156,7 @@ def _deep(batch: SceneBatch) -> dict[tuple[int, str, str], float]:
 
 
 def _sunk(batch: SceneBatch, rules: OverlapRules, before: dict[tuple[int, str, str], float]) -> Iterator[Finding]:
-    """Bodies that stand in each other at the end. `before`: those shortly before; others collide just now."""
+    """Yields bodies that overlap at the end. `before`: depths shortly before; other pairs collide only now."""
     bodies, fixed = set(batch.entities), fixed_bodies(batch.plan)
     articulations = articulation_names(batch.plan)
     for (scene, a, b), deep in _deep(batch).items():
@@ -171,8 +171,8 @@ def _sunk(batch: SceneBatch, rules: OverlapRules, before: dict[tuple[int, str, s
 
 
 def _fallen(batch: SceneBatch, moving: list[MovingBody], seconds: float) -> Iterator[Finding]:
-    """Bodies that have left what was below them; those that had nothing below them are found at the start."""
+    """Yields bodies that lost their support. Bodies without support at the start are reported separately."""
     for found in unsupported(batch, moving):
-        message = f"nothing is below `{found.names[0]}` any more after {seconds:g} s: it falls for ever"
-        hint = "it rolls, slides or passes through what was below it: `scenecc view` shows how"
+        message = f"nothing is below `{found.names[0]}` after {seconds:g} s: it falls forever"
+        hint = "it rolls or slides off its support, or passes through it: `scenecc view` shows how"
         yield replace(found, message=message, amount=-math.inf, hint=hint)

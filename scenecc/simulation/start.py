@@ -1,6 +1,4 @@
-"""Findings at the start: bodies that overlap, links of a robot that clash, bodies that nothing supports, constraints
-that do not hold.
-"""
+"""Findings at the start: overlapping bodies and robot links, bodies without support, and violated constraints."""
 
 from __future__ import annotations
 
@@ -26,25 +24,25 @@ if TYPE_CHECKING:
     from scenecc.simulation.expect import OverlapRules
 
 OVERLAP: Final = 0.0005
-"""By how much bodies may penetrate each other at the start [m]: PhysX pushes them apart slowly enough to go unseen."""
+"""Maximum overlap of bodies at the start [m]. PhysX pushes them apart too slowly to be visible."""
 
 TORN: Final = 0.001
-"""[m] Bodies may start this far from where a constraint holds them: PhysX pulls them together as hard as it can."""
+"""[m] Maximum initial error of a constraint. PhysX pulls the bodies together with full force."""
 
 TORN_TURN: Final = math.radians(1)
-"""[rad] Likewise of turns."""
+"""[rad] Maximum initial error of rotation of a constraint."""
 
 SPACING: Final = "physics:scene_spacing"
-"""What a finding about the distance of the scenes names. No entity's name has a colon."""
+"""Name of the distance between scenes in findings. Entity names have no colon."""
 
 
 def overlaps(contacts: Contacts, plan: ScenePlan, rules: OverlapRules) -> Iterator[Finding]:
-    """Bodies that penetrate each other, by the contacts of the first step, which PhysX finds before anything moves.
+    """Yields overlapping bodies by the contacts of the first step, which PhysX computes before anything moves.
 
     Args:
-        contacts: of that step.
-        plan: of the scenes.
-        rules: of the plan, otherwise `OVERLAP`.
+        contacts: contacts of that step.
+        plan: plan of the scenes.
+        rules: allowed depths.
     """
     articulations = articulation_names(plan)
     fixed = fixed_bodies(plan)
@@ -57,9 +55,9 @@ def overlaps(contacts: Contacts, plan: ScenePlan, rules: OverlapRules) -> Iterat
         owners = owner(a, articulations), owner(b, articulations)
         if -contacts.separation[number] <= rules.allowed(*owners) or rules.excuses((a, owners[0]), (b, owners[1])):
             continue
-        if a in fixed and a == owners[0]:  # what stands wrong is seldom the ground
+        if a in fixed and a == owners[0]:  # the ground is seldom the misplaced body
             a, b, owners = b, a, (owners[1], owners[0])
-        # Of two entities the deepest pair of links is told, of one robot every pair.
+        # For two entities, only the deepest pair of links is reported; for one robot, every pair.
         key = int(contacts.scene[number]), *((a, b) if owners[0] == owners[1] else owners)
         deepest[key] = max(deepest.get(key, (0.0, "", "")), (-float(contacts.separation[number]), a, b))
     for (scene, *names), (depth, a, b) in deepest.items():
@@ -71,12 +69,12 @@ def overlaps(contacts: Contacts, plan: ScenePlan, rules: OverlapRules) -> Iterat
 
 
 def articulation_names(plan: ScenePlan) -> set[str]:
-    """The entities that have links."""
+    """Returns the names of entities with links."""
     return {entity.name for entity in plan.entities if not isinstance(entity.structures[0], BodyStructure)}
 
 
 def owner(name: str, articulations: set[str]) -> str:
-    """The entity of ENTITY or ENTITY/LINK. `articulations`: as `articulation_names` gives them."""
+    """Returns the entity of ENTITY or ENTITY/LINK. `articulations`: the result of `articulation_names`."""
     ahead = name
     while ahead not in articulations and "/" in ahead:
         ahead = ahead.rpartition("/")[0]
@@ -84,7 +82,7 @@ def owner(name: str, articulations: set[str]) -> str:
 
 
 def fixed_bodies(plan: ScenePlan) -> set[str]:
-    """Static and kinematic bodies, and links that nothing can move: fixed to a root that is fixed, in each scene."""
+    """Returns static and kinematic bodies, and immovable links: those fixed to a fixed root, in each scene."""
     fixed: set[str] = set()
     for entity in plan.entities:
         moving: set[str] = set()
@@ -105,7 +103,7 @@ def fixed_bodies(plan: ScenePlan) -> set[str]:
 
 
 def crowded(batch: SceneBatch) -> Iterator[Finding]:
-    """Bodies that reach beyond the half of `scene_spacing`, of scenes that share one space on a GPU."""
+    """Yields bodies that reach beyond half of `scene_spacing`, for scenes that share one space on a GPU."""
     spacing = batch.plan.physics.scene_spacing
     if spacing is None or batch.plan.num_scenes < 2:
         return
@@ -116,13 +114,13 @@ def crowded(batch: SceneBatch) -> Iterator[Finding]:
             far, name = float(reach.max()), solid[int(reach.argmax())].entity.name
             yield Finding(
                 "SC541", (SPACING,), index, far,
-                f"scenes stand {spacing:g} m apart, and `{name}` reaches {far:.3g} m from the middle of its own",
+                f"scenes are {spacing:g} m apart, but `{name}` reaches {far:.3g} m from the middle of its scene",
                 f"make it {2 * far:.2g} or more: neighbours on a GPU cost time",
             )  # fmt: skip
 
 
 def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]:
-    """Dynamic bodies with nothing below them that could hold them, so that they fall for ever."""
+    """Yields dynamic bodies with no support below them, so that they fall forever."""
     if gravity_of(batch.plan)[2] >= 0:
         return
     constrained = constrained_entities(batch.plan)
@@ -132,7 +130,7 @@ def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding
         by_scene.setdefault(body.scene, []).append(body)
     for scene, bodies in by_scene.items():
         solid = solid_components(batch.scenes[batch.scene_idxs.index(scene)].physx_system)
-        # A plane is below everything that it meets: what is beneath it is pushed up.
+        # A plane supports everything that collides with it, because it pushes bodies up from beneath.
         planes = [each for each in solid if any(map(is_plane, each.collision_shapes))]
         boxes = bounding_boxes(solid)
         for body in bodies:
@@ -150,19 +148,19 @@ def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding
                     (body.entity,),
                     scene,
                     float(low[2]),
-                    f"nothing is below `{body.entity}`, which falls for ever",
+                    f"nothing is below `{body.entity}`: it falls forever",
                     "put a body below it, fix it with `body_type: static`, or write `gravity: false`",
                 )
 
 
 def _parts(component: Any) -> list[Any]:
-    """All links of the articulation of a root link; of a body itself."""
+    """Returns all links of the articulation of a root link; for a body, only itself."""
     articulation = getattr(component, "articulation", None)
     return [component] if articulation is None else list(articulation.links)
 
 
 def _meet(one: Any, other: Any) -> bool:
-    """Whether any of the shapes of two components collide."""
+    """Returns whether any shapes of two components collide."""
     return any(
         groups_collide(a.collision_groups, b.collision_groups)
         for a in one.collision_shapes
@@ -171,13 +169,13 @@ def _meet(one: Any, other: Any) -> bool:
 
 
 def _falls(body: MovingBody) -> bool:
-    """Whether gravity pulls any part of a body, and any part could be held."""
+    """Returns whether gravity acts on any part of a body, and any part can be supported."""
     parts = _parts(body.component)
     return not all(part.get_disable_gravity() for part in parts) and any(part.collision_shapes for part in parts)
 
 
 def torn_constraints(batch: SceneBatch) -> Iterator[Finding]:
-    """Constraints whose limits the start does not keep, of a batch that was not stepped."""
+    """Yields constraints whose limits are violated at the start. The batch must not have been stepped."""
     for constraint in batch.plan.constraints:
         if constraint.name not in batch.constraints:
             continue
@@ -191,12 +189,12 @@ def torn_constraints(batch: SceneBatch) -> Iterator[Finding]:
                 excess, text = max(errors)
                 yield Finding(
                     "SC853", (f"constraints/{constraint.name}",), index, excess,
-                    f"the constraint `{constraint.name}` is torn at the start: {text}",
+                    f"the constraint `{constraint.name}` is violated at the start: {text}",
                 )  # fmt: skip
 
 
 def _errors(constraint: Constraint, row: int, component: Any) -> Iterator[tuple[float, str]]:
-    """By how many times the tolerance something is out of its limits, and what it is."""
+    """Yields errors of a constraint, each as a multiple of the tolerance, with a description."""
     joint = constraint.joint
     pose = component.relative_pose
     if isinstance(joint, Connection):
@@ -210,7 +208,7 @@ def _errors(constraint: Constraint, row: int, component: Any) -> Iterator[tuple[
         distance = math.hypot(*map(float, pose.p))
         yield from _find_beyond(distance, 0.0, 0.0, TORN, "its frames are {} apart")
         turn = 2 * math.acos(min(1.0, abs(float(pose.q[0]))))
-        yield from _find_beyond(turn, 0.0, 0.0, TORN_TURN, "its frames are turned by {} against each other")
+        yield from _find_beyond(turn, 0.0, 0.0, TORN_TURN, "its frames are rotated by {} relative to each other")
     elif isinstance(joint, Drive):
         twist = 2 * math.atan2(float(pose.q[1]), float(pose.q[0]))
         twist = math.remainder(twist, 2 * math.pi)

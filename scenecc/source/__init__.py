@@ -1,6 +1,6 @@
-"""YAML text and Python dicts to plain data, with limits against hostile files.
+"""Reads YAML text and Python dicts as plain data, with limits against hostile files.
 
-Where each node is written is found lazily, by its path.
+The position of a node is found lazily, by its path.
 """
 
 from scenecc.source.document import Document

@@ -1,4 +1,4 @@
-"""Comments that silence findings, in YAML and in XML. A text without the marker is not searched."""
+"""Comments in YAML and XML that silence findings. Only text that contains the marker is searched."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _XML_COMMENT = re.compile(rf"<!--[ \t]*{MARKER}\b(?P<body>.*?)-->")
 
 
 def find_yaml_silencings(lines: TextLines) -> list[Silencing]:
-    """The silencings of a YAML text. `#` in a string is text."""
+    """Returns the silencing comments of a YAML text. `#` in a string is not a comment."""
     if MARKER not in lines.text:
         return []
     marked = _marked_lines(lines)
@@ -46,7 +46,7 @@ def find_yaml_silencings(lines: TextLines) -> list[Silencing]:
 
 
 def find_xml_silencings(lines: TextLines) -> list[Silencing]:
-    """The silencings of an XML text, each on one line."""
+    """Returns the silencing comments of an XML text, each on one line."""
     if MARKER not in lines.text:
         return []
 
@@ -60,24 +60,24 @@ def find_xml_silencings(lines: TextLines) -> list[Silencing]:
 
 
 def _marked_lines(lines: TextLines) -> list[tuple[int, str]]:
-    """The 0-based lines that hold the marker."""
+    """Returns the 0-based lines that contain the marker."""
     every = lines.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     return [(number, line) for number, line in enumerate(every) if MARKER in line]
 
 
 def _scalars(text: str, marked: set[int]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """Where scalars begin and end that may hold a marker, as 0-based lines and columns, in order."""
+    """Returns the starts and ends of scalars that may contain a marker, as 0-based (line, column), in order."""
     starts: list[tuple[int, int]] = []
     ends: list[tuple[int, int]] = []
     get = next_event(text)
-    with suppress(yaml.YAMLError):  # which is an error anyway
+    with suppress(yaml.YAMLError):  # reported as an error elsewhere
         while not isinstance(event := get(), StreamEndEvent):
             if not isinstance(event, ScalarEvent):
                 continue
             start: Any = event.start_mark
             end: Any = event.end_mark
             if start.line in marked or start.line != end.line:
-                # A comment may stand after the `|` of a block.
+                # A comment may follow the `|` of a block.
                 is_block = event.style in {"|", ">"}
                 starts.append((start.line + 1, 0) if is_block else (start.line, start.column))
                 ends.append((end.line, end.column))

@@ -1,6 +1,6 @@
-"""Documents: their data, and an index of where each node is written, made at the first question.
+"""Documents: their data, and a lazily built index of node positions.
 
-Of Python data, plain data as a text would give it; JSON objects that repeat a key are rejected.
+Python data is copied to plain data, as from a text. JSON objects that repeat a key are rejected.
 """
 
 from __future__ import annotations
@@ -42,23 +42,23 @@ if TYPE_CHECKING:
 
 
 Span = tuple[int, int, int | None]
-"""0-based line, first column, column after the last one (None: to the line's end)."""
+"""0-based line, first column, column after the last one (None: to the end of the line)."""
 
 Place = tuple[int, int]
 """0-based line and column."""
 
 
 class WrittenNode:
-    """A node as it is written.
+    """A node of a text.
 
     Attributes:
-        span: of the first line of it.
-        text: of a scalar, without its quotes; None of a mapping or a list.
-        entries: of a mapping, by key; those of its merge keys too.
-        items: of a list.
+        span: span of its first line.
+        text: text of a scalar, without quotes; None for a mapping or list.
+        entries: entries of a mapping by key, including those of its merge keys.
+        items: items of a list.
         is_block: whether it is a collection in block style.
 
-    An alias is the node that it names, so that a node may be reached in several ways, and be inside itself.
+    An alias is the same object as its node, so a node may be reached in several ways, and contain itself.
     """
 
     __slots__ = ("entries", "is_block", "items", "span", "text")
@@ -72,7 +72,7 @@ class WrittenNode:
 
 
 class WrittenEntry(NamedTuple):
-    """An entry of a mapping. `key`: where its key is; `merged`: whether a merge key brought it in."""
+    """An entry of a mapping. `key`: span of its key; `merged`: whether it comes from a merge key."""
 
     key: Span
     node: WrittenNode
@@ -83,17 +83,17 @@ _NO_ENTRIES: Mapping[str, WrittenEntry] = {}
 
 
 class WrittenTree(NamedTuple):
-    """What is written in a text. `is_whole`: whether it is YAML; otherwise the tree ends where that is wrong."""
+    """The nodes of a text. `is_whole`: whether the text is valid YAML; otherwise the tree ends at the error."""
 
     root: WrittenNode
     is_whole: bool
 
 
 def written_tree(text: str) -> WrittenTree:
-    """The nodes of a text, with their places, also of one that is half typed.
+    """Returns the nodes of a text, with their spans, even if the text is incomplete.
 
-    There are none where a character breaks lines for YAML 1.1 alone: what the parser tells of places is wrong there.
-    Nor are there any where half a character is typed, which the parser does not take.
+    The tree is empty if a character is a line break only in YAML 1.1, because the parser's positions are wrong then,
+    and if the text contains half a character, which the parser rejects.
     """
     walk = _EventWalk("\0" if SEPARATORS.search(text) or LONE_SURROGATES.search(text) else text)
     with collector_paused():
@@ -102,7 +102,7 @@ def written_tree(text: str) -> WrittenTree:
 
 
 class PositionIndex:
-    """The index of one valid text."""
+    """The position index of one valid text."""
 
     def __init__(self, lines: TextLines) -> None:
         self._lines = lines
@@ -110,7 +110,9 @@ class PositionIndex:
             self._root = _EventWalk(lines.text).root()
 
     def find(self, path: Path, at: At) -> Location:
-        """The place of the node at a path, through aliases and merges; of the deepest one that exists."""
+        """Returns the location of the node at a path, through aliases and merge keys; or that of its deepest existing
+        parent.
+        """
         node, key = self._root, None
         for step in path:
             entry = node.entries.get(step) if isinstance(step, str) else None
@@ -124,14 +126,16 @@ class PositionIndex:
 
 
 def find_duplicate_keys(text: str, last: Place) -> dict[Place, Span]:
-    """For each duplicate key up to the place `last`: its place → the key of the same name before it."""
+    """Returns for each duplicate key up to the place `last`: its place → the earlier key of the same name."""
     walk = _EventWalk(text, last)
     walk.root()
     return walk.firsts
 
 
 def _first_line(node: WrittenNode) -> Span:
-    """What to underline of a node. A block's end mark runs past blank lines and comments, and is no use."""
+    """Returns the span to underline for a node. The end mark of a block is useless, because it is after blank lines and
+    comments.
+    """
     line, start, end = node.span
     while node.is_block and node.span[0] == line:
         if node.items:
@@ -150,11 +154,11 @@ def _first_line(node: WrittenNode) -> Span:
 
 
 class _WalkFinished(Exception):
-    """What was asked for is found."""
+    """Ends the walk when the target is found."""
 
 
 class _EventWalk:
-    """One pass over the events of a text, up to its end, to what is wrong with it, or to a place."""
+    """One pass over the events of a text, up to its end, an error, or a place."""
 
     def __init__(self, text: str, last: Place | None = None) -> None:
         self._get = next_event(text)
@@ -164,7 +168,7 @@ class _EventWalk:
         self.firsts: dict[Place, Span] = {}
 
     def root(self) -> WrittenNode:
-        """The document's node; what was read of it, where the walk ended early."""
+        """Returns the root node; if the walk ended early, the part that was read."""
         root = WrittenNode((0, 0, None))
         get = self._get
         try:
@@ -175,11 +179,11 @@ class _EventWalk:
                 self._fill(event, root)
             self.is_whole = True
         except (yaml.YAMLError, _WalkFinished, RecursionError):
-            pass  # with the limit of depth raised; the places above are still found
+            pass  # reached with a raised depth limit; the positions above are still found
         return root
 
     def _open_node(self, event: NodeEvent) -> WrittenNode:
-        """A node as far as its first event tells."""
+        """Returns a node with the data of its first event."""
         if isinstance(event, AliasEvent):
             return self._anchors.get(event.anchor or "", WrittenNode(_event_span(event, event)))
         node = WrittenNode(_event_span(event, event), event.value if isinstance(event, ScalarEvent) else None)
@@ -188,7 +192,7 @@ class _EventWalk:
         return node
 
     def _fill(self, start: NodeEvent, node: WrittenNode) -> None:
-        """Reads what is in a collection, up to and with its end. Each part is in it before it is read itself."""
+        """Reads the content of a collection and its end. Each part is added before it is read."""
         if isinstance(start, (ScalarEvent, AliasEvent)):
             return
         get = self._get
@@ -208,7 +212,7 @@ class _EventWalk:
         node.span = _event_span(start, event)
 
     def _entry(self, event: NodeEvent, entries: dict[str, WrittenEntry]) -> None:
-        """Reads a key and its value. On a duplicate the first entry stays."""
+        """Reads a key and its value. For a duplicate, the first entry stays."""
         span = _event_span(event, event)
         node = self._open_node(event)
         self._fill(event, node)
@@ -237,13 +241,13 @@ def _event_span(first: Event, last: Event) -> Span:
 
 
 class Document:
-    """What was read.
+    """A document that was read.
 
     Attributes:
-        name: as shown to people: the path as the user gave it, `<stdin>`, None for a dict.
+        name: name for messages: the path as given by the user, `<stdin>`, None for a dict.
         path: absolute path of the file; None for a stream or a dict.
-        data: plain dicts with string keys, lists, strings, integers, floats and booleans. Parts that an
-            alias names are the same object wherever they are reached, so nothing may change them.
+        data: plain dicts with string keys, lists, strings, integers, floats and booleans. Parts that an alias names are
+            shared objects, so the data must not be changed.
     """
 
     def __init__(self, name: str | None, path: FilePath | None, data: dict[str, Any], lines: TextLines | None) -> None:
@@ -254,14 +258,14 @@ class Document:
 
     @property
     def text(self) -> str | None:
-        """What was read; None for a dict."""
+        """The text; None for a dict."""
         return None if self._lines is None else self._lines.text
 
     def locate(self, origin: Origin, at: At) -> Location:
-        """Where an origin in this document is written: a `scenecc.diagnostics.diagnostic.Locator`.
+        """Implements `scenecc.diagnostics.diagnostic.Locator`: returns the location of an origin in this document.
 
-        Aliases and merge keys are followed to the text inside their anchors; of a path that does not
-        exist the deepest part that does is shown. The index is made at the first question.
+        Aliases and merge keys are followed to the anchored text. For a path that does not exist, the deepest existing
+        part is returned. The index is built at the first call.
         """
         if self._positions is None:
             return Location(self.name)
@@ -277,7 +281,7 @@ _MAX_INTEGER = 10**MAX_INTEGER_CHARS
 
 @frozen
 class _CopiedValue:
-    """A container that was copied: the copy, and its nodes and height with shared parts unfolded."""
+    """A copied container: the copy, and its number of nodes and height with shared parts unfolded."""
 
     value: Any
     nodes: int
@@ -285,7 +289,7 @@ class _CopiedValue:
 
 
 _INVALID = _CopiedValue(None, 1, 0)
-"""The copy of what was reported."""
+"""The copy of a value that was reported."""
 
 
 class _LimitReached(Exception):
@@ -293,9 +297,9 @@ class _LimitReached(Exception):
 
 
 def copy_mapping(data: Mapping[str, Any], sink: Sink, limits: Limits) -> dict[str, Any] | None:
-    """A copy of a mapping as plain dicts, lists and scalars; None, reported, if no scene can hold it.
+    """Copies a mapping as plain dicts, lists and scalars; None, reported, if it is not valid scene data.
 
-    A part that the input shares is one object in the copy too, copied once.
+    A part that is shared in the input is copied once and shared in the copy.
     """
     copier = _Copier(sink, limits)
     try:
@@ -303,7 +307,7 @@ def copy_mapping(data: Mapping[str, Any], sink: Sink, limits: Limits) -> dict[st
     except _LimitReached:
         return None
     except RecursionError:
-        hint = "nest less: each level takes frames of the stack"
+        hint = "use fewer levels: each takes frames of the stack"
         sink.report("SC602", "the dict is deeper than Python's stack allows", Origin(None), hint=hint)
         return None
     return None if copier.failed else copy.value
@@ -315,11 +319,11 @@ class _Copier:
         self._limits = limits
         self.failed = False
         self._open: set[int] = set()
-        # id → copy, and the original, which must live as long as its id means it.
+        # id → copy and original; the original is kept alive so that its id stays unique.
         self._copies: dict[int, tuple[_CopiedValue, object]] = {}
 
     def copy(self, value: Any, path: Path) -> _CopiedValue:
-        """The copy of any value; None, reported, of what no scene can hold."""
+        """Returns the copy of any value; None, reported, for invalid data."""
         if isinstance(value, (Mapping, list, tuple)):
             return self._share_value(value, path)
         numpy = sys.modules.get("numpy")
@@ -371,7 +375,7 @@ class _Copier:
         for key, value in mapping.items():
             name = _text_key(key, path)
             if name is None:
-                self._report("SC005", f"the key {_format_key(key)} is not a string", path, hint="keys are strings")
+                self._report("SC005", f"the key {_format_key(key)} is not a string", path, hint="keys must be strings")
                 continue
             if RESERVED_CHARACTER in name:
                 self._report("SC017", RESERVED_IN_KEY_MESSAGE, (*path, name))
@@ -384,7 +388,7 @@ class _Copier:
         match value:
             case bool():
                 return value
-            # The base class's own conversion, so that enumerations and other subclasses leave no trace.
+            # Uses the base class's conversion, so that enumerations and other subclasses become plain values.
             case int():
                 return self._in_range(int.__int__(value), path)
             case float():
@@ -395,7 +399,7 @@ class _Copier:
                 return self._check_text(str(value), path)
             case None:
                 hint = "give it a value, or remove the key to get its default"
-                self._report("SC006", "None is not a value of any key", path, hint=hint)
+                self._report("SC006", "None is not a valid value for any key", path, hint=hint)
             case _:
                 self._refuse(_with_article(type(value).__qualname__), path)
         return None
@@ -423,7 +427,7 @@ class _Copier:
         self._report("SC015", f"{what} is not supported in a scene", path, hint=hint)
 
     def _too_deep(self, path: Path) -> NoReturn:
-        message = f"more than {self._limits.depth} dicts and lists inside one another (limit depth)"
+        message = f"more than {self._limits.depth} nested dicts and lists (limit depth)"
         hint = f"`limits={{'depth': N}}` raises the limit, to {MAX_DEPTH} at most"
         self._report("SC602", message, path[:8], hint=hint)
         raise _LimitReached
@@ -436,7 +440,7 @@ class _Copier:
 
 
 def _text_key(key: object, path: Path) -> str | None:
-    """A key as a text would give it; None if it is no string."""
+    """Returns a key as text would give it; None if it is not a string."""
     if isinstance(key, int) and not isinstance(key, bool) and has_index_keys(path):
         return str(int.__int__(key))
     return str.__str__(key) if isinstance(key, str) else None
@@ -447,5 +451,5 @@ def _with_article(name: str) -> str:
 
 
 def _format_key(key: object) -> str:
-    """A key as Python writes it, if that is short and harmless."""
+    """Returns a key in Python notation, if that is short and printable."""
     return repr(key)[:40] if isinstance(key, (int, float, bytes, type(None))) else _with_article(type(key).__qualname__)

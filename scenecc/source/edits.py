@@ -1,4 +1,4 @@
-"""Edits of a YAML text at the places of its nodes: all other characters stay as they are, comments too."""
+"""Edits of a YAML text at the positions of its nodes. All other characters, including comments, are kept."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
 
 
 class EditError(Exception):
-    """A place in a text cannot be edited; the message says why."""
+    """A place in a text cannot be edited; the message gives the reason."""
 
 
 class TextEdits:
-    """Edits of one text, which does not change before all of them are known."""
+    """Edits of one text, which are applied together."""
 
     def __init__(self, text: str) -> None:
         """`text`: valid YAML."""
@@ -24,37 +24,37 @@ class TextEdits:
         self._splices: list[tuple[int, int, str]] = []
 
     def set_scalar(self, path: Path, value: str) -> None:
-        """Writes another value in place of a number, a word or a string.
+        """Replaces a number, a word or a string.
 
         Raises:
-            EditError: what is there is no such value, or it is not written at this place.
+            EditError: there is no such value, or it is written in another place.
         """
         node = self._find(path)
         if not isinstance(node, yaml.ScalarNode):
-            raise EditError(f"`{path[-1]}` is no single value")
+            raise EditError(f"`{path[-1]}` is not a single value")
         self._splice(node.start_mark.index, node.end_mark.index, value)
 
     def wrap(self, path: Path, before: str, after: str) -> None:
-        """Writes something before and after a list or mapping in brackets.
+        """Inserts text before and after a list or mapping in brackets.
 
         Raises:
-            EditError: it has no brackets, or is not written at this place.
+            EditError: it has no brackets, or is written in another place.
         """
         node = self._find(path)
         if isinstance(node, yaml.ScalarNode) or not node.flow_style:
-            raise EditError(f"`{path[-1]}` is written without brackets")
+            raise EditError(f"`{path[-1]}` has no brackets")
         self._splice(node.start_mark.index, node.start_mark.index, before)
         self._splice(node.end_mark.index, node.end_mark.index, after)
 
     def add_key(self, path: Path, key: str, value: str) -> None:
-        """Writes a key as the first of a mapping that has others.
+        """Inserts a key at the start of a mapping that has other keys.
 
         Raises:
-            EditError: there is no such mapping at this place.
+            EditError: there is no such mapping in this place.
         """
         node = self._find(path)
         if not isinstance(node, yaml.MappingNode) or not node.value:
-            raise EditError(f"`{path[-1]}` is no mapping")
+            raise EditError(f"`{path[-1]}` is not a mapping")
         first = node.value[0][0].start_mark
         if node.flow_style:
             self._splice(first.index, first.index, f"{key}: {value}, ")
@@ -63,7 +63,7 @@ class TextEdits:
             self._splice(first.index, first.index, f"{key}: {value}{end}{' ' * first.column}")
 
     def result(self) -> str:
-        """The text with all edits."""
+        """Returns the text with all edits."""
         text = self._text
         for start, end, new in sorted(self._splices, reverse=True):
             text = text[:start] + new + text[end:]
@@ -77,8 +77,8 @@ class TextEdits:
         for step in path:
             below = _step_below(node, step)
             if below is None:
-                raise EditError(f"`{step}` is not written there: a merge key or a prefab gives it")
-            # An alias leads to a node that is written elsewhere.
+                raise EditError(f"`{step}` is not written there: it comes from a merge key or a prefab")
+            # An alias leads to a node in another place.
             if not node.start_mark.index <= below.start_mark.index <= node.end_mark.index:
                 raise EditError(f"`{step}` is written elsewhere, at an anchor")
             node = below

@@ -1,4 +1,4 @@
-"""Events and scalars of YAML: the parser's events, tags, and the type of a plain scalar."""
+"""YAML events and scalars: the parser's events, tags, and the type of a plain scalar."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from scenecc.diagnostics.coded_error import CodedError
 Scalar = str | int | float | bool
 
 MAX_INTEGER_CHARS = 100
-"""Integers written longer than this are refused: no key of a scene means one, and the time to convert a
-decimal integer grows with the square of its length."""
+"""Maximum length of an integer. No key needs more, and the time to convert a decimal integer grows with the square of
+its length."""
 
 _NUMBER = re.compile(
     r"(?P<int>[-+]?[0-9]+)"
@@ -39,24 +39,24 @@ _NUMBER = re.compile(
 )
 
 RESERVED_CHARACTER = "\0"
-"""What no key holds, so that labels of the compiler's own that start with it can stand among keys."""
+"""A character that no key may contain, so that internal labels that start with it never equal a key."""
 
 RESERVED_IN_KEY_MESSAGE = "a key contains the character U+0000"
-"""What is said of a key with it."""
+"""The message for a key that contains it."""
 
 SCENE_KEYED_FIELD = "per_scene"
-"""The key whose mapping is by scene index."""
+"""The key whose mapping is indexed by scene."""
 
 _OVERRIDE = "override"
 
 
 def has_index_keys(path: tuple[str | int, ...]) -> bool:
-    """Whether an integer key of a mapping stands for its digits: by scene, or for items of a list in an override."""
+    """Returns whether integer keys of a mapping are allowed: scene indices, or list items in an override."""
     return path[-1:] == (SCENE_KEYED_FIELD,) or (path[:1] == ("entities",) and path[2:3] == (_OVERRIDE,))
 
 
 _COORDINATE = re.compile(r"-?(?:[0-9]{1,20}\.[0-9]{3,}|[0-9]{2,20}\.[0-9]+)").fullmatch
-"""A decimal of many digits: the most frequent plain scalar that is new to the reader, worth a shorter way."""
+"""A decimal with many digits: the most frequent new plain scalar, which gets a fast path."""
 
 _NUMBER_STARTS = frozenset("0123456789+-.")
 
@@ -70,10 +70,10 @@ _WORDS: dict[str, bool | None] = {
 
 
 def resolve_scalar(text: str) -> Scalar | None:
-    """The value of an untagged plain scalar. None is null.
+    """Returns the value of an untagged plain scalar. None is null.
 
     Raises:
-        OverflowError: a number that is no finite double, or an integer of absurd length.
+        OverflowError: the number is not a finite double, or an extremely long integer.
     """
     if text[:1] in _NUMBER_STARTS:
         match = _NUMBER.fullmatch(text)
@@ -99,14 +99,14 @@ def _number(match: re.Match[str]) -> int | float:
 
 
 class PlainValues(dict[str, "Scalar | None"]):
-    """Plain text → value, resolved at the first use.
+    """Plain text → value, resolved at first use.
 
-    None stands for whatever the reader must look at: null, and numbers that cannot be held.
+    None means that the reader must handle it: null, and numbers out of range.
     """
 
     def __missing__(self, text: str) -> Scalar | None:
         if _COORDINATE(text):
-            # Not kept: numbers of so many digits seldom come twice.
+            # Not kept, because numbers with so many digits seldom repeat.
             return float(text)
         try:
             value = resolve_scalar(text)
@@ -117,7 +117,7 @@ class PlainValues(dict[str, "Scalar | None"]):
 
 
 class PlainKeys(dict[str, "str | None"]):
-    """Plain text of a key → the key; None where it is no string, or the merge key."""
+    """Plain text of a key → the key; None if it is not a string, or is the merge key."""
 
     def __missing__(self, text: str) -> str | None:
         try:
@@ -130,23 +130,23 @@ class PlainKeys(dict[str, "str | None"]):
 
 
 class Mark(Protocol):
-    """A place in a text; both count characters from 0."""
+    """A position in a text; line and column count from 0, in characters."""
 
     line: int
     column: int
 
 
 class Event(Protocol):
-    """What all events have in common; scalars, aliases and starts of collections have more."""
+    """The common attributes of all events; scalars, aliases and starts of collections have more."""
 
     start_mark: Mark
     end_mark: Mark
 
 
 class NodeEvent(Event, Protocol):
-    """A scalar, an alias or the start of a collection (what an event lacks is never asked of it).
+    """A scalar, an alias or the start of a collection. Attributes that an event lacks are never read.
 
-    `implicit` of a scalar is (plain and untagged, quoted and untagged); of a collection whether it is untagged.
+    `implicit` of a scalar is (plain and untagged, quoted and untagged); for a collection, whether it is untagged.
     """
 
     anchor: str | None
@@ -157,13 +157,14 @@ class NodeEvent(Event, Protocol):
 
 
 NextEvent = Callable[[], Any]
-"""Returns an event. The caller distinguishes events by their exact types, which is the fastest way."""
+"""Returns an event. Callers distinguish events by their exact types, which is fastest."""
 
 
 def next_event(text: str) -> NextEvent:
-    """The function that gives a text's events one after another; libyaml parses where PyYAML has it, which is faster.
+    """Returns a function that returns a text's events one after another. It uses libyaml if PyYAML has it, which is
+    faster.
 
-    It raises `yaml.YAMLError` where the text is no YAML.
+    The function raises `yaml.YAMLError` for invalid YAML.
     """
     parser: Any = yaml.CSafeLoader(text) if yaml.__with_libyaml__ else yaml.SafeLoader(text)
     return parser.get_event
@@ -191,18 +192,18 @@ _CORE_TAG_PREFIX = "tag:yaml.org,2002:"
 
 _SCALAR_TAGS = ("str", "int", "float", "bool", "null")
 
-_TAG_HINT = "remove the tag: scene files know `!!str`, `!!int`, `!!float`, `!!bool`, `!!null`, `!!map` and `!!seq`"
+_TAG_HINT = "remove the tag: scene files support `!!str`, `!!int`, `!!float`, `!!bool`, `!!null`, `!!map` and `!!seq`"
 
 
 class NodeError(CodedError):
-    """A node that cannot be read."""
+    """A node cannot be read."""
 
 
 def scalar_value(event: NodeEvent) -> Scalar | None:
-    """The value of any scalar. None is null.
+    """Returns the value of any scalar. None is null.
 
     Raises:
-        NodeError: a tag that is unknown or does not fit, or a number that cannot be held.
+        NodeError: the tag is unknown or does not fit, or the number is out of range.
     """
     if event.tag is not None:
         return _tagged_scalar_value(event, event.tag)
@@ -212,29 +213,29 @@ def scalar_value(event: NodeEvent) -> Scalar | None:
 
 
 def check_collection_tag(event: NodeEvent) -> None:
-    """Lets pass `!!map` on a mapping and `!!seq` on a list.
+    """Accepts `!!map` on a mapping and `!!seq` on a list.
 
     Raises:
-        Refused: any other tag.
+        NodeError: any other tag.
     """
     is_list = isinstance(event, SequenceStartEvent)
     if event.tag == _CORE_TAG_PREFIX + ("seq" if is_list else "map"):
         return
     tag = format_tag(event.tag or "")
     if tag in ("!!seq", "!!map", *("!!" + name for name in _SCALAR_TAGS)):
-        raise NodeError("SC008", f"the tag `{tag}` stands on a {'list' if is_list else 'mapping'}", "remove the tag")
+        raise NodeError("SC008", f"the tag `{tag}` cannot be on a {'list' if is_list else 'mapping'}", "remove the tag")
     raise NodeError("SC008", f"the tag `{tag}` is not one of YAML's core schema", _TAG_HINT)
 
 
 def format_tag(tag: str) -> str:
-    """A tag as people write it: `!!int`, `!local`, `!<tag:example.org,2000:x>`."""
+    """Returns a tag as users write it: `!!int`, `!local`, `!<tag:example.org,2000:x>`."""
     if tag.startswith(_CORE_TAG_PREFIX):
         return "!!" + tag.removeprefix(_CORE_TAG_PREFIX)
     return tag if tag.startswith("!") else f"!<{tag}>"
 
 
 def format_scalar(event: NodeEvent) -> str:
-    """The text of a scalar, cut where it is long."""
+    """Returns the text of a scalar, shortened if it is long."""
     text = event.value if isinstance(event, ScalarEvent) else ""
     return text if len(text) <= 40 else f"{text[:37]}..."
 
@@ -248,18 +249,18 @@ def _plain_scalar_value(text: str) -> Scalar | None:
 
 
 def _tagged_scalar_value(event: NodeEvent, tag: str) -> Scalar | None:
-    """The value of a tagged scalar, read by the tag's own rule, quoted or not."""
+    """Returns the value of a tagged scalar by the rule of its tag, quoted or not."""
     shown, text = format_tag(tag), event.value
     kind = tag.removeprefix(_CORE_TAG_PREFIX) if tag.startswith(_CORE_TAG_PREFIX) else ""
     if kind == "str":
         return text
     if kind in ("map", "seq"):
-        raise NodeError("SC008", f"the tag `{shown}` stands on a single value", "remove the tag")
+        raise NodeError("SC008", f"the tag `{shown}` cannot be on a single value", "remove the tag")
     if kind not in _SCALAR_TAGS:
         raise NodeError("SC008", f"the tag `{shown}` is not one of YAML's core schema", _TAG_HINT)
     value = _plain_scalar_value(text)
     if kind == "float" and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)  # at most 100 digits: always within the range of a double
+        return float(value)  # at most 100 digits, always in the range of a double
     fits = {
         "int": isinstance(value, int) and not isinstance(value, bool),
         "float": isinstance(value, float),
@@ -267,12 +268,12 @@ def _tagged_scalar_value(event: NodeEvent, tag: str) -> Scalar | None:
         "null": value is None,
     }
     if not fits[kind]:
-        raise NodeError("SC008", f"`{format_scalar(event)}` is not what the tag `{shown}` says", "remove the tag")
+        raise NodeError("SC008", f"`{format_scalar(event)}` does not match the tag `{shown}`", "remove the tag")
     return value
 
 
 def describe_type(value: object) -> str:
-    """What a value is, in words."""
+    """Returns the type of a value, in words."""
     match value:
         case None:
             return "null"

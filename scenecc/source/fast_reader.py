@@ -1,10 +1,9 @@
-"""The fast reader of YAML: one line at a time, for the plain subset that long scene files use.
+"""A fast line-based reader for the plain YAML subset that long scene files use.
 
-PyYAML's parser makes four objects of every scalar and every bracket, which takes six times as long as the parsing
-itself. This reader knows one way of writing each thing and declines everything else: comments, indented mappings
-and lists, `key: value`, `- value`, `- key: value`, and values that begin and end on their line. A text that it
-accepts is one that the parser reads without error and to the same data. The parser reports everything that is
-wrong.
+PyYAML's parser creates four objects per scalar and bracket, which takes six times as long as the parsing itself. This
+reader supports one notation for each thing: comments, indented mappings and lists, `key: value`, `- value`, `- key:
+value`, and values on one line. It declines all other text, which goes to the parser. For accepted text, the parser
+would give the same data without an error. The parser reports all errors.
 """
 
 from __future__ import annotations
@@ -21,10 +20,10 @@ _FIRST = r"(?:[A-Za-z0-9_./+]|-(?=[A-Za-z0-9_./+-]))"
 _WITHIN = r"[A-Za-z0-9_./+%*()=$@^~-]|:(?=[A-Za-z0-9_/])"
 
 _WORD = rf"{_FIRST}(?:{_WITHIN})*"
-"""A plain scalar without blanks, which means the same inside of brackets and outside."""
+"""A plain scalar without blanks, valid both inside and outside brackets."""
 
 _TEXT = rf"{_FIRST}(?:{_WITHIN}|[,;']| (?=[A-Za-z0-9_./+%*()=$@^~,;'-]))*"
-"""A plain scalar outside of brackets: words with one blank between them."""
+"""A plain scalar outside brackets: words separated by single blanks."""
 
 _NOT_PRINTED = r"\x00-\x1f\x7f-\x9f"
 
@@ -35,8 +34,8 @@ _SINGLE = rf"'([^'{_NOT_PRINTED}]*)'"
 _TAIL = rf" *(?:(?<![^ ])#[^{_NOT_PRINTED}]*)?"
 
 _UNUSUAL_CHARACTER = "[\u2028\u2029\ud800-\udfff\ufeff-\uffff]"
-"""What is not printed either, or ends a line for the parser alone. Looked for in the whole text, and only where one is
-not ASCII: as a part of the patterns it would take each of them milliseconds to be made."""
+"""Unprintable characters, and characters that end a line only for the parser. Searched in the whole text, and only if
+it is not ASCII: inside the patterns, they would take milliseconds to compile."""
 
 _LINE = re.compile(
     rf"( *)(- +)?(?:({_KEY}):(?: +|$))?(?:(?:({_TEXT})|{_DOUBLE}|{_SINGLE})?{_TAIL}|([\[{{][^{_NOT_PRINTED}]*))"
@@ -55,31 +54,31 @@ _REST = re.compile(_TAIL).fullmatch
 _KEY_TOKEN, _WORD_TOKEN = 2, 3
 
 _Line = tuple[int, int, "str | None", Any]
-"""Column of the dash or else of the key, column of the key, the key, the value: None where none is on the line."""
+"""Column of the dash or else of the key, column of the key, the key, the value: None if the line has none."""
 
 _MAX_LINE = 1000
 
 _MAX_LINES = 1_000_000
-"""Longer lines and more of them, which no person writes, cost the parser less."""
+"""Text with longer or more lines, which nobody writes by hand, costs the parser less."""
 
 _KEPT_LINES = 10_000
-"""Lines that come again come early: `shapes:`, `- type: box`. The others would only fill the memory."""
+"""Cached lines. Repeated lines such as `shapes:` and `- type: box` come early; others would only use memory.
+"""
 
 _FLOW_DEPTH = 8
-"""How many brackets this reader follows inside one another; deeper is for the parser, as are the last levels of
-mappings and lists below the limit."""
+"""Maximum nesting of brackets. Deeper text is for the parser, as are the last levels below the depth limit."""
 
 
 class _UnsupportedSyntax(Exception):
-    """This is for the parser."""
+    """The text is for the parser."""
 
 
 def read_fast(text: str, depth: int) -> dict[str, Any] | None:
-    """The mapping that a text holds; None where this reader does not know, which says nothing about the text.
+    """Returns the mapping of a text; None if this reader does not support it, which does not mean that it is invalid.
 
     Args:
-        text: without a byte order mark.
-        depth: how many mappings and lists may stand inside one another.
+        text: the text, without a byte order mark.
+        depth: maximum nesting of mappings and lists.
     """
     try:
         return _read(text, depth - _FLOW_DEPTH)
@@ -92,8 +91,8 @@ def _read(text: str, depth: int) -> dict[str, Any]:
         raise _UnsupportedSyntax
     parse = _LineParser()
     top: Any = {}
-    # The open containers with the columns of their entries. A list may begin in the column of the mapping around
-    # it; otherwise what is inside begins further right.
+    # The open containers with the columns of their entries. A list may begin in the column of the surrounding mapping;
+    # all other content begins further right.
     open_: list[Any] = [top]
     columns = [0]
     waiting: str | None = None  # the key whose value begins on the next line
@@ -134,7 +133,7 @@ def _read(text: str, depth: int) -> dict[str, Any]:
 
 
 def _close_containers(open_: list[Any], columns: list[int], column: int, kind: type) -> Any:
-    """Closes what ends above a line, and gives the dict or list that goes on there."""
+    """Closes the containers that end above a line, and returns the one that continues."""
     while columns and (columns[-1] > column or (columns[-1] == column and type(open_[-1]) is not kind)):
         columns.pop()
         open_.pop()
@@ -144,7 +143,7 @@ def _close_containers(open_: list[Any], columns: list[int], column: int, kind: t
 
 
 class _LineParser(dict[str, "_Line | None"]):
-    """A line → what it says; None for one that says nothing."""
+    """A line → its content; None for a blank line or comment."""
 
     def __init__(self) -> None:
         self._keys = PlainKeys()
@@ -154,7 +153,7 @@ class _LineParser(dict[str, "_Line | None"]):
         """Reads a line.
 
         Raises:
-            _Declined: it is not plain.
+            _UnsupportedSyntax: the line is not plain.
         """
         match = _LINE(line) if len(line) <= _MAX_LINE else None
         if match is None:
@@ -172,7 +171,7 @@ class _LineParser(dict[str, "_Line | None"]):
             raise _UnsupportedSyntax
         column = len(blanks)
         said = (column, column + len(dash or ""), key, value)
-        if brackets is None and len(self) < _KEPT_LINES:  # with brackets two places would have one list
+        if brackets is None and len(self) < _KEPT_LINES:  # lines with brackets would share one list
             self[line] = said
         return said
 
@@ -193,7 +192,7 @@ class _LineParser(dict[str, "_Line | None"]):
         return value
 
     def _value(self, text: str, start: int, depth: int) -> tuple[Any, int]:
-        """The value that begins at an offset, and the offset of its end."""
+        """Returns the value at an offset, and the offset of its end."""
         token = _TOKEN(text, start)
         if token is None:
             raise _UnsupportedSyntax
@@ -242,13 +241,13 @@ class _LineParser(dict[str, "_Line | None"]):
 
 
 def _match_closing(text: str, start: int, bracket: str) -> tuple[str, int] | None:
-    """The bracket that closes what has just been opened, and the offset after it; None where there is more."""
+    """Returns the bracket that closes an empty pair, and the offset after it; None if the pair is not empty."""
     token = _TOKEN(text, start)
     return (bracket, token.end()) if token is not None and token[1] == bracket else None
 
 
 def _next_mark(text: str, start: int) -> tuple[str | None, int]:
-    """The comma or bracket that follows, and the offset after it."""
+    """Returns the next comma or bracket, and the offset after it."""
     token = _TOKEN(text, start)
     if token is None:
         raise _UnsupportedSyntax

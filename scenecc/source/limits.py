@@ -9,22 +9,23 @@ from difflib import get_close_matches
 from scenecc.diagnostics.frozen import frozen
 
 MAX_DEPTH = 1000
-"""The largest `Limits.depth`. libyaml 0.2.6, which PyYAML 6.0.4 brings, parses no deeper."""
+"""The maximum of `Limits.depth`. libyaml 0.2.6, part of PyYAML 6.0.4, parses no deeper."""
 
 _SCENES_PER_OBJECT = 100
-"""In how many scenes each of the most objects may be: 130 000 objects in 65 536 scenes fit into no memory."""
+"""Maximum average number of scenes per object at the object limit: 130 000 objects in 65 536 scenes do not fit in
+memory."""
 
 
 @frozen
 class Limits:
-    """The limits against files that would hang or exhaust a machine. Each is a positive integer.
+    """Limits against files that would hang or exhaust a machine. Each is a positive integer.
 
     Attributes:
-        text_bytes: size of a scene file or stream, and of all that it includes and uses together [bytes of UTF-8].
-        depth: mappings and lists inside one another, the document itself counted, aliases followed; and files that
-            include or use one another in a chain.
-        alias_nodes: nodes reached through aliases and merge keys, each use of an alias counts.
-        objects: entities, each counted as often as it has shapes, and once for every eight values that it has.
+        text_bytes: size of a scene file or stream, including all that it includes and uses [bytes of UTF-8].
+        depth: nesting of mappings and lists, including the document itself, with aliases followed; and of files that
+            include or use one another.
+        alias_nodes: nodes reached through aliases and merge keys; each use counts.
+        objects: entities; each counts once per shape, and once per eight values.
         scenes: parallel scenes.
         asset_bytes: size of one mesh, texture or robot description [bytes].
     """
@@ -38,19 +39,18 @@ class Limits:
 
     @property
     def objects_in_all_scenes(self) -> int:
-        """The most objects, each counted in every scene that it is in; the most values that differ by scene, too."""
+        """Maximum number of objects, each counted once per scene; also of values that differ between scenes."""
         return _SCENES_PER_OBJECT * self.objects
 
 
 def make_limits(changes: Mapping[str, object] | None = None) -> Limits:
-    """The default limits with some of them changed.
+    """Returns the default limits with changes.
 
     Args:
         changes: name of a limit → positive integer, as in `limits={"depth": 200}` or `--limit depth=200`.
 
     Raises:
-        ValueError: a name is not that of a limit, a value is not a positive integer, or `depth` is more than
-            `MAX_DEPTH`.
+        ValueError: a name is not a limit, a value is not a positive integer, or `depth` exceeds `MAX_DEPTH`.
     """
     changes = changes or {}
     known = [field.name for field in fields(Limits)]

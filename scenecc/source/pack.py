@@ -1,8 +1,7 @@
-"""Packs: a scene, what it includes and its assets in one archive (`.scn`), read into a folder of the user's cache.
+"""Packs: a scene, what it includes and its assets in one archive (`.scn`), extracted to a folder of the user's cache.
 
-A pack may come from a stranger. It is a ZIP file of uncompressed members, so none grows when it is read. Its manifest
-has the SHA-256 of each. The folder that it is read into is named by the hash of the manifest; a scene in a pack may
-read nothing else.
+A pack is untrusted. It is a ZIP file of uncompressed members, so reading cannot expand it. Its manifest has the SHA-256
+of each member. The hash of the manifest names the extracted folder. A scene in a pack may read no other files.
 """
 
 from __future__ import annotations
@@ -35,44 +34,44 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
 
 OWN_FOLDER: Final = ".scenecc"
-"""What a pack has beside the scene's own folder: its manifest, asset roots and packages."""
+"""Folder of a pack beside the scene's own files: its manifest, asset roots and packages."""
 
 MANIFEST: Final = f"{OWN_FOLDER}/manifest.json"
 
 _FORMAT: Final = 1
 
 _KEPT: Final = 30 * 24 * 3600
-"""[s] How long a pack stays in the cache that nobody opens."""
+"""[s] Unused packs are removed from the cache after this time."""
 
 MAX_PACK_BYTES: Final = 512 * 2**20
-"""Size of a pack, whose files are not compressed."""
+"""Maximum size of a pack. Its files are not compressed."""
 
 _MOST_FILES: Final = 20_000
 
 _MOST_CHARACTERS: Final = 1000
-"""In the name of a member."""
+"""Maximum length of a member name."""
 
 _MOST_MANIFEST: Final = 16 * 2**20
-"""[bytes] Of the manifest, and of the archive's directory."""
+"""[bytes] Maximum size of the manifest, and of the archive's directory."""
 
 _BLOCK: Final = 1 << 20
 
 _END: Final = struct.Struct("<4s4H2LH")
-"""The last bytes of a ZIP file that has no comment (section 4.3.16 of its specification)."""
+"""The end record of a ZIP file without a comment (section 4.3.16 of its specification)."""
 
-_AGAIN: Final = "make it again with `scenecc pack`, or copy it again"
+_AGAIN: Final = "recreate it with `scenecc pack`, or copy it again"
 
 
 class Manifest(BaseModel):
-    """What a pack says about itself. Paths start in the pack, with `/` between folders.
+    """The manifest of a pack. Paths are relative to the pack, with `/` between folders.
 
     Attributes:
         scenecc_pack: version of this format.
-        scenecc: version of the scenecc that made it.
+        scenecc: version of scenecc that made it.
         entry: the scene file.
-        asset_roots: folders in which `asset://` is looked up, in order.
-        packages: folders of the Python packages that `pkg://` names.
-        folders: folders that must be there, though they may be empty.
+        asset_roots: folders to search for `asset://` paths, in order.
+        packages: folders of the Python packages for `pkg://` paths.
+        folders: folders that must exist, even if empty.
         files: SHA-256 of every file.
     """
 
@@ -99,9 +98,9 @@ class Pack:
     """A pack that was read.
 
     Attributes:
-        folder: where its files are.
-        manifest: of it.
-        digest: SHA-256 of the manifest, and so of everything in it.
+        folder: folder of its files.
+        manifest: its manifest.
+        digest: SHA-256 of the manifest, and thus of all content.
     """
 
     folder: Path
@@ -114,7 +113,7 @@ class Pack:
         return self.folder / self.manifest.entry
 
     def scope(self, memory: PathCache) -> AssetScope:
-        """What the scene may read: the pack, and nothing else."""
+        """Returns what the scene may read: only the pack."""
         roots = tuple(self.folder / root for root in self.manifest.asset_roots)
         packages = {name: self.folder / path for name, path in self.manifest.packages.items()}
         memory.trees = tuple(Path(os.path.realpath(folder)) for folder in (self.entry.parent, *roots, self.folder))
@@ -122,16 +121,16 @@ class Pack:
 
 
 def is_pack(name: str | os.PathLike[str]) -> bool:
-    """Whether a file begins as an archive."""
+    """Returns whether a file begins like an archive."""
     try:
         with open_regular(name) as stream:
             return stream.read(len(ARCHIVE)) == ARCHIVE
-    except (OSError, ValueError):  # which is told where it is read as a scene
+    except (OSError, ValueError):  # reported when it is read as a scene
         return False
 
 
 def open_pack(name: str, sink: Sink) -> Pack | None:
-    """Reads a pack into the cache folder, unless it is there; None where that was reported."""
+    """Extracts a pack to the cache folder, unless it is there; None if an error was reported."""
     try:
         with open_regular(name) as stream:
             archive = _open_archive(stream)
@@ -139,8 +138,8 @@ def open_pack(name: str, sink: Sink) -> Pack | None:
             try:
                 folder = _extracted(archive, manifest, digest)
             except OSError as error:
-                hint = f"packs are read into '{cache_folder(PACKS)}'; XDG_CACHE_HOME names another place"
-                message = f"the pack cannot be read into the cache: {error.strerror or error}"
+                hint = f"packs are extracted to '{cache_folder(PACKS)}'; set XDG_CACHE_HOME for another place"
+                message = f"the pack cannot be extracted to the cache: {error.strerror or error}"
                 sink.report("SC818", message, Location(name), hint=hint)
                 return None
         return Pack(folder, manifest, digest)
@@ -152,26 +151,24 @@ def open_pack(name: str, sink: Sink) -> Pack | None:
 
 
 def _open_archive(stream: BinaryIO) -> zipfile.ZipFile:
-    """The archive, whose members may all be read."""
+    """Returns the archive, after checking that all its members may be read."""
     size = os.fstat(stream.fileno()).st_size
     if size > MAX_PACK_BYTES:
-        raise InvalidPackError(f"the pack is longer than {MAX_PACK_BYTES} bytes", "unpack it, and use the scene in it")
+        raise InvalidPackError(f"the pack is longer than {MAX_PACK_BYTES} bytes", "extract it, and use the scene in it")
     stream.seek(max(0, size - _END.size))
     end = stream.read()
     if len(end) < _END.size or end[:4] != b"PK\x05\x06":
-        raise InvalidPackError("the end of the archive is missing, or something was added to it", _AGAIN)
+        raise InvalidPackError("the archive is truncated, or has extra data at its end", _AGAIN)
     _, disk, _, here, count, length, start, comment = _END.unpack(end)
     if disk or comment or here != count or start + length != size - _END.size or length > _MOST_MANIFEST:
-        raise InvalidPackError("the archive has a comment, several parts, or other bytes around it", _AGAIN)
+        raise InvalidPackError("the archive has a comment, several parts, or extra data", _AGAIN)
     try:
         archive = zipfile.ZipFile(stream)
         infos = archive.infolist()
     except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error, EOFError, OSError) as error:
         raise InvalidPackError(f"the archive is damaged: {error}", _AGAIN) from None
     if len(infos) != count or count > _MOST_FILES:
-        raise InvalidPackError(
-            f"the pack has {max(count, len(infos))} files, or says so: at most {_MOST_FILES} are read", _AGAIN
-        )
+        raise InvalidPackError(f"the pack lists {max(count, len(infos))} files; the maximum is {_MOST_FILES}", _AGAIN)
     if sum(info.file_size for info in infos) > size:
         raise InvalidPackError("the files of the pack overlap one another", _AGAIN)
     for info in infos:
@@ -185,39 +182,39 @@ def _check_member(info: zipfile.ZipInfo) -> None:
     shown = f"`{info.filename[:100]!a}`"
     kind = stat.S_IFMT(info.external_attr >> 16)
     if info.flag_bits & 0x1:
-        raise InvalidPackError(f"{shown} is encrypted", "packs are not: " + _AGAIN)
+        raise InvalidPackError(f"{shown} is encrypted", "packs must not be encrypted: " + _AGAIN)
     if info.compress_type != zipfile.ZIP_STORED or info.compress_size != info.file_size:
-        raise InvalidPackError(f"{shown} is compressed", "files in a pack are not compressed: " + _AGAIN)
+        raise InvalidPackError(f"{shown} is compressed", "files in a pack must not be compressed: " + _AGAIN)
     if kind not in {0, stat.S_IFREG} or info.filename.endswith("/"):
         raise InvalidPackError(f"{shown} is a link or a folder, not a file", _AGAIN)
     if info.orig_filename != info.filename:
-        raise InvalidPackError(f"{shown} has a name that is no path", _AGAIN)
+        raise InvalidPackError(f"{shown} has an invalid path as its name", _AGAIN)
 
 
 def name_fault(names: Iterable[str]) -> str | None:
-    """Why members of a pack must not have these names together; None if they may, on every file system."""
+    """Returns why members of a pack must not have these names together; None if they work on every file system."""
     known: dict[str, str] = {}
     folders: set[str] = set()
     for name in names:
         parts = name.split("/")
         if not set(parts).isdisjoint({"", ".", ".."}) or "\\" in name or len(name) > _MOST_CHARACTERS:
-            return f"`{name[:100]!a}` is no path inside a pack"
+            return f"`{name[:100]!a}` is not a path inside a pack"
         try:
             if not name.isprintable() or max(len(part.encode()) for part in parts) > 255:
-                return f"`{name[:100]!a}` is no name of a file"
+                return f"`{name[:100]!a}` is not a valid file name"
         except UnicodeEncodeError:
-            return f"`{name[:100]!a}` is no name of a file"
+            return f"`{name[:100]!a}` is not a valid file name"
         folded = unicodedata.normalize("NFC", name).casefold()
         if folded in known:
-            return f"`{name}` and `{known[folded]}` are one file where case does not count"
+            return f"`{name}` and `{known[folded]}` differ only in case, and are one file on some systems"
         known[folded] = name
         folders.update(str(folder) for folder in PurePosixPath(folded).parents)
     clash = next((name for folded, name in known.items() if folded in folders), None)
-    return None if clash is None else f"`{clash}` is a file and a folder"
+    return None if clash is None else f"`{clash}` is both a file and a folder"
 
 
 def _read_manifest(archive: zipfile.ZipFile) -> tuple[Manifest, str]:
-    """The manifest, and its SHA-256."""
+    """Returns the manifest and its SHA-256."""
     try:
         info = archive.getinfo(MANIFEST)
         if info.file_size > _MOST_MANIFEST:
@@ -226,7 +223,7 @@ def _read_manifest(archive: zipfile.ZipFile) -> tuple[Manifest, str]:
         manifest = Manifest.model_validate_json(data)
     except KeyError:
         raise InvalidPackError(
-            f"the archive has no `{MANIFEST}`: it is no pack", "make one with `scenecc pack`"
+            f"the archive has no `{MANIFEST}`: it is not a pack", "make one with `scenecc pack`"
         ) from None
     except ValidationError as error:
         first = error.errors()[0]
@@ -238,13 +235,13 @@ def _read_manifest(archive: zipfile.ZipFile) -> tuple[Manifest, str]:
     lacking = manifest.files.keys() ^ {name for name in archive.namelist() if name != MANIFEST}
     if lacking or manifest.entry not in manifest.files:
         name = min(lacking, default=manifest.entry)
-        raise InvalidPackError(f"the manifest and the archive do not name the same files: `{name[:100]!a}`", _AGAIN)
+        raise InvalidPackError(f"the manifest and the archive list different files: `{name[:100]!a}`", _AGAIN)
     folders = [path for path in (*manifest.asset_roots, *manifest.packages.values(), *manifest.folders) if path]
     # Each with a file inside, so that none of them is a file.
     if fault := name_fault([*manifest.files, *{f"{path}/-" for path in folders}]):
         raise InvalidPackError(fault, _AGAIN)
     if not all(name.isidentifier() for name in manifest.packages):
-        raise InvalidPackError("the manifest names a package that is none", _AGAIN)
+        raise InvalidPackError("the manifest names an invalid package", _AGAIN)
     return manifest, hashlib.sha256(data).hexdigest()
 
 
@@ -258,7 +255,7 @@ def _blocks(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Iterator[bytes]:
 
 
 def _extracted(archive: zipfile.ZipFile, manifest: Manifest, digest: str) -> Path:
-    """The folder with the files of a pack, made where it is not there whole."""
+    """Returns the folder of an extracted pack, and extracts it if it is missing or incomplete."""
     above = cache_folder(PACKS)
     folder = above / digest
     if not _is_whole(folder, archive):
@@ -278,7 +275,7 @@ def _extracted(archive: zipfile.ZipFile, manifest: Manifest, digest: str) -> Pat
 
 
 def _is_whole(folder: Path, archive: zipfile.ZipFile) -> bool:
-    """Whether every file is there. Their content was compared when they were written; they are read-only since."""
+    """Returns whether every file exists. Contents were compared when they were written, and are read-only since."""
     try:
         return all((folder / one.filename).stat().st_size == one.file_size for one in archive.infolist())
     except OSError:
@@ -297,13 +294,11 @@ def _extract(archive: zipfile.ZipFile, manifest: Manifest, folder: Path) -> None
                 digest.update(block)
                 target.write(block)
         if info.filename != MANIFEST and digest.hexdigest() != manifest.files[info.filename]:
-            raise InvalidPackError(
-                f"`{info.filename}` does not hold what the manifest says: its SHA-256 differs", _AGAIN
-            )
+            raise InvalidPackError(f"`{info.filename}` does not match the manifest: its SHA-256 differs", _AGAIN)
 
 
 def _prune(above: Path) -> None:
-    """Removes what nobody opened for long."""
+    """Removes packs that were not used for a long time."""
     oldest = time.time() - _KEPT
     with suppress(OSError):
         for path in above.iterdir():
@@ -319,13 +314,14 @@ def pack_bytes(
     packages: Mapping[str, str] | None = None,
     folders: Iterable[str] = (),
 ) -> tuple[bytes, Manifest]:
-    """The archive and its manifest: the same bytes of the same files on any machine. Arguments are those of `Manifest`.
+    """Returns the archive and its manifest. The same files give the same bytes on any machine. Arguments are those of
+    `Manifest`.
 
     Raises:
         InvalidPackError: there are too many files, or two of them cannot be in one pack.
     """
     if len(files) >= _MOST_FILES:
-        raise InvalidPackError(f"{len(files)} files are more than the {_MOST_FILES} that a pack may have", None)
+        raise InvalidPackError(f"{len(files)} files are too many; a pack may have {_MOST_FILES}", None)
     if fault := name_fault(files):
         raise InvalidPackError(fault, "rename one of them")
     manifest = Manifest(
@@ -340,7 +336,7 @@ def pack_bytes(
     target = io.BytesIO()
     with zipfile.ZipFile(target, "w") as archive:
         for name, data in [(MANIFEST, (manifest.model_dump_json(indent=1) + "\n").encode()), *sorted(files.items())]:
-            info = zipfile.ZipInfo(name)  # of 1980, the first year that the format knows
+            info = zipfile.ZipInfo(name)  # of 1980, the earliest year of the format
             info.create_system, info.external_attr = 3, (stat.S_IFREG | 0o444) << 16
             archive.writestr(info, data)
     return target.getvalue(), manifest

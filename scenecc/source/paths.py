@@ -1,7 +1,7 @@
-"""Files that a scene refers to: syntax of their names, lookup, and permission to read them.
+"""Files that a scene references: syntax of their names, lookup, and permission to read them.
 
-A scene file may come from a stranger. It sees the folder tree of the top scene file, the asset roots and what
-`pkg://` names, and nothing else: it does not learn whether a file outside exists.
+A scene file is untrusted. It can read the folder tree of the top scene file, the asset roots and `pkg://` packages. It
+cannot find out whether any other file exists.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 
 
 class Refusal(NamedTuple):
-    """Why a file cannot be used: a code of band 4, a message and what to do."""
+    """Why a file cannot be used: a code of band 4, a message and a hint."""
 
     code: str
     message: str
@@ -36,17 +36,17 @@ class Refusal(NamedTuple):
 
 
 def check_uri(uri: str) -> Refusal | None:
-    """Why a text can name no file here, whatever its scheme."""
+    """Returns why a text cannot name a file, whatever its scheme; None if it can."""
     if not uri.strip():
         return Refusal("SC403", "the path is empty", "name a file")
     if any(ord(c) < 32 or c == "\x7f" for c in uri):
-        return Refusal("SC403", f"the path {shorten_uri(uri)!r} holds a control character", "write `/` between folders")
+        return Refusal("SC403", f"{shorten_uri(uri)!r} contains a control character", "write `/` between folders")
     try:
         os.fsencode(uri)
     except UnicodeEncodeError:
         return Refusal("SC403", f"the path {shorten_uri(uri)!r} cannot be a file name")
     if "\\" in uri:
-        return Refusal("SC403", f"the path `{shorten_uri(uri)}` holds a backslash", "write `/` between folders")
+        return Refusal("SC403", f"the path `{shorten_uri(uri)}` contains a backslash", "write `/` between folders")
     if uri.startswith("~"):
         return Refusal(
             "SC403",
@@ -57,14 +57,14 @@ def check_uri(uri: str) -> Refusal | None:
 
 
 def check_scheme(uri: str, known: tuple[str, ...]) -> Refusal | None:
-    """Why a uri's scheme is not read. `known`: those that are."""
+    """Returns why a URI's scheme is not supported; None if it is. `known`: the supported schemes."""
     match = _SCHEME.match(uri)
     if match is None or match[1] in known:
         return None
     hints = {
-        "http": "download the file and name it by its path",
-        "https": "download the file and name it by its path",
-        "file": "write the path alone, without file://",
+        "http": "download the file and use its path",
+        "https": "download the file and use its path",
+        "file": "write only the path, without file://",
         "package": "write asset://PATH with --asset-root, or pkg://PACKAGE/PATH of a Python package",
         "model": "write asset://PATH and give the model folder with --asset-root",
     }
@@ -74,18 +74,18 @@ def check_scheme(uri: str, known: tuple[str, ...]) -> Refusal | None:
     hint = hints.get(match[1].lower(), fallback) if known else fallback
     if match[1].lower() in known:
         hint = f"write {match[1].lower()}://"
-    return Refusal("SC403", f"`{match[1]}://` is not read, in `{shorten_uri(uri)}`", hint)
+    return Refusal("SC403", f"`{match[1]}://` is not supported, in `{shorten_uri(uri)}`", hint)
 
 
 def check_inner_path(uri: str, inner: str) -> Refusal | None:
-    """Why what follows a package or `asset://` names no file."""
+    """Returns why the path after a package or `asset://` names no file; None if it is valid."""
     if not inner or inner.startswith("/"):
         return Refusal("SC403", f"`{shorten_uri(uri)}` names no file", "write pkg://PACKAGE/PATH or asset://PATH")
     return None
 
 
 def shorten_uri(uri: str) -> str:
-    """A uri as a message has it: of a long one the ends."""
+    """Returns a URI for messages: only the ends of a long one."""
     return uri if len(uri) <= 200 else uri[:120] + "…" + uri[-60:]
 
 
@@ -101,18 +101,18 @@ class _FolderListing(NamedTuple):
 
 
 class NameSuggestions:
-    """Suggestions for missing files. Lists each folder once, so it is for one compilation."""
+    """Suggestions for missing files. Lists each folder once, so it is valid for one compilation."""
 
     def __init__(self) -> None:
         self._listings: dict[Path, _FolderListing] = {}
         self._guesses_left = _MAX_GUESSES
 
     def hint(self, path: Path, written: str) -> str | None:
-        """What to say about a missing file.
+        """Returns a hint for a missing file.
 
         Args:
             path: absolute, without links and `..`.
-            written: how it is named, which the suggestion keeps but for the part that is missing.
+            written: the name as written; the suggestion replaces only its missing part.
         """
         folder = next((parent for parent in path.parents if parent.is_dir()), Path(path.anchor))
         missing, *rest = path.relative_to(folder).parts
@@ -125,11 +125,11 @@ class NameSuggestions:
 
     def _guess(self, missing: str, listing: _FolderListing) -> str | None:
         alike = listing.by_lower.get(missing.lower()) or listing.by_stem.get(Path(missing).stem.lower())
-        # Comparing letters costs milliseconds in a full folder: ten thousand slips get no ten thousand guesses.
+        # Comparing names takes milliseconds in a full folder, so the number of guesses is limited.
         if alike is not None or self._guesses_left <= 0 or len(missing) > 255:
             return alike
         self._guesses_left -= 1
-        # By stems: `a.png` and `b.png` have four letters of five in common, and are two files.
+        # Compare stems: `a.png` and `b.png` differ in one letter of five, but are different files.
         stem, suffix = Path(missing).stem.lower(), Path(missing).suffix.lower()
         close = difflib.get_close_matches(stem, listing.by_stem, n=1, cutoff=0.75)
         if not close:
@@ -144,7 +144,7 @@ class NameSuggestions:
                     names = sorted((entry.name for entry in islice(entries, _MAX_LISTED_NAMES)), reverse=True)
             except OSError:
                 names = []
-            # Reversed: of several alike the first in the alphabet stays.
+            # Reversed, so that the alphabetically first of equal matches stays.
             self._listings[folder] = _FolderListing(
                 tuple(names), {name.lower(): name for name in names}, {Path(name).stem.lower(): name for name in names}
             )
@@ -152,22 +152,22 @@ class NameSuggestions:
 
 
 ASSET_PATH_VARIABLE = "SCENECC_ASSET_PATH"
-"""Environment variable with asset roots, separated by `os.pathsep`; they come after `--asset-root`."""
+"""Environment variable with asset roots, separated by `os.pathsep`; they follow those of `--asset-root`."""
 
-_PACK_HINT = "`scenecc pack` takes the files of other values with --set, and further files with --add"
+_PACK_HINT = "`scenecc pack` adds the files of other values with --set, and further files with --add"
 
 _OUTSIDE_HINT = (
-    "move the file beside the scene, give its folder with --asset-root, or allow it with --allow-outside-assets"
+    "move the file beside the scene, add its folder with --asset-root, or allow it with --allow-outside-assets"
 )
 
 
 class ResolvedFile(NamedTuple):
-    """A file that is there and may be read.
+    """A file that exists and may be read.
 
     Attributes:
-        path: absolute; its folder holds no links, its name may be one (an OBJ's MTL is sought beside the link).
-        uri: `pkg://…` or `asset://…` as written, else the path relative to the top scene's folder (posix),
-            else an absolute path.
+        path: absolute; its folder has no links, but its name may be one (an OBJ's MTL is beside the link).
+        uri: `pkg://…` or `asset://…` as written, else the path relative to the top scene's folder (posix), else an
+            absolute path.
     """
 
     path: Path
@@ -181,13 +181,13 @@ class _Package(NamedTuple):
 
 @dataclass(slots=True)
 class FileReference:
-    """By what a file is named.
+    """The references to a file.
 
     Attributes:
-        uri: of the file, as `ResolvedFile` has it.
-        by: the files that name it, as messages have them, in the order in which they did.
-        role: "include" or "prefab" for a scene file; "" for any other, whose role follows from the plan.
-        state: of the file when it was first named; None where it is gone.
+        uri: URI of the file, as in `ResolvedFile`.
+        by: the referencing files, by their names in messages, in order.
+        role: "include" or "prefab" for a scene file; "" for any other file, whose role follows from the plan.
+        state: state of the file at its first reference; None if it is missing.
     """
 
     uri: str
@@ -200,10 +200,10 @@ class Lookup(NamedTuple):
     """A file, or a folder of ROS packages, that was found.
 
     Attributes:
-        written: as the scene or asset names it.
+        written: the name in the scene or asset.
         joined: the same as a path, with all its links and `..`.
-        path: where it is, as of `ResolvedFile`.
-        package: the folder of the package in which it was looked for, None outside of packages.
+        path: as in `ResolvedFile`.
+        package: folder of the package that was searched; None outside packages.
     """
 
     written: str
@@ -213,13 +213,13 @@ class Lookup(NamedTuple):
 
 
 class PathCache:
-    """What one compilation has looked up already.
+    """Everything that one compilation has looked up.
 
     Attributes:
-        named: every file that is used, by its path.
-        missing: where a file was looked for and is none.
-        lookups: what was found, as it was looked for.
-        texts: scene files that are read from here, by their paths, whatever the disk has: what an editor holds.
+        named: all used files, by path.
+        missing: paths that were searched but are not files.
+        lookups: found files, in order.
+        texts: texts of scene files by path, which replace those on the disk: an editor's texts.
     """
 
     def __init__(self, texts: Mapping[Path, str] | None = None) -> None:
@@ -233,18 +233,18 @@ class PathCache:
         self.near = NameSuggestions()
 
     def package_folders(self) -> dict[str, Path]:
-        """The folders of the Python packages that were found, by name."""
+        """Returns the folders of the Python packages that were found, by name."""
         return {name: one.folder for name, one in self.packages.items() if isinstance(one, _Package)}
 
     def files_by_name(self, top: Document) -> dict[str, Path]:
-        """The files that were used, by the names that origins give them. `top`: the document that was compiled."""
+        """Returns the used files by their names in origins. `top`: the compiled document."""
         found = {reference.uri: path for path, reference in self.named.items()}
         if top.name is not None and top.path is not None:
             found[top.name] = top.path
         return found
 
     def note(self, file: ResolvedFile, by: str, role: str = "") -> None:
-        """Remembers that a file is used, and what names it."""
+        """Records that a file is used, and what references it."""
         naming = self.named.get(file.path)
         if naming is None:
             naming = self.named[file.path] = FileReference(file.uri, state=state_now(file.path))
@@ -254,14 +254,14 @@ class PathCache:
 
 @dataclass(frozen=True, slots=True)
 class AssetScope:
-    """Which files one compilation may read. It remembers what it found: make a new one for the next.
+    """The files that one compilation may read. It caches what it finds, so each compilation needs a new one.
 
     Attributes:
-        root: folder of the top scene file; None (a dict or a stream) is the current folder.
-        asset_roots: where `asset://` looks, in order; see `asset_roots`.
-        allow_outside: whether paths may leave the trees.
+        root: folder of the top scene file; None (a dict or a stream): the current folder.
+        asset_roots: folders to search for `asset://` paths, in order; see `asset_roots`.
+        allow_outside: whether paths may leave these folders.
         memory: what was looked up.
-        packages: folders of the Python packages that a pack holds, by name; None: those that are installed are used.
+        packages: folders of the Python packages in a pack, by name; None: installed packages are used.
     """
 
     root: Path | None = None
@@ -274,9 +274,9 @@ class AssetScope:
 def asset_roots(
     given: Iterable[str | os.PathLike[str]], environment: Mapping[str, str] | None = None
 ) -> tuple[Path, ...]:
-    """The asset roots: those given, then those of `SCENECC_ASSET_PATH`.
+    """Returns the asset roots: the given ones, then those of `SCENECC_ASSET_PATH`.
 
-    `environment`: in place of `os.environ`.
+    `environment`: replaces `os.environ`.
     """
     variable = (os.environ if environment is None else environment).get(ASSET_PATH_VARIABLE, "")
     return (*map(Path, given), *(Path(item) for item in variable.split(os.pathsep) if item))
@@ -287,7 +287,7 @@ def resolve_path(uri: str, *, base: Path, scope: AssetScope) -> ResolvedFile | R
 
     Args:
         uri: as written: a path relative to `base`, an absolute path, `pkg://PACKAGE/PATH` or `asset://PATH`.
-        base: folder of the file in which it is written.
+        base: folder of the file that contains it.
         scope: what may be read.
     """
     key = (uri, str(base))
@@ -298,7 +298,7 @@ def resolve_path(uri: str, *, base: Path, scope: AssetScope) -> ResolvedFile | R
 
 
 def has_package(name: str, scope: AssetScope) -> bool:
-    """Whether `pkg://NAME/…` names files here. The package is looked for as `resolve` does, and not imported."""
+    """Returns whether the package of `pkg://NAME/…` exists. It is found as in `resolve_path`, and not imported."""
     return isinstance(_cached_package(f"pkg://{name}", scope), _Package)
 
 
@@ -307,22 +307,20 @@ def resolve_asset_reference(
 ) -> ResolvedFile | Refusal:
     """Finds a file that an asset names (an MTL of an OBJ, a texture of a glTF).
 
-    Only a path relative to the asset is taken: no scheme, nothing absolute. It may lie where the asset itself may,
-    in the asset's package too.
+    Only paths relative to the asset are allowed, without a scheme. The file must be where assets of the scene are
+    allowed, or in the asset's package.
 
     Args:
-        reference: as written in the asset, percent escapes decoded.
+        reference: as written in the asset, with percent escapes decoded.
         owner: path of the asset.
-        owner_uri: its uri, as `ResolvedFile` has it.
+        owner_uri: its URI, as in `ResolvedFile`.
         scope: what may be read.
     """
     refusal = check_uri(reference) or check_scheme(reference, ())
     if refusal is not None:
         return refusal
     if reference.startswith("/"):
-        return Refusal(
-            "SC402", f"the path `{shorten_uri(reference)}` is absolute", "an asset names its files relative to itself"
-        )
+        return Refusal("SC402", f"the path `{shorten_uri(reference)}` is absolute", "use a path relative to the asset")
     package = _cached_package(owner_uri, scope) if owner_uri.startswith("pkg://") else None
     extra = (package.folder,) if isinstance(package, _Package) else ()
     return _check_path(owner.parent / reference, None, reference, extra, scope)
@@ -355,7 +353,7 @@ def _cached_package(uri: str, scope: AssetScope) -> _Package | Refusal:
 def _find_packed(name: str, packages: Mapping[str, Path]) -> _Package | Refusal:
     if name in packages:
         return _Package(_real_path(packages[name]), name)
-    return Refusal("SC405", f"the pack holds no Python package `{shorten_uri(name)}`", _PACK_HINT)
+    return Refusal("SC405", f"the pack contains no Python package `{shorten_uri(name)}`", _PACK_HINT)
 
 
 def _find_package(name: str) -> _Package | Refusal:
@@ -371,7 +369,7 @@ def _find_package(name: str) -> _Package | Refusal:
             "SC405", f"`{shorten_uri(name)}` is not the name of a Python package", "write pkg://PACKAGE/PATH"
         )
     try:
-        # Of a name without dots this asks the finders and runs no code of the package.
+        # For a name without dots, this runs no code of the package.
         spec = importlib.util.find_spec(name)
     except (ValueError, ImportError) as error:
         return Refusal("SC405", f"the Python package `{name}` cannot be found: {error}")
@@ -379,10 +377,10 @@ def _find_package(name: str) -> _Package | Refusal:
         return Refusal(
             "SC405",
             f"there is no Python package `{name}` here",
-            "install the package that holds the file into this Python, if you trust it",
+            "install the package that contains the file in this Python, if you trust it",
         )
     if spec.origin is None or not spec.submodule_search_locations or not spec.has_location:
-        # A folder without __init__.py is found wherever Python was started: `pkg://home/…` started in `/`.
+        # A folder without __init__.py would depend on where Python was started: `pkg://home/…` in `/`.
         return Refusal("SC405", f"`{name}` is not a package with an __init__.py", "use asset:// and --asset-root")
     return _Package(_real_path(Path(spec.origin).parent), name)
 
@@ -408,13 +406,13 @@ def _resolve_in_roots(uri: str, scope: AssetScope) -> ResolvedFile | Refusal:
         refusals.append(found)
     hint = next((refusal.hint for refusal in refusals if refusal.hint is not None), None)
     searched = ", ".join(map(str, scope.asset_roots))
-    return Refusal("SC401", f"`{shorten_uri(uri)}` is in no asset root ({searched})", hint)
+    return Refusal("SC401", f"`{shorten_uri(uri)}` was not found in any asset root ({searched})", hint)
 
 
 def _check_path(
     joined: Path, uri: str | None, written: str, extra: tuple[Path, ...], scope: AssetScope
 ) -> ResolvedFile | Refusal:
-    """Checks a path that is spelled out. `uri`: the canonical one, None where it follows from the path."""
+    """Checks an explicit path. `uri`: its canonical URI; None: the URI follows from the path."""
     try:
         real = _real_path(joined)
         if not scope.allow_outside and not any(
@@ -425,7 +423,7 @@ def _check_path(
             )
             return Refusal("SC402", f"`{shorten_uri(written)}` leaves the {places}", hint)
         kept = real if joined.name == ".." else _real_path(joined.parent) / joined.name
-        # As written: `nowhere/../mug.obj` is there in words alone, and SAPIEN would go and look elsewhere.
+        # As written: `nowhere/../mug.obj` exists only after normalization, and SAPIEN would search elsewhere.
         status = joined.stat()
     except OSError as error:
         return _refuse_unreachable(error, joined, written, scope)
@@ -447,7 +445,7 @@ def _refuse_unreachable(error: OSError, joined: Path, written: str, scope: Asset
         scope.memory.missing.add(_real_path(joined))
         hint = scope.memory.near.hint(_real_path(joined), written) if scope.packages is None else _PACK_HINT
         if written.startswith("$"):
-            hint = "no variables are read: write a path relative to the scene, or use asset://"
+            hint = "variables are not expanded: write a path relative to the scene, or use asset://"
         hint = keyboard_hint(written) or hint
         where = "" if scope.packages is None else " in the pack"
         return Refusal("SC401", f"there is no file `{shorten_uri(written)}`{where}", hint)
@@ -464,7 +462,7 @@ def _canonical_uri(path: Path, scope: AssetScope) -> str:
 
 
 def name_of_file(path: Path, scope: AssetScope) -> str:
-    """A name of a file that does not depend on the machine; see `hash_files`. `path`: as of `ResolvedFile`."""
+    """Returns a name of a file that does not depend on the machine; see `hash_files`. `path`: as in `ResolvedFile`."""
     for package in scope.memory.packages.values():
         if isinstance(package, _Package) and path.is_relative_to(package.folder):
             return f"pkg://{package.name}/{path.relative_to(package.folder).as_posix()}"
@@ -480,12 +478,12 @@ def _root_folder(scope: AssetScope) -> Path:
 
 
 def _readable_folders(scope: AssetScope) -> tuple[Path, ...]:
-    """The folders that may be read, without links; the first is the top scene's."""
+    """Returns the folders that may be read, without links; the first is the top scene's."""
     if scope.memory.trees is None:
         scope.memory.trees = tuple(_real_path(folder) for folder in (_root_folder(scope), *scope.asset_roots))
     return scope.memory.trees
 
 
 def _real_path(path: Path) -> Path:
-    # Path.resolve raises RuntimeError for links in a circle up to Python 3.12; this leaves them to stat.
+    # Up to Python 3.12, Path.resolve raises RuntimeError for circular links; here stat reports them.
     return Path(os.path.realpath(path))

@@ -1,4 +1,4 @@
-"""What live scenes were compiled from: its file, its hashes, its parameters."""
+"""The sources of live scenes: file, hashes and parameters."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def hash_document(document: Document) -> str:
-    """SHA-256 of what a source held: of its text without a byte order mark, or of a dict as JSON with sorted keys."""
+    """Returns the SHA-256 of a source: of its text without a byte order mark, or of a dict as JSON with sorted keys."""
     import json  # noqa: PLC0415 - few commands hash what they read
     from hashlib import sha256  # noqa: PLC0415
 
@@ -30,13 +30,13 @@ def hash_document(document: Document) -> str:
 
 
 def hash_files(scope: AssetScope) -> dict[str, str]:
-    """SHA-256 of every file that a compilation used beside its source, by name, sorted.
+    """Returns the SHA-256 of every file that a compilation used besides its source, by name, sorted.
 
-    A name is `pkg://PACKAGE/PATH`, else the path relative to the folder of the top scene file, else `asset://PATH`.
-    A file outside of these folders has a relative path with `..`.
+    A name is `pkg://PACKAGE/PATH`, else the path relative to the folder of the top scene file, else `asset://PATH`. A
+    file outside these folders has a relative path with `..`.
 
     Raises:
-        ChangedError: a file is not as it was when the scene was compiled.
+        ChangedError: a file has changed since the scene was compiled.
         OSError: a file cannot be read.
     """
     found: dict[str, str] = {}
@@ -48,7 +48,7 @@ def hash_files(scope: AssetScope) -> dict[str, str]:
 
 
 def hash_file(path: str | os.PathLike[str]) -> str:
-    """SHA-256 of a regular file. Raises OSError where it cannot be read."""
+    """Returns the SHA-256 of a regular file. Raises OSError if it cannot be read."""
     from hashlib import sha256  # noqa: PLC0415 - few commands hash what they read
 
     digest = sha256()
@@ -59,7 +59,7 @@ def hash_file(path: str | os.PathLike[str]) -> str:
 
 
 def content_hash(path: str | os.PathLike[str]) -> str | None:
-    """The same; None where it cannot be read."""
+    """Returns the SHA-256 of a regular file; None if it cannot be read."""
     try:
         return hash_file(path)
     except OSError:
@@ -68,15 +68,15 @@ def content_hash(path: str | os.PathLike[str]) -> str | None:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What live scenes were compiled from.
+    """The sources of live scenes.
 
     Attributes:
-        file: as `portable_path` gives it; None of a dict or a stream.
-        document: what the source held.
-        scope: what was read on the way.
-        params: values that parameters were given, as plain data.
-        defaults: of the other parameters, as written.
-        draws: values that shared draws were given, name → one row a scene.
+        file: from `portable_path`; None for a dict or a stream.
+        document: the source.
+        scope: records what was read.
+        params: given parameter values, as plain data.
+        defaults: defaults of the other parameters, as written.
+        draws: given values of shared draws: name → one row per scene.
     """
 
     file: str | None
@@ -93,11 +93,11 @@ class Provenance:
 
     @cached_property
     def file_hashes(self) -> dict[str, str]:
-        """SHA-256 of all other files. Errors as of `hash_files`."""
+        """SHA-256 of all other files. Errors as in `hash_files`."""
         return hash_files(self.scope)
 
 
 def portable_path(path: str | os.PathLike[str]) -> str:
-    """A path from the current folder, with `/`; of a file that is not below this folder, its name alone."""
+    """Returns a path relative to the current folder, with `/`; only the name for a file outside this folder."""
     here, there = Path.cwd(), Path(os.path.abspath(path))  # noqa: PTH100 - `..` removed, links kept
     return there.relative_to(here).as_posix() if there.is_relative_to(here) else there.name

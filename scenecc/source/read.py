@@ -1,8 +1,7 @@
-"""Reads files, text, dicts and single values. Text that the fast reader declines is read by the strict reader here.
+"""Reads files, text, dicts and single values. The strict reader here handles text that the fast reader declines.
 
-The strict reader walks the parser's events and constructs only dicts, lists and scalars. It looks at marks only
-when something is wrong. `yaml.load` takes three times as long as the walk, and six times as long as the fast
-reader.
+The strict reader walks the parser's events and creates only dicts, lists and scalars. It uses marks only for errors.
+`yaml.load` takes three times as long as this walk, and six times as long as the fast reader.
 """
 
 from __future__ import annotations
@@ -66,13 +65,13 @@ _TYPE_OF: Callable[[object], object] = type
 
 
 def read_yaml(faults: SourceReporter, limits: Limits) -> dict[str, Any] | None:
-    """The mapping that a text holds, every error reported; None where there is none."""
+    """Reads the mapping of a text, and reports every error; None if there is none."""
     plain = read_fast(faults.lines.text, limits.depth)
     return read_strict(faults, limits) if plain is None else plain
 
 
 def read_strict(faults: SourceReporter, limits: Limits) -> dict[str, Any] | None:
-    """As `read_yaml`, by the parser alone."""
+    """Reads like `read_yaml`, but only with the parser."""
     try:
         return _read_events(next_event(faults.lines.text), faults, limits)
     except yaml.YAMLError as error:
@@ -81,7 +80,7 @@ def read_strict(faults: SourceReporter, limits: Limits) -> dict[str, Any] | None
 
 
 def _read_events(get: NextEvent, faults: SourceReporter, limits: Limits) -> dict[str, Any] | None:
-    """The mapping of a parser's events. Raises yaml.YAMLError where the text is no YAML."""
+    """Reads the mapping of a parser's events. Raises yaml.YAMLError for invalid YAML."""
     reader = _StrictReader(get, faults, limits)
     try:
         return reader.document()
@@ -89,7 +88,7 @@ def _read_events(get: NextEvent, faults: SourceReporter, limits: Limits) -> dict
         return None
     except RecursionError:
         message = "the document is deeper than Python's stack allows"
-        hint = "nest less: each level takes a frame of the stack"
+        hint = "use fewer levels: each takes a frame of the stack"
         faults.report("SC602", message, Location(faults.lines.file), hint=hint)
         return None
     finally:
@@ -106,12 +105,12 @@ class _StrictReader:
         self._aliases = AnchorTable(faults, limits)
         self._depth = limits.depth
         self._open: list[tuple[str | int, Container]] = []
-        """The open containers, outermost first, each with its key or index in the one before."""
+        """The open containers, outermost first, each with its key or index in its parent."""
         self._merges = MergeKeys(faults)
         self._duplicates: list[tuple[NodeEvent, str, KeyPath]] = []
 
     def document(self) -> dict[str, Any] | None:
-        """Reads the stream, which must hold one mapping."""
+        """Reads the stream, which must contain one mapping."""
         get, faults = self._get, self._faults
         get()  # the start of the stream
         start: NodeEvent = get()
@@ -119,9 +118,7 @@ class _StrictReader:
             self._refuse_root(start)
             return None
         if isinstance(start, DocumentStartEvent) and start.version == (1, 1):
-            faults.at(
-                "SC003", "the file says that it is YAML 1.1", start, hint="scene files are YAML 1.2: no `%YAML 1.1`"
-            )
+            faults.at("SC003", "the file declares YAML 1.1", start, hint="scene files are YAML 1.2: remove `%YAML 1.1`")
         root: NodeEvent = get()
         if not isinstance(root, MappingStartEvent):
             self._refuse_root(root)
@@ -130,11 +127,11 @@ class _StrictReader:
         get()  # the end of the document
         after: NodeEvent = get()
         if isinstance(after, DocumentStartEvent):
-            faults.at("SC007", "a second document starts here", after, hint="put each scene into a file of its own")
+            faults.at("SC007", "a second document starts here", after, hint="put each scene in its own file")
         return data
 
     def report_duplicates(self) -> None:
-        """Reports the duplicate keys: the text is gone through once more for the places of the first ones."""
+        """Reports the duplicate keys; parses the text again for the places of the first ones."""
         if not self._duplicates:
             return
         last = self._duplicates[-1][0].start_mark
@@ -152,18 +149,18 @@ class _StrictReader:
             self._faults.report("SC012", "the document is empty", place, hint="a scene file starts with `scenecc: 1`")
             return
         if isinstance(event, ScalarEvent):
-            # `scenecc:1` is a string, and the next line bad YAML: what that says of it helps more.
+            # `scenecc:1` is a string, and the next line an error, whose message helps more.
             self._get()
             self._get()
         what = "a list" if isinstance(event, SequenceStartEvent) else "a single value"
-        hint = "a scene file is made of `key: value` lines, with a blank after each colon"
+        hint = "a scene file consists of `key: value` lines, with a space after each colon"
         self._faults.at("SC013", f"the document is {what}, not a mapping", event, hint=hint)
 
     def _mapping(self, start: NodeEvent, under: str | int) -> dict[str, Any]:
-        """Reads a mapping from its start, `under` a key or index of its parent, to its end.
+        """Reads a mapping from start to end. `under`: its key or index in its parent.
 
-        This and `_list` are the hot loops: every node of a valid file passes here, and what is out of the
-        common (tags, anchors, aliases, merges, nulls, whatever is wrong) leaves them for other functions.
+        This method and `_list` are the hot loops: every node of a valid file passes through them. Other methods handle
+        rare cases (tags, anchors, aliases, merges, nulls, errors).
         """
         get, plain, keys, type_of = self._get, self._plain, self._keys, _TYPE_OF
         node: dict[str, Any] = {}
@@ -199,7 +196,7 @@ class _StrictReader:
                 node[key] = self._follow(event, key)
 
     def _list(self, start: NodeEvent, under: str | int) -> list[Any]:
-        """Reads a list from its start, `under` a key or index of its parent, to its end."""
+        """Reads a list from start to end. `under`: its key or index in its parent."""
         get, plain, type_of = self._get, self._plain, _TYPE_OF
         node: list[Any] = []
         if start.anchor is not None or start.tag is not None or len(self._open) >= self._depth:
@@ -236,7 +233,7 @@ class _StrictReader:
         return self._aliases.follow(event, [node for _, node in self._open], self._path(under))
 
     def _odd_start(self, event: NodeEvent, node: Container, under: str | int) -> None:
-        """Sees to a collection's anchor and tag, and to the depth."""
+        """Handles a collection's anchor, tag and depth."""
         path = self._path(under)
         if len(self._open) >= self._depth:
             abort_at_depth(self._faults, self._limits, event, path)
@@ -249,7 +246,7 @@ class _StrictReader:
                 self._faults.at(refused.code, refused.message, event, path=path, hint=refused.hint)
 
     def _scalar(self, event: NodeEvent, under: str | int, key_event: NodeEvent) -> Any:
-        """The value of a scalar that is tagged, anchored, null or no number that can be held."""
+        """Returns the value of a scalar that is tagged, anchored, null or out of range."""
         value: Any = None
         try:
             value = scalar_value(event)
@@ -260,22 +257,22 @@ class _StrictReader:
                 subject = f"the key `{under}`" if isinstance(under, str) else "the list item"
                 hint = "give it a value, or remove the key to get its default"
                 if isinstance(under, str) and ":" in under.strip(":"):
-                    hint = "a colon that ends a key is followed by a blank: write `key: value`"
+                    hint = "a space must follow the colon of a key: write `key: value`"
                 elif self._next_line(key_event).startswith("-{"):
-                    hint = "write a blank after the `-` of each item: `- {…}`"
+                    hint = "write a space after the `-` of each item: `- {…}`"
                 elif colour := _COMMENTED_COLOUR.match(self._rest_of_line(key_event)):
-                    hint = f'`#` begins a comment, so quote it: `{under}: "{colour[1]}"`'
+                    hint = f'`#` starts a comment, so quote it: `{under}: "{colour[1]}"`'
                 self._faults.at("SC006", f"{subject} has no value", key_event, path=self._path(under), hint=hint)
         if event.anchor is not None:
             self._aliases.define(event.anchor, value)
         return value
 
     def _rest_of_line(self, event: NodeEvent) -> str:
-        """What stands behind an event."""
+        """Returns the rest of the line after an event."""
         return self._faults.lines.line(event.end_mark.line)[event.end_mark.column :]
 
     def _next_line(self, event: NodeEvent) -> str:
-        """The line below an event, without its indentation."""
+        """Returns the line below an event, without indentation."""
         return self._faults.lines.line(event.end_mark.line + 1).lstrip()
 
     def _odd_entry(self, event: NodeEvent, node: dict[str, Any]) -> None:
@@ -293,17 +290,17 @@ class _StrictReader:
             self._value(key, event)
             return
         self._merges.replace(key, node)
-        node.setdefault(key, None)  # its place among the keys is that of its first appearance
+        node.setdefault(key, None)  # keeps the position of its first occurrence
         node[key] = self._value(key, event)
 
     def _key(self, event: NodeEvent) -> str | None:
-        """The key that an event gives; None, reported, if it is no string."""
+        """Returns the key of an event; None, reported, if it is not a string."""
         hint = f'quote it: "{format_scalar(event)}"'
         if isinstance(event, AliasEvent):
             key: Any = self._aliases.follow(event, [node for _, node in self._open], self._path())
             if key is None:
                 return None
-            hint = "write the key out"
+            hint = "write the key itself"
         elif isinstance(event, ScalarEvent):
             try:
                 key = scalar_value(event)
@@ -314,7 +311,7 @@ class _StrictReader:
                 self._aliases.define(event.anchor, key)
         else:
             key = self._mapping(event, "?") if isinstance(event, MappingStartEvent) else self._list(event, "?")
-            hint = "keys are strings; an expression `${…}` must be quoted"
+            hint = "keys must be strings; quote an expression `${…}`"
         if isinstance(key, str):
             if RESERVED_CHARACTER not in key:
                 return key
@@ -326,7 +323,7 @@ class _StrictReader:
         return None
 
     def _path(self, under: str | int | None = None) -> KeyPath:
-        """The path of what stands under a key or index of the innermost open container; its own for None."""
+        """Returns the path of a key or index of the innermost open container; its own path for None."""
         path = tuple(key for key, _ in self._open[1:])
         return path if under is None or not self._open else (*path, under)
 
@@ -335,7 +332,7 @@ _DEFAULT_LIMITS = Limits()
 
 
 def read_file(path: str | PathLike[str], sink: Sink, limits: Limits = _DEFAULT_LIMITS) -> Document | None:
-    """Reads a scene file. None, with errors in the sink, where it cannot be read or is no good."""
+    """Reads a scene file. Returns None, with errors in the sink, if it cannot be read or is invalid."""
     name = fspath(path)
     content = read_bytes(name, sink, limits)
     return None if content is None else read_text(content, name, sink, limits, path=Path(name).absolute())
@@ -348,10 +345,10 @@ def read_text(
 
     Args:
         text: the whole document.
-        name: as shown to people.
-        sink: takes what is wrong.
-        limits: of the text's size, depth and aliases.
-        path: absolute path of the file that the text is from.
+        name: name for messages.
+        sink: collects diagnostics.
+        limits: limits of the text's size, depth and aliases.
+        path: absolute path of the text's file.
     """
     decoded = decode_text(text, name, sink, limits)
     if decoded is None or not check_value_count(decoded, name, sink, limits):
@@ -367,9 +364,9 @@ def read_text(
 
 
 def read_value(text: str, sink: Sink) -> Any:
-    """Reads a value that stands on one line, as it would after a key; None, reported, where it is no good.
+    """Reads a value on one line, as after a key; None, reported, if it is invalid.
 
-    What begins with `#` is a string, since a value that is a comment alone would be none.
+    A text that begins with `#` is a string, because a mere comment would be no value.
     """
     text = text.strip()
     if text.startswith("#"):
@@ -382,10 +379,10 @@ def read_value(text: str, sink: Sink) -> Any:
 
 
 def read_dict(data: Mapping[str, Any], sink: Sink, limits: Limits = _DEFAULT_LIMITS) -> Document | None:
-    """Takes a scene given as Python data, which is copied and never changed.
+    """Reads a scene given as Python data, which is copied and never changed.
 
-    Tuples, numpy scalars and arrays, and paths become lists, numbers and strings. Whatever a text could not
-    hold (sets, bytes, None, keys that are not strings, other objects) is reported at its path.
+    Tuples, numpy scalars and arrays, and paths become lists, numbers and strings. Whatever a text could not contain
+    (sets, bytes, None, keys that are not strings, other objects) is reported at its path.
     """
     plain = copy_mapping(data, sink, limits)
     return None if plain is None else Document(None, None, plain, None)

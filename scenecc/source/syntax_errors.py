@@ -1,4 +1,4 @@
-"""Errors in YAML text: the reporter at parser marks, and advice for each problem that the parser names."""
+"""Errors in YAML text: a reporter at parser marks, and advice for each problem that the parser reports."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
     from scenecc.source.limits import Limits
 
 MAX_ERRORS = 1000
-"""A text of nothing but errors (`- ` a million times) must not fill the memory with reports."""
+"""Maximum number of errors: a text of only errors (`- ` a million times) must not fill the memory."""
 
 
 class ReadAborted(Exception):
-    """The rest of the text is not read: a limit was reached, or too much is wrong."""
+    """The rest of the text is not read: a limit was reached, or there are too many errors."""
 
 
 class SourceReporter:
-    """Reports at the marks of a parser.
+    """Reports errors at the marks of a parser.
 
     Attributes:
-        lines: the text that is read.
+        lines: the text.
         any: whether anything was reported.
     """
 
@@ -51,10 +51,10 @@ class SourceReporter:
         hint: str | None = None,
         related: tuple[tuple[str, Location], ...] = (),
     ) -> None:
-        """Reports an error at what an event names.
+        """Reports an error at an event.
 
         Raises:
-            Stopped: too many errors so far.
+            ReadAborted: there are too many errors.
         """
         self.report(code, message, self.span(event.start_mark, event.end_mark), path=path, hint=hint, related=related)
         self.admit(event)
@@ -63,7 +63,7 @@ class SourceReporter:
         """Counts an error at an event.
 
         Raises:
-            Stopped: it is one too many.
+            ReadAborted: there are too many errors.
         """
         self._count += 1
         if self._count >= MAX_ERRORS:
@@ -85,19 +85,19 @@ class SourceReporter:
         hint: str | None = None,
         related: tuple[tuple[str, Location], ...] = (),
     ) -> None:
-        """Reports an error at a place."""
+        """Reports an error at a location."""
         self.any = True
         self._sink.report(
             code, message, location, path=path, hint=hint, related=[(text, place, "value") for text, place in related]
         )
 
     def character(self, offset: int) -> None:
-        """Reports a character that must not stand in a scene file."""
+        """Reports a character that is not allowed in a scene file."""
         self.any = True
         report_character(self.lines, offset, self._sink)
 
     def span(self, start: Mark, end: Mark) -> Location:
-        """The place from one mark to another, as far as it is on the first one's line."""
+        """Returns the location between two marks, limited to the line of the first."""
         return self.lines.location(start.line, start.column, end.column if end.line == start.line else None)
 
 
@@ -106,12 +106,12 @@ _EXPRESSION = re.compile(r"\$\{[^}]*\}?")
 _KEY_WITHOUT_BLANK = re.compile(r"\s*(?:- +)*(?P<key>[A-Za-z_][\w.-]*):[^\s:/]")
 
 _MAX_KEY = 1024
-"""Characters before the colon of a key, by YAML's rule for keys without `? `."""
+"""Maximum length of a key before its colon, by YAML's rule for keys without `? `."""
 
 
 @frozen
 class _Problem:
-    """What went wrong, and where: as the parser says it, and with the text at hand."""
+    """A parser error and its position, with the text."""
 
     lines: TextLines
     problem: str
@@ -120,28 +120,28 @@ class _Problem:
 
     @property
     def text(self) -> str:
-        """The line of the problem."""
+        """The line of the error."""
         return self.lines.line(self.mark.line)
 
     @property
     def rest_length(self) -> int:
-        """Its length without trailing blanks."""
+        """Length of the rest without trailing blanks."""
         return max(len(self.rest.rstrip()), 1)
 
     @property
     def at_end(self) -> bool:
-        """Whether nothing but blanks comes after the problem."""
+        """Whether only blanks follow the error."""
         return not self.rest.strip() and self.lines.is_last(self.mark.line)
 
     @property
     def rest(self) -> str:
-        """What is left of that line."""
+        """The rest of the line after the error."""
         return self.text[self.mark.column :]
 
 
 @frozen
 class _Advice:
-    """A report about the place of the problem, or about another one."""
+    """A report about the position of the error, or about another one."""
 
     message: str
     hint: str | None = None
@@ -149,12 +149,12 @@ class _Advice:
     column: int | None = None
     length: int = 1
     related: str | None = None
-    """A message about the place at which the parser's context began."""
+    """A message about the start of the parser's context."""
     code: str = "SC003"
 
 
 def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
-    """Reports what ended the parser."""
+    """Reports the error that stopped the parser."""
     lines = faults.lines
     if not isinstance(error, MarkedYAMLError) or error.problem_mark is None:
         offset = find_control_character(lines.text)
@@ -172,7 +172,7 @@ def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
     if advice.related is not None and context is not None and (context.line, context.column) != (line, column):
         related = ((advice.related, lines.location(context.line, context.column, context.column + 1)),)
     if lines.is_past(line):
-        # libyaml ends a last line that has no line break, and names the line after it.
+        # If the last line has no line break, libyaml names the line after it.
         line, column = line - 1, len(lines.line(line - 1))
     place = lines.location(line, column, column + advice.length)
     faults.report(advice.code, advice.message, place, hint=advice.hint, related=related)
@@ -191,11 +191,11 @@ _COMMENTED_COLOUR = re.compile(r":[ \t]+(?P<colour>#[0-9A-Fa-f]{3,8})\b")
 
 
 def _commented_colour(problem: _Problem) -> _Advice | None:
-    """A colour without quotes, which hides the brackets behind it, in the line of the problem or up to two before."""
+    """Finds an unquoted colour, which hides the brackets after it, in the error's line or up to two lines before."""
     for line in range(problem.mark.line, max(problem.mark.line - 3, -1), -1):
         if found := _COMMENTED_COLOUR.search(problem.lines.line(line)):
             colour = found["colour"]
-            message = "a bracket is not closed: `#` begins a comment"
+            message = "a bracket is not closed: `#` starts a comment"
             return _Advice(message, f'quote the colour: "{colour}"', line, found.start("colour"), len(colour))
     return None
 
@@ -205,16 +205,16 @@ def _tab(problem: _Problem) -> _Advice | None:
     column = text.find("\t", 0, len(text) - len(text.lstrip(" \t")))
     if column < 0:
         return None
-    return _Advice("a tab in the indentation", "YAML is indented with blanks only", column=column)
+    return _Advice("a tab in the indentation", "indent YAML only with spaces", column=column)
 
 
 def _brackets(problem: _Problem) -> _Advice:
-    """A flow collection goes on with neither a comma nor its end."""
+    """Handles a flow collection that continues with neither a comma nor its end."""
     before = problem.mark.column - 1
     expression = _EXPRESSION.match(problem.text, before) if before >= 0 else None
     if expression is not None:
         text = expression[0]
-        message = "an expression is not quoted: inside brackets `{` starts a mapping"
+        message = "unquoted expression: inside brackets, `{` starts a mapping"
         return _Advice(message, f'quote it: "{text}"', column=before, length=len(text))
     closing = problem.problem.rstrip("'")[-1:]
     what, opening = ("list", "[") if closing == "]" else ("mapping", "{")
@@ -228,7 +228,7 @@ def _brackets(problem: _Problem) -> _Advice:
 
 
 def _colon(problem: _Problem) -> _Advice:
-    """A colon where no key can be."""
+    """Handles a colon where a key is not allowed."""
     line, column = problem.mark.line, problem.mark.column
     above = _line_above(problem)
     if above is not None:
@@ -243,7 +243,7 @@ def _colon(problem: _Problem) -> _Advice:
         return _long_key(problem.mark)
     hint = "indent it as far as the keys it belongs with"
     if above is not None:
-        hint += f" (line {above + 1}, the one before it, has a value already)"
+        hint += f" (line {above + 1} above already has a value)"
     start = len(before) - len(before.lstrip(" -"))
     return _Advice("a key is not allowed here", hint, line, start, max(column - start, 1))
 
@@ -256,7 +256,7 @@ def _no_blank(match: re.Match[str], line: int) -> _Advice:
     key = match["key"]
     return _Advice(
         f"the space is missing after the colon of `{key}`",
-        f"write `{key}: `; without the blank the colon is part of a string",
+        f"write `{key}: `; without the space, the colon is part of a string",
         line,
         match.start("key"),
         len(key) + 1,
@@ -264,7 +264,7 @@ def _no_blank(match: re.Match[str], line: int) -> _Advice:
 
 
 def _line_above(problem: _Problem) -> int | None:
-    """The last line before the problem's that holds more than blanks and a comment."""
+    """Returns the last line before the error that has more than blanks and a comment."""
     for line in range(problem.mark.line - 1, max(problem.mark.line - 100, -1), -1):
         text = problem.lines.line(line).strip()
         if text and not text.startswith("#"):
@@ -273,7 +273,7 @@ def _line_above(problem: _Problem) -> int | None:
 
 
 def _no_colon(problem: _Problem) -> _Advice:
-    """A line that should have been a key."""
+    """Handles a line that should be a key."""
     place = problem.context or problem.mark
     text = problem.lines.line(place.line)
     match = _KEY_WITHOUT_BLANK.match(text)
@@ -287,17 +287,17 @@ def _no_colon(problem: _Problem) -> _Advice:
 
 
 def _key(problem: _Problem) -> _Advice:
-    """A block mapping goes on with something that is no key of it."""
+    """Handles a block mapping that continues with something other than a key."""
     before = problem.text[: problem.mark.column].strip()
     if problem.rest[:1] in ("]", "}"):
         return _Advice(f"this `{problem.rest[0]}` closes nothing", "remove it, or quote the whole value")
     if before:
         hint = "quote the whole value, or start a new line"
-        return _Advice("something follows a value that is complete", hint, length=problem.rest_length)
+        return _Advice("there is extra text after a complete value", hint, length=problem.rest_length)
     if problem.rest.startswith("- "):
         hint = "write either keys or list items at one indentation, not both"
         return _Advice("a list item among keys", hint, related="the mapping starts here")
-    hint = "its indentation fits neither the keys above it nor a value of theirs"
+    hint = "its indentation matches neither the keys above it nor their values"
     return _Advice("bad indentation", hint, length=problem.rest_length, related="the mapping starts here")
 
 
@@ -315,7 +315,7 @@ def _content(problem: _Problem) -> _Advice:
     if found == ",":
         return _Advice("a value is missing before this comma", "remove the comma, or put a value before it")
     what = f"`{found}`" if found.strip() else "the end of the line"
-    return _Advice(f"a value was expected, not {what}", "is a bracket not closed, or one too many?")
+    return _Advice(f"expected a value, not {what}", "check for a missing or extra bracket")
 
 
 def _first_character(problem: _Problem) -> _Advice:
@@ -337,18 +337,18 @@ def _open_quote(problem: _Problem) -> _Advice:
 
 def _escape(_: _Problem) -> _Advice:
     hint = "in double quotes a backslash starts an escape: double it, or use single quotes"
-    return _Advice("an escape that YAML does not know", hint)
+    return _Advice("unknown escape sequence", hint)
 
 
 def _after_end(problem: _Problem) -> _Advice:
-    hint = "is the first line a value that should be a key, or a bracket closed too early?"
-    return _Advice("something follows the end of the document", hint, length=problem.rest_length)
+    hint = "check for a first line without a key, or a bracket that is closed too early"
+    return _Advice("there is extra text after the end of the document", hint, length=problem.rest_length)
 
 
 def _too_deep(_: _Problem) -> _Advice:
-    """From 0.2.6 on, libyaml has a limit of its own. It looks ahead, so it can give up before `Limits.depth` does."""
-    message = f"more than {MAX_DEPTH} mappings and lists inside one another"
-    hint = f"nest less: the YAML parser reads {MAX_DEPTH} levels at most, and no limit of scenecc can raise that"
+    """Reports libyaml's own depth limit (since 0.2.6). The parser looks ahead, so it can fail before `Limits.depth`."""
+    message = f"more than {MAX_DEPTH} nested mappings and lists"
+    hint = f"use fewer levels: the YAML parser supports only {MAX_DEPTH}, whatever the limits"
     return _Advice(message, hint, code="SC602")
 
 
@@ -369,7 +369,7 @@ _ADVICE_BY_PROBLEM: dict[str, Callable[[_Problem], _Advice]] = {
     "did not find expected hexdecimal number": _escape,
     "did not find expected <document start>": _after_end,
 }
-"""How the problems that libyaml names begin → what to say of them."""
+"""The beginnings of libyaml's problem texts → the function that gives advice."""
 
 Container = dict[str, Any] | list[Any]
 
@@ -377,24 +377,24 @@ Container = dict[str, Any] | list[Any]
 class AnchorTable:
     """The anchors of one document.
 
-    Aliases share what they name, so a text of a few lines can unfold to any size: each use counts all the
-    nodes below the anchor, and the depth is that of the document unfolded.
+    Aliases share nodes, so a short text can unfold to any size. Each use counts all nodes below the anchor, and the
+    depth is that of the unfolded document.
     """
 
     def __init__(self, faults: SourceReporter, limits: Limits) -> None:
         self._faults = faults
         self._limits = limits
         self._anchors: dict[str, Any] = {}
-        # id of a container below an anchor → its nodes and its height, aliases unfolded.
+        # id of a container below an anchor → its number of nodes and height, with aliases unfolded.
         self._sizes: dict[int, tuple[int, int]] = {}
         self._reached = 0
 
     def define(self, name: str, value: Any) -> None:
-        """Gives a name to a value; the latest definition of a name is the one that counts."""
+        """Names a value; the latest definition of a name counts."""
         self._anchors[name] = value
 
     def follow(self, event: NodeEvent, ancestors: Sequence[Container], path: Path) -> Any:
-        """What an alias names; None, reported, where it names nothing that can stand there."""
+        """Returns the value of an alias; None, reported, if it is not valid there."""
         name = event.anchor or ""
         if name not in self._anchors:
             self._faults.at(
@@ -420,7 +420,7 @@ class AnchorTable:
     def _stop(self, event: NodeEvent, path: Path) -> None:
         self._faults.at(
             "SC603",
-            f"more than {self._limits.alias_nodes} nodes are reached through aliases (limit alias_nodes)",
+            f"more than {self._limits.alias_nodes} nodes come from aliases (limit alias_nodes)",
             event,
             path=path,
             hint="`repeat` writes many copies without aliases; `--limit alias_nodes=N` or "
@@ -429,7 +429,7 @@ class AnchorTable:
         raise ReadAborted
 
     def _measure(self, value: Any) -> tuple[int, int]:
-        """Nodes and height of a closed node: 1 and 0 for a scalar."""
+        """Returns the number of nodes and the height of a finished node: 1 and 0 for a scalar."""
         if not isinstance(value, (dict, list)):
             return 1, 0
         node = cast("Container", value)
@@ -443,14 +443,14 @@ class AnchorTable:
 
 
 def abort_at_depth(faults: SourceReporter, limits: Limits, event: NodeEvent, path: Path) -> None:
-    """Reports that the document is too deep at an event.
+    """Reports at an event that the document is too deep.
 
     Raises:
-        Stopped: always.
+        ReadAborted: always.
     """
     faults.at(
         "SC602",
-        f"more than {limits.depth} mappings and lists inside one another (limit depth)",
+        f"more than {limits.depth} nested mappings and lists (limit depth)",
         event,
         path=path[:8],
         hint=f"`--limit depth=N` or `limits={{'depth': N}}` raises the limit, to {MAX_DEPTH} at most",
@@ -460,14 +460,14 @@ def abort_at_depth(faults: SourceReporter, limits: Limits, event: NodeEvent, pat
 
 @dataclass(slots=True)
 class _MergeKey:
-    """A merge key that was read: where, and the keys it brought that no explicit key has replaced."""
+    """A merge key: its position, and its keys that no explicit key has replaced."""
 
     event: NodeEvent
     keys: set[str] = field(default_factory=set[str])
 
 
 class MergeKeys:
-    """The merge keys of the mappings of one text, which stay alive as long as this does."""
+    """The merge keys of the mappings of one text, which this object keeps alive."""
 
     def __init__(self, faults: SourceReporter) -> None:
         self._faults = faults
@@ -475,13 +475,13 @@ class MergeKeys:
         """id of a mapping → its merge key."""
 
     def merge(self, value: object, event: NodeEvent, node: dict[str, Any], path: Path) -> None:
-        """Takes the value of a merge key: its entries come to stand in a mapping that has none of their keys.
+        """Applies a merge key: adds its entries whose keys the mapping lacks.
 
         Args:
-            value: as it was read.
-            event: of the key.
-            node: the mapping that has the key.
-            path: of the key.
+            value: the merged value.
+            event: event of the key.
+            node: the mapping with the merge key.
+            path: path of the key.
         """
         first = self._merges.get(id(node))
         if first is not None:
@@ -501,17 +501,17 @@ class MergeKeys:
                     merge.keys.add(key)
 
     def brought(self, key: str, node: dict[str, Any]) -> bool:
-        """Whether a mapping has a key by merging alone, so that it may still be written."""
+        """Returns whether a key of a mapping comes only from a merge key, so that it may still be written."""
         merge = self._merges.get(id(node))
         return merge is not None and key in merge.keys
 
     def replace(self, key: str, node: dict[str, Any]) -> None:
-        """Notes that a key is written in a mapping."""
+        """Records that a key is written in a mapping."""
         merge = self._merges.get(id(node))
         if merge is not None:
             merge.keys.discard(key)
 
     def _refuse(self, source: object, event: NodeEvent, path: Path) -> None:
-        if source is not None:  # else it was reported where it stands
-            hint = "write `<<: *anchor` or `<<: [*one, *other]`, anchors of mappings; to use `<<` as a key quote it"
+        if source is not None:  # otherwise it is already reported
+            hint = "write `<<: *anchor` or `<<: [*one, *other]`, anchors of mappings; to use `<<` as a key, quote it"
             self._faults.at("SC011", f"`<<` merges mappings, not {describe_type(source)}", event, path=path, hint=hint)

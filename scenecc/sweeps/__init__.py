@@ -1,1 +1,1 @@
-"""`scenecc.sweep`: many seeds and scenes of files, on many processes or machines, as one table."""
+"""`scenecc.sweep`: many seeds and scenes of files, on many processes or machines, into one table."""

@@ -1,4 +1,4 @@
-"""Who does the units of a sweep: processes of this machine, or the tasks of a Ray cluster."""
+"""Executors of a sweep: processes of this machine, or tasks of a Ray cluster."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from scenecc.sweeps.units import Outcome, Work
 
     Done = tuple[Unit, Outcome | str]
-    """A unit, and what became of it; or how its process ended. None has more than `ATTEMPTS` of these."""
+    """A unit, and its outcome or how its process crashed. Each unit has at most `ATTEMPTS` of these."""
 
 ATTEMPTS: Final = 3
-"""How often a unit is begun whose process dies."""
+"""How often a unit is tried if its process crashes."""
 
 _PATIENCE: Final = 5.0
-"""[s] How long a cluster may take to answer."""
+"""[s] Maximum time for a cluster to answer."""
 
 
 def on_processes(do: Callable[[Work, Unit], Outcome], work: Work, units: Sequence[Unit], jobs: int) -> Generator[Done]:
-    """Does units on processes of this machine, `jobs` at once."""
+    """Runs units in `jobs` processes of this machine."""
     left = list(units)
     for _ in range(ATTEMPTS):
         died: list[Unit] = []
@@ -54,17 +54,17 @@ def _describe_ending(status: int | None) -> str:
 def on_ray(
     do: Callable[[Work, Unit], Outcome], work: Work, units: Sequence[Unit], jobs: int, address: str | None
 ) -> Generator[Done]:
-    """Does units as tasks of Ray.
+    """Runs units as Ray tasks.
 
     Args:
-        do: what is done with each.
-        work: of all of them.
-        units: of any number.
+        do: applied to each unit.
+        work: the work of all units.
+        units: the units.
         jobs: CPUs of a local cluster that is started for this.
-        address: of a running cluster; None: a local one, or the one that this process is connected to.
+        address: address of a running cluster; None: a local one, or the one that this process is connected to.
     """
     with _connection(jobs, address) as ray:
-        # Ray would begin a task again without a word; who is told can log it.
+        # Ray would retry silently; retries are made here so that they are logged.
         task = ray.remote(max_calls=ITEMS_OF_A_PROCESS, max_retries=0, num_cpus=1)(do)
         shared = ray.put(work)
         waiting, running, deaths = deque(units), dict[Any, Unit](), Counter[Unit]()
@@ -88,8 +88,8 @@ def on_ray(
 
 @contextmanager
 def _connection(jobs: int, address: str | None) -> Generator[Any]:
-    """The module `ray`, connected to a cluster."""
-    # Ray would report its use to its makers.
+    """Yields the module `ray`, connected to a cluster."""
+    # Ray would send usage statistics.
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     try:
         ray: Any = import_module("ray")
@@ -108,14 +108,14 @@ def _connection(jobs: int, address: str | None) -> Generator[Any]:
         fail("SC828", f"Ray does not start: {error}", None)
     finally:
         if threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGTERM, handler)  # Ray puts its own in its place
+            signal.signal(signal.SIGTERM, handler)  # Ray replaces the handler
     with undoing() as undo:
-        undo.callback(ray.shutdown)  # also where a signal ends this process
+        undo.callback(ray.shutdown)  # also if a signal ends this process
         yield ray
 
 
 def _reach(address: str) -> None:
-    """Fails where nothing listens at the address of a cluster: Ray itself would try for minutes."""
+    """Fails if nothing listens at the address of a cluster: Ray itself would retry for minutes."""
     host, _, port = address.rpartition(":")
     try:
         socket.create_connection((host, int(port)), _PATIENCE).close()

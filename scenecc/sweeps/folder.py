@@ -1,7 +1,7 @@
-"""The folder of a sweep: what it is a sweep of, the results so far, a log, pictures, and in the end the table.
+"""The folder of a sweep: its manifest, the results so far, a log, pictures, and finally the table.
 
-Each result is one line with a check sum, appended to a file of the part that this process does. What a process or
-machine that failed has left of a line does not count. A second file of lines is the log.
+Each result is one line with a checksum, appended to the file of this process's part. Incomplete lines of crashed
+processes or machines are ignored. A second file of lines is the log.
 """
 
 from __future__ import annotations
@@ -40,17 +40,17 @@ _PARTS: Final = "parts"
 _TABLE: Final = "table.parquet"
 
 _ROWS_OF_A_GROUP: Final = 4096
-"""Rows of a row group of the table, whoever computed them."""
+"""Rows per row group of the table, for any number of processes."""
 
 _LEVEL: Final = 3
-"""Of zstd's compression."""
+"""Compression level of zstd."""
 
 Counts = Counter[tuple[str, str]]
-"""How often each code is found, by code and severity."""
+"""Number of findings by code and severity."""
 
 
 def fail(code: str, message: str, file: str | None, hint: str | None = None) -> NoReturn:
-    """Raises SceneError with one diagnostic. `file`: None: no file is at fault."""
+    """Raises SceneError with one diagnostic. `file`: None: no file caused it."""
     sink = Sink()
     sink.report(code, message, Location(file), hint=hint)
     raise SceneError(sink.diagnostics())
@@ -58,13 +58,13 @@ def fail(code: str, message: str, file: str | None, hint: str | None = None) -> 
 
 def _fail_to_write(folder: Path, error: OSError) -> NoReturn:
     is_full = error.errno in {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
-    hint = "make room, and run the same command again: it continues" if is_full else None
+    hint = "free some space, and run the same command again: it continues" if is_full else None
     message = f"`{error.filename or folder}` cannot be written: {error.strerror}"
     fail("SC818" if is_full else "SC904", message, str(folder), hint)
 
 
 def table_schema() -> Any:
-    """The columns of the table."""
+    """Returns the columns of the table."""
     pa: Any = import_module("pyarrow")
     text, place = pa.string(), pa.int32()
     finding = [("code", text), ("severity", text), ("message", text), ("file", text)]
@@ -82,16 +82,16 @@ def table_schema() -> Any:
 
 
 class SweepFolder:
-    """The folder of a sweep, taken by one process for one part of it.
+    """The folder of a sweep, used by one process for one part of it.
 
     Args:
-        folder: is made where it is not there.
-        work: what is swept.
-        shard: which part of how many this process does; None: all that is left.
+        folder: created if it does not exist.
+        work: the work of the sweep.
+        shard: which part of how many this process does; None: everything that is left.
         undo: closes the files.
 
     Raises:
-        SceneError: it holds another sweep, another process does the same part, or it cannot be written.
+        SceneError: it contains another sweep, another process does the same part, or it cannot be written.
     """
 
     def __init__(self, folder: Path, work: Work, shard: tuple[int, int] | None, undo: ExitStack) -> None:
@@ -108,8 +108,8 @@ class SweepFolder:
         try:
             fcntl.flock(self._results, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            fail("SC940", "another process does the same part of this sweep", str(folder), "wait for it, or end it")
-        # Closing alone does not end the lock: a process that was forked meanwhile has the file open, too.
+            fail("SC940", "another process does the same part of this sweep", str(folder), "wait for it, or stop it")
+        # Closing does not release the lock, because a process that was forked meanwhile has the file open too.
         undo.callback(fcntl.flock, self._results, fcntl.LOCK_UN)
         self._found: dict[Unit, tuple[BinaryIO, int, int]] = {}
         for path in sorted((folder / _PARTS).glob("results*.txt")):
@@ -117,11 +117,11 @@ class SweepFolder:
             self._read(self._results if own else undo.enter_context(path.open("rb")), own=own)
 
     def _begin(self) -> None:
-        """Makes the folder, or finds that it is of this sweep."""
+        """Creates the folder, or checks that it belongs to this sweep."""
         manifest = self._folder / _MANIFEST
         if not manifest.exists():
             if self._folder.exists() and any(self._folder.iterdir()):
-                fail("SC940", "the folder holds files and no sweep", str(self._folder), "name another folder")
+                fail("SC940", "the folder contains other files, but no sweep", str(self._folder), "name another folder")
             self._folder.mkdir(exist_ok=True)
             replace_all({manifest: (json.dumps(self._manifest, indent=1, ensure_ascii=False) + "\n").encode()})
             return
@@ -131,11 +131,11 @@ class SweepFolder:
             before = None
         if before != self._manifest:
             why = _difference(before, self._manifest)
-            fail("SC940", f"the folder holds another sweep: {why}", str(self._folder), "name another folder")
+            fail("SC940", f"the folder contains another sweep: {why}", str(self._folder), "name another folder")
 
     @cached_property
     def _manifest(self) -> dict[str, Any]:
-        """All that the table follows from, the same on every machine."""
+        """Returns everything that determines the table; it is the same on every machine."""
         work = self._work
         return {
             "scenecc": VERSION,
@@ -158,7 +158,7 @@ class SweepFolder:
         }
 
     def _read(self, file: BinaryIO, *, own: bool) -> None:
-        """Finds the results in a file of lines; of the own one, what is no whole line is cut off."""
+        """Reads the results of a file; in the own file, incomplete lines are cut off."""
         file.seek(0)
         end = 0
         while line := file.readline():
@@ -178,7 +178,7 @@ class SweepFolder:
 
     @contextmanager
     def writing(self) -> Generator[None]:
-        """For a block that calls `keep`, `log` or `write_table`.
+        """Context for calls of `keep`, `log` or `write_table`.
 
         Raises:
             SceneError: something could not be written.
@@ -213,11 +213,11 @@ class SweepFolder:
             yield from json.loads(os.pread(file.fileno(), size, start))
 
     def count(self, units: Sequence[Unit]) -> Counts:
-        """How often each code is found in units that are done."""
+        """Counts the findings of finished units by code and severity."""
         return Counter(_codes(self._rows(units)))
 
     def write_table(self, units: Sequence[Unit]) -> tuple[Path, Counts]:
-        """Writes the table of all units, which are done. The same rows give the same bytes."""
+        """Writes the table of all units, which must be finished. The same rows give the same bytes."""
         pa: Any = import_module("pyarrow")
         pq: Any = import_module("pyarrow.parquet")
         schema, counts = table_schema(), Counts()
@@ -239,7 +239,7 @@ class SweepFolder:
 
 
 def _append(file: BinaryIO, data: bytes) -> int:
-    """Appends to a file past its buffer, which would try again to write what a full disk did not take. Its new size."""
+    """Appends to a file without its buffer, which would retry data that a full disk rejected. Returns the new size."""
     while data:
         data = data[os.write(file.fileno(), data) :]
     return os.lseek(file.fileno(), 0, os.SEEK_END)
@@ -256,13 +256,13 @@ def _unit_of(text: bytes) -> Unit:
 
 
 def _seeds_text(seeds: Sequence[int]) -> str:
-    """`0:10000`, or all of them where some are left out."""
+    """Returns `0:10000`, or a list of the seeds if some are left out."""
     first, end = seeds[0], seeds[-1] + 1
     return f"{first}:{end}" if len(seeds) == end - first else ",".join(map(str, seeds))
 
 
 def _difference(before: Any, now: dict[str, Any]) -> str:
-    """The first difference of two manifests, in words."""
+    """Returns the first difference of two manifests, in words."""
     if not isinstance(before, dict):
         return f"its {_MANIFEST} cannot be read"
     known = cast("dict[str, Any]", before)

@@ -1,4 +1,4 @@
-"""`sweep`: all seeds and scenes of files, worked on by many processes or machines, as one table."""
+"""`sweep`: runs all seeds and scenes of files on many processes or machines, and writes one table."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
 
 
 class SweepOptions(TypedDict, total=False):
-    """Options of compiling that a sweep takes.
+    """The compile options of a sweep.
 
     Attributes:
-        num_scenes: in place of each file's.
-        asset_roots, allow_outside_assets, limits: as of `CompileOptions`.
+        num_scenes: number of scenes, overriding each file.
+        asset_roots, allow_outside_assets, limits: as in `CompileOptions`.
     """
 
     num_scenes: int | None
@@ -50,12 +50,12 @@ class SweepOptions(TypedDict, total=False):
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A sweep, or what is done of it.
+    """A sweep, or the finished part of it.
 
     Attributes:
-        table: the Parquet file; None as long as a part is missing.
-        units, done: how many units there are, and how many of them have a result.
-        counts: how often each code is found, by code and severity; of a part, in that part.
+        table: the Parquet file; None while a part is missing.
+        units, done: the numbers of all units and of finished ones.
+        counts: number of findings by code and severity; for a part, only of that part.
     """
 
     table: Path | None
@@ -99,35 +99,34 @@ def sweep(
     settings: Callable[[str], FindingSettings] | None = None,
     **options: Unpack[SweepOptions],
 ) -> Sweep:
-    """Does the same with all scenes of files and seeds, and writes a table with a row for each scene.
+    """Processes all scenes of files with all seeds, and writes a table with one row per scene.
 
-    A sweep that was ended goes on where it was left: call it again with the same arguments. The table is the same to
-    the byte whoever did what. See `docs/how-to/sweeps.md`. Processes are forked: call this before an engine runs in
-    yours.
+    To resume an interrupted sweep, call it again with the same arguments. The table is the same bit for bit, whoever
+    computed it. See `docs/how-to/sweeps.md`. Processes are forked, so call this before an engine runs in your process.
 
     Args:
         files: scene files.
-        output: folder of the table, the pictures and the log.
-        seeds: each file is built with each of them; by default with its own.
-        do: "check" gives the findings of `check_scene`, "state" the poses at the start, "render" a picture.
-        params: values of the files' parameters, or several such mappings, each of which is swept.
-        settle: how long "check" simulates [s].
-        camera: of the pictures, as for `render_scene`.
-        size: of the pictures [px], likewise; 640 × 480 by default where no camera is named.
+        output: folder for the table, the pictures and the log.
+        seeds: each file is built with each seed; default: its own.
+        do: "check" gives the findings of `check_scene`, "state" the initial poses, "render" a picture.
+        params: values of the files' parameters, or several such mappings, which are all swept.
+        settle: simulated time of "check" [s].
+        camera: camera of the pictures, as for `render_scene`.
+        size: size of the pictures [px], as for `render_scene`; default: 640 × 480 without a camera.
         jobs: processes, or CPUs of the local Ray cluster.
-        ray: do it by Ray (extra `ray`): a local cluster, or the one that this process is connected to.
-        ray_address: HOST:PORT of a running cluster, in place of `ray`. Its nodes have the files at the same paths.
-        shard: (I, N) does only part I of N. What then does the last part, or is called without, writes the table.
-        progress: called with (units done, units in all).
-        settings: gives for each file what is wanted of its findings, and house rules; `scenecc sweep` takes them from
-            `[tool.scenecc]`. All by default.
-        options: those of `SweepOptions`.
+        ray: use Ray (extra `ray`): a local cluster, or the one that this process is connected to.
+        ray_address: HOST:PORT of a running cluster, instead of `ray`. Its nodes must have the files at the same paths.
+        shard: (I, N) does only part I of N. Whatever finishes last, or runs without `shard`, writes the table.
+        progress: called with (units done, total units).
+        settings: returns the settings of findings and house rules for a file; `scenecc sweep` takes them from
+            `[tool.scenecc]`. Default: all findings.
+        options: fields of `SweepOptions`.
 
     Raises:
-        SceneError: a file does not compile, the folder holds another sweep, a package is missing, or a machine of the
-            cluster does not have what this one has.
-        ValueError: an argument is out of its range.
-        TypeError: an argument is of another type.
+        SceneError: a file does not compile, the folder contains another sweep, a package is missing, or a machine of
+            the cluster lacks something that this one has.
+        ValueError: an argument is out of range.
+        TypeError: an argument has the wrong type.
     """
     given = {
         "do": do,
@@ -145,7 +144,7 @@ def sweep(
     units = work.units()
     part, parts = shard or (1, 1)
     if not 1 <= part <= parts:
-        raise ValueError(f"shard is (I, N) with I from 1 to N, not {shard!r}")
+        raise ValueError(f"shard must be (I, N) with I from 1 to N, not {shard!r}")
     mine = units[part - 1 :: parts]
     jobs = integer(jobs, "jobs", 1)
     with undoing() as undo:
@@ -167,7 +166,7 @@ def sweep(
 def _chosen(do: Iterable[str]) -> tuple[Do, ...]:
     asked, known = {*do}, get_args(Do)
     if not asked or not asked <= {*known}:
-        raise ValueError(f"do is some of {', '.join(known)}, not {sorted(asked)}")
+        raise ValueError(f"do must be any of {', '.join(known)}, not {sorted(asked)}")
     return tuple(one for one in known if one in asked)
 
 
@@ -176,7 +175,7 @@ def _chosen_seeds(seeds: Iterable[int] | None) -> Sequence[int] | None:
         return None
     found = seeds if isinstance(seeds, range) and seeds.step == 1 else sorted({integer(s, "seeds", 0) for s in seeds})
     if not found or found[0] < 0 or found[-1] >= _MOST:
-        raise ValueError("seeds are one or more integers from 0 to 2⁶⁴ - 1")
+        raise ValueError("seeds must be one or more integers from 0 to 2⁶⁴ - 1")
     return found
 
 
@@ -190,7 +189,7 @@ def _plan_work(
     size: tuple[int, int] | None,
     options: SweepOptions,
 ) -> Work:
-    """Compiles each file with each set of parameters, to know its scenes and all files that it uses."""
+    """Compiles each file with each set of parameters, to find its scenes and all files that it uses."""
     if find_spec("pyarrow") is None:
         fail("SC828", "the table of a sweep needs pyarrow, not installed here", None, install_hint("sweep"))
     if not 0 <= settle < float("inf"):
@@ -213,11 +212,11 @@ def _plan_work(
     if not entries:
         raise ValueError("a sweep needs files and parameters")
     ordered = tuple(entries[key] for key in sorted(entries))
-    return Work(ordered, do, float(settle), camera, size, os.getcwd())  # noqa: PTH109 - text, to be compared
+    return Work(ordered, do, float(settle), camera, size, os.getcwd())  # noqa: PTH109 - only compared, as text
 
 
 def _entry(file: str, options: Options, seeds: Sequence[int] | None, sink: Sink) -> Entry | None:
-    """None where the file is at fault, which was reported."""
+    """Returns the entry; None if the file has errors, which are reported."""
     memory = PathCache()
     first = options if seeds is None else replace(options, seed=seeds[0])
     result = compile_source(file, first, sink, drawn=False, memory=memory)
@@ -225,9 +224,9 @@ def _entry(file: str, options: Options, seeds: Sequence[int] | None, sink: Sink)
         return None
     own = result.plan.seed
     if own >= _MOST:
-        sink.report("SC940", f"the seed {own} does not fit into the table", Location(file), hint="give --seeds")
+        sink.report("SC940", f"the seed {own} does not fit in the table", Location(file), hint="give --seeds")
         return None
-    named = {os.path.abspath(file): file}  # noqa: PTH100 - as it is named
+    named = {os.path.abspath(file): file}  # noqa: PTH100 - keeps links
     named |= {str(path): reference.uri for path, reference in memory.named.items()}
     used = {path: content_hash(path) or "" for path in named}
     return Entry(file, options, result.plan.num_scenes, seeds or [own], used, named)
@@ -241,7 +240,7 @@ def _collect(
     total: int,
     progress: Callable[[int, int], None] | None,
 ) -> None:
-    """Keeps what comes out of the units. `before`: how many had results already, of `total`."""
+    """Stores the outcomes of the units. `before`: number of units that already had results, of `total`."""
     deaths: dict[Unit, int] = {}
     with closing(done):
         for unit, found in done:
@@ -255,7 +254,7 @@ def _collect(
                     outcome = _record_death(work, unit)
                 elif outcome.fault is not None:
                     host = outcome.worker.rpartition(":")[0]
-                    hint = "while a sweep runs, its files stay as they are, at the same path on each machine"
+                    hint = "do not change the files during a sweep, and keep them at the same path on each machine"
                     fail("SC829", f"on {host}, {outcome.fault}", work.entries[unit.entry].file, hint)
                 else:
                     attempt = deaths.get(unit, 0) + 1
@@ -267,7 +266,7 @@ def _collect(
 
 
 def _record_death(work: Work, unit: Unit) -> Outcome:
-    """In place of what a unit would have given: a finding at its file."""
+    """Returns the outcome of a unit whose process crashed: a finding at its file."""
     entry, sink = work.entries[unit.entry], Sink()
     scenes = f"scenes {unit.first} to {unit.end - 1}" if unit.end - unit.first > 1 else f"scene {unit.first}"
     message = f"the process that worked on {scenes} with seed {unit.seed} ended without a result, {ATTEMPTS} times"

@@ -1,4 +1,4 @@
-"""The work of a sweep, cut into units: what a unit is, and what is done with it in whichever process."""
+"""Units of work of a sweep, and how a process runs one."""
 
 from __future__ import annotations
 
@@ -41,11 +41,13 @@ Do = Literal["check", "render", "state"]
 SCENES_OF_A_UNIT: Final = 4 * SCENES_AT_ONCE
 
 PICTURE_SIZE: Final = (640, 480)
-"""Of the camera that frames the scene [px]."""
+"""Size for the default camera, which frames the scene [px]."""
 
 
 class Unit(NamedTuple):
-    """Some scenes of one file with one seed. `entry`: of the work; `end`: after the last scene."""
+    """Some scenes of one file with one seed. `entry`: index of the entry in the work; `end`: index after the last
+    scene.
+    """
 
     entry: int
     seed: int
@@ -54,7 +56,7 @@ class Unit(NamedTuple):
 
 
 class FindingSettings(Protocol):
-    """What is wanted of the findings of a file. It can be pickled, and its `repr` tells all but the rules."""
+    """Which findings of a file are wanted. It can be pickled, and its `repr` contains everything but the rules."""
 
     @property
     def rules(self) -> Mapping[str, Rule] | None:
@@ -62,7 +64,7 @@ class FindingSettings(Protocol):
         ...
 
     def apply(self, diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
-        """The diagnostics of a scene that are wanted, with the severities that are."""
+        """Returns the wanted diagnostics of a scene with the set severities."""
         ...
 
 
@@ -71,13 +73,13 @@ class Entry:
     """A file with one set of parameters.
 
     Attributes:
-        file: as it was named.
-        options: with the parameters.
-        num_scenes: of one seed.
-        seeds: ascending.
-        used: every file that the scene uses: absolute path → SHA-256.
-        named: the same files as messages have them.
-        settings: what is wanted of the findings; None: all.
+        file: path as given.
+        options: compile options, with the parameters.
+        num_scenes: number of scenes per seed.
+        seeds: seeds, ascending.
+        used: all files that the scene uses: absolute path → SHA-256.
+        named: the same files by their names in messages.
+        settings: which findings are wanted; None: all.
     """
 
     file: str
@@ -90,21 +92,21 @@ class Entry:
 
     @property
     def parameters(self) -> str:
-        """As JSON."""
+        """The parameters as JSON."""
         return as_json(self.options.params)
 
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """All that a process needs to do any unit. It can be pickled.
+    """Everything that a process needs to run any unit. It can be pickled.
 
     Attributes:
-        entries: sorted by file and parameters.
+        entries: entries, sorted by file and parameters.
         do: what is done with each scene.
-        settle: how long `check` simulates [s].
-        camera, size: of the pictures, as for `render_scene`.
-        folder: from which relative paths start.
-        version: of scenecc.
+        settle: simulated time of `check` [s].
+        camera, size: camera and size of the pictures, as for `render_scene`.
+        folder: folder to which relative paths refer.
+        version: version of scenecc.
     """
 
     entries: tuple[Entry, ...]
@@ -116,7 +118,7 @@ class Work:
     version: str = VERSION
 
     def units(self) -> list[Unit]:
-        """All units, in the order of the table."""
+        """Returns all units, in the order of the table."""
         return [
             Unit(number, seed, first, min(first + SCENES_OF_A_UNIT, entry.num_scenes))
             for number, entry in enumerate(self.entries)
@@ -127,14 +129,14 @@ class Work:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of a unit.
+    """The outcome of a unit.
 
     Attributes:
-        rows: of the table.
-        pictures: PNGs by their paths below the folder of pictures.
-        seconds: that it took.
-        worker: who did it: the host and the process.
-        fault: why nothing was done: this process does not have what the sweep began with.
+        rows: rows of the table.
+        pictures: PNG content by path below the folder of pictures.
+        seconds: duration.
+        worker: host and process.
+        fault: why nothing was done: this process differs from the one that began the sweep.
     """
 
     rows: list[dict[str, Any]]
@@ -145,33 +147,33 @@ class Outcome:
 
 
 def as_json(data: Any) -> str:
-    """Plain data, numpy's among them, on one line."""
+    """Returns plain data, also from numpy, as JSON on one line."""
     return json.dumps(data, ensure_ascii=False, sort_keys=True, default=lambda one: one.tolist())
 
 
 _known: dict[tuple[str, str], State | None] = {}
-"""Files of this process, with the content that they had, and their state then."""
+"""Files with expected content that this process has checked, and their state at that time."""
 
 
 def _fault(work: Work, entry: Entry) -> str | None:
-    """Why what this process would build is not what the sweep began with."""
+    """Returns how this process differs from the one that began the sweep; None if it does not."""
     if work.version != VERSION:
-        return f"there is scenecc {VERSION} and not {work.version}"
+        return f"the version of scenecc is {VERSION}, not {work.version}"
     for path, digest in entry.used.items():
         state = state_now(path)
         if state is not None and _known.get((path, digest)) == state:
             continue
         if (found := content_hash(path)) != digest:
-            return f"`{path}` is not there" if found is None else f"`{path}` has another content"
+            return f"`{path}` does not exist" if found is None else f"`{path}` has different content"
         _known[path, digest] = state
     return None
 
 
 def do_unit(work: Work, unit: Unit) -> Outcome:
-    """Does a unit. Raises nothing that a scene can cause."""
+    """Runs a unit. Errors of a scene are not raised."""
     started, worker = time.perf_counter(), f"{platform.node()}:{os.getpid()}"
     try:
-        if os.getcwd() != work.folder:  # noqa: PTH109 - a process of a cluster starts elsewhere
+        if os.getcwd() != work.folder:  # noqa: PTH109 - a process of a cluster starts in another folder
             os.chdir(work.folder)
     except OSError:
         return Outcome([], {}, 0.0, worker, f"there is no folder `{work.folder}`")
@@ -183,7 +185,7 @@ def do_unit(work: Work, unit: Unit) -> Outcome:
 
 
 def table_row(entry: Entry, unit: Unit, scene: int | None, findings: Iterable[Diagnostic]) -> dict[str, Any]:
-    """A row of the table, without what follows from a build. `scene`: None for all of the unit."""
+    """Returns a row of the table without the results of a build. `scene`: None for all scenes of the unit."""
     keys = ("code", "severity", "message", "file", "line", "column", "path", "hint")
     if entry.settings is not None:
         findings = entry.settings.apply([*findings], entry.file)
@@ -200,7 +202,7 @@ def table_row(entry: Entry, unit: Unit, scene: int | None, findings: Iterable[Di
 
 
 class _Doing:
-    """A unit that is done."""
+    """The run of a unit."""
 
     def __init__(self, work: Work, unit: Unit) -> None:
         self._work = work
@@ -210,7 +212,7 @@ class _Doing:
         self.pictures: dict[str, bytes] = {}
 
     def rows(self) -> list[dict[str, Any]]:
-        """One a scene; one for all where the scene is at fault."""
+        """Returns one row per scene; only one if the scene file has errors."""
         result, common = self._source.result, self._source.sink.diagnostics()
         if result is None:
             return [table_row(self._entry, self._unit, None, common)]
@@ -233,7 +235,7 @@ class _Doing:
         return rows
 
     def _built(self, result: CompileResult, scenes: Sequence[int]) -> dict[int, tuple[list[Diagnostic], Any]]:
-        """What is found in each scene, and the poses at the start. One that fails does not spoil the others."""
+        """Returns the findings of each scene, and the initial poses. Failed scenes do not affect others."""
         found: dict[int, list[Diagnostic]] = {index: [] for index in scenes}
         poses: dict[int, Any] = dict.fromkeys(scenes)
         sink = self._source.sink.another()
@@ -252,7 +254,7 @@ class _Doing:
         return {index: (found[index], poses[index]) for index in scenes}
 
     def _find(self, result: CompileResult, batch: SceneBatch, found: dict[int, list[Diagnostic]]) -> None:
-        """Adds what shows in the simulation, scene by scene."""
+        """Adds the findings of the simulation, scene by scene."""
         findings = [replace(one, seed=result.plan.seed) for one in batch_findings(batch, self._work.settle, set())]
         origins, command = origins_of(result.plan), view_command(self._entry.file, self._entry.options)
         for index in {one.scene: None for one in findings}:
@@ -262,7 +264,7 @@ class _Doing:
             found[index] += sink.diagnostics()
 
     def _picture(self, scene: int) -> tuple[str | None, list[Diagnostic]]:
-        """The path of the scene's picture, the one that `scenecc render` takes, and why there is none."""
+        """Returns the path of the scene's picture, as rendered by `scenecc render`, or diagnostics."""
         if "render" not in self._work.do:
             return None, []
         size = self._work.size or (None if self._work.camera else PICTURE_SIZE)
@@ -276,7 +278,7 @@ class _Doing:
 
 
 def _poses(batch: SceneBatch) -> dict[int, list[dict[str, Any]]]:
-    """For each scene the poses (7,) of its bodies and links in the world of the scene, p [m] then q (wxyz)."""
+    """Returns for each scene the poses (7,) of its bodies and links in the world of the scene, p [m] then q (wxyz)."""
     found: dict[int, list[dict[str, Any]]] = {index: [] for index in batch.scene_idxs}
     for name, body in batch.entities.items():
         for index, pose in zip(body.scene_idxs, body.pose.tolist(), strict=True):
@@ -291,7 +293,7 @@ def _poses(batch: SceneBatch) -> dict[int, list[dict[str, Any]]]:
 
 
 def drawn_fields(plan: ScenePlan, scene_idxs: Sequence[int]) -> dict[int, dict[str, Any]]:
-    """For each of some scenes, the fields whose values are drawn or differ between scenes, such as `cube.mass`.
+    """Returns for each of some scenes the fields that are drawn or differ between scenes, such as `cube.mass`.
 
     A pose is 7 numbers, p [m] then q (wxyz), in the world of the scene. A file is its path as written.
     """
@@ -308,7 +310,7 @@ def drawn_fields(plan: ScenePlan, scene_idxs: Sequence[int]) -> dict[int, dict[s
 
 
 def _columns(node: Any, place: str, plan: ScenePlan, rows: list[int]) -> Iterator[tuple[str, list[Any], bool]]:
-    """Paths of fields, the value of each in some rows of the object's scenes, and whether it could be no other."""
+    """Yields the path of each field, its values in some rows of the object's scenes, and whether it is constant."""
     for path, kind, value in walk_fields(node, place):
         if not isinstance(kind, Quantity):
             continue
@@ -318,7 +320,7 @@ def _columns(node: Any, place: str, plan: ScenePlan, rows: list[int]) -> Iterato
         elif kind.table == "files":
             yield path, [plan.files[int(index)].uri for index in taken], value.is_constant
         else:
-            # The rows of a material are those of the object that has it.
+            # The rows of a material are those of its object.
             table = getattr(plan, kind.table)
             columns = {
                 index: {name: (values, fixed) for name, values, fixed in _columns(table[index], path, plan, rows)}

@@ -1,4 +1,4 @@
-"""Scenes in a browser: a page that viser serves, the live objects behind it, and the files that are watched."""
+"""Scenes in a browser: a page served by viser, the live objects behind it, and the watched files."""
 
 from scenecc.viewer.options import PageAddress, ViewOptions
 from scenecc.viewer.view import ScenePage, page_of_source, view_scene

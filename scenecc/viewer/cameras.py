@@ -1,4 +1,4 @@
-"""Views of a page: those of a file's cameras, as a browser's camera takes them."""
+"""Views of a page: the poses of a browser's camera for the file's cameras."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ if TYPE_CHECKING:
     from scenecc.plan.snapshot import MeasuredScene
 
 _ASPECT: Final = (4, 3)
-"""Of a browser's picture, about: what is beside it is shown too."""
+"""Approximate aspect of a browser's picture. Wider windows show more."""
 
 _BACK: Final = 1.6
-"""A page is to work in: it is opened this much further away than a picture, so that there is something around."""
+"""A page opens this much further away than a picture, to leave some space around the scene."""
 
 _NEAREST: Final = 0.1
-"""A browser's camera turns about a point ahead of it, which is no nearer than this [m]."""
+"""Minimum distance [m] of the point ahead about which a browser's camera orbits."""
 
 
 @frozen
 class BrowserView:
-    """Where a browser's camera stands.
+    """The pose of a browser's camera.
 
     Attributes:
-        name: of the camera.
+        name: name of the camera.
         position, look_at: on the page [m].
-        fov: from top to bottom [rad].
-        mounted: whether the camera is mounted on a body: a view does not follow it.
+        fov: vertical field of view [rad].
+        mounted: whether the camera is mounted on a body; a view does not follow it.
     """
 
     name: str
@@ -51,9 +51,9 @@ class BrowserView:
 
 
 def first_view(views: Sequence[BrowserView], solids: Solids, *, grid: bool) -> BrowserView | None:
-    """The view that a page opens at: that of the file's first camera that stands in the world, or of what moves.
+    """Returns the initial view of a page: the file's first fixed camera, or else a view of what moves.
 
-    Where scenes stand side by side it is None: all that is shown. `solids`: of the scene.
+    In a grid it is None: everything is shown. `solids`: bounding boxes of the scene.
     """
     if grid:
         return None
@@ -61,7 +61,7 @@ def first_view(views: Sequence[BrowserView], solids: Solids, *, grid: bool) -> B
 
 
 def subject_view(solids: Solids) -> BrowserView:
-    """A view of what moves in a scene, as `scenecc render` frames it."""
+    """Returns a view of what moves in a scene, as framed by `scenecc render`."""
     subject = find_subject(solids)
     pose = frame_subject(subject, *_ASPECT).pose
     forward = np.array(rotate(normalized(pose[3:].tolist()), (1.0, 0.0, 0.0)))
@@ -73,13 +73,13 @@ def subject_view(solids: Solids) -> BrowserView:
 def camera_views(
     plan: ScenePlan, scenes: tuple[MeasuredScene, ...], origins: Mapping[int, Vec3], middle: NDArray[np.float64]
 ) -> Iterator[BrowserView]:
-    """The cameras of scenes as they stand at the start. A browser knows no roll: what is up on the page is up.
+    """Yields the views of the cameras at the start. A browser's camera has no roll: up on the page is always up.
 
     Args:
-        plan: of the scenes.
-        scenes: that are on the page.
-        origins: of the scenes, on the page [m].
-        middle: of all that is shown [m]: a view turns about the point ahead of it that is about as far away.
+        plan: plan of the scenes.
+        scenes: scenes on the page.
+        origins: origins of the scenes on the page [m].
+        middle: centre of everything shown [m]; a view orbits about a point ahead at about this distance.
     """
     for scene in scenes:
         x, y, z = origins[scene.index]
@@ -96,7 +96,7 @@ def camera_views(
 
 
 def _mount(camera: Camera, scene: MeasuredScene) -> Pose7:
-    """The pose of what a camera is mounted on; of one that is in the world, the world's."""
+    """Returns the pose of a camera's mount; for a camera in the world, the world's."""
     if camera.mount is not None:
         for entity in scene.entities:
             if entity.entity.name == camera.mount.entity:
@@ -107,7 +107,9 @@ def _mount(camera: Camera, scene: MeasuredScene) -> Pose7:
 
 
 def _fov(camera: Camera, row: int, distance: float) -> float:
-    """Its angle from top to bottom [rad]; without perspective, what shows as much at a distance [m]."""
+    """Returns the vertical field of view [rad]; for an orthographic camera, the one that shows as much at a distance
+    [m].
+    """
     match camera.lens:
         case Perspective(fovy=fovy) if fovy is not None:
             return float(fovy.row(row))

@@ -1,4 +1,4 @@
-"""What `scenecc check` finds at the start of the scenes on a page."""
+"""The start check of `scenecc check` for the scenes on a page."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _OVERLAPS = frozenset({"SC850", "SC851"})
 
 @frozen
 class SceneFindings:
-    """What was found.
+    """Result of a check.
 
     Attributes:
-        diagnostics: by the order of their lines.
-        overlapping: bodies that overlap others, as (scene, ENTITY or ENTITY/LINK).
+        diagnostics: diagnostics, by line.
+        overlapping: overlapping bodies, as (scene, ENTITY or ENTITY/LINK).
     """
 
     diagnostics: tuple[Diagnostic, ...]
@@ -32,10 +32,10 @@ class SceneFindings:
 
 
 def check_start(loaded: Loaded, scene_idxs: Sequence[int]) -> SceneFindings:
-    """Builds scenes once more and checks their start, as `scenecc check` does without settling.
+    """Builds scenes again and checks their start, as `scenecc check` does without settling.
 
     Raises:
-        SceneError: the engine or the machine is at fault.
+        SceneError: the engine or the machine failed.
     """
     sink = loaded.sink.another()
     check_plan(loaded.result, sink)

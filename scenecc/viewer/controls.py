@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 
 _TEXTS: Final = frozenset({"string", "file"})
-"""Types whose values are typed as they are."""
+"""Types whose values are typed without quotes."""
 
 _SMALLEST: Final = 1e-300
-"""Of a step: what is less has no logarithm any more."""
+"""Minimum step: smaller numbers have no logarithm."""
 
 _AS_IN_THE_FILE: Final = "(as in the file)"
 
 _PARTS_OF_A_RANGE, _PARTS_OF_A_NUMBER = 100, 10000
-"""Into so many parts at least a slider divides its range, and a field its number: viser keeps whole steps alone."""
+"""Minimum number of parts of a slider's range and of a field's number: viser keeps only whole steps."""
 
 
 class AsWritten:
-    """Stands for a value that is not given: the file's own counts."""
+    """Marks a parameter that is not set, so that the file's own value applies."""
 
 
 AS_WRITTEN: Final = AsWritten()
@@ -41,11 +41,10 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
     """Adds the control of a parameter, and returns viser's handle of it.
 
     Args:
-        gui: where.
+        gui: where to add it.
         row: the parameter.
-        value: that it has; None where it has none yet.
-        changed: called with the new value, in a thread of viser: a value of the type if the text is one, or
-            `AS_WRITTEN`.
+        value: current value; None if there is none.
+        changed: called with the new value from a viser thread: a value of the type if the text is one, or `AS_WRITTEN`.
     """
     hint = _hint(row)
     handle: Any
@@ -55,7 +54,7 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
     elif row.type in {"number", "integer"} and _is_number(value):
         handle, read = _number(gui, row, value, hint), partial(_read_number, whole=row.type == "integer")
     else:
-        # The text of an expression is no value that can be given.
+        # An expression's text is not a value that can be set.
         unsaid = value is None or (value == row.value and row.type not in _TEXTS and _is_expression(value))
         handle = gui.add_text(row.name, initial_value="" if unsaid else _format_value(value), hint=hint)
         read = partial(read_param_text, kind=row.type)
@@ -69,22 +68,22 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
 
 
 def _add_choices(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> tuple[Any, Callable[[Any], Any]]:
-    """A list to choose from. What the file draws or computes is none of it, and stands first."""
+    """Adds a dropdown list. A drawn or computed value of the file is not among its options, and comes first."""
     values = row.options or (True, False)
     words = [_format_value(option) for option in values]
-    # A number and a text may be written the same.
+    # A number and a text may look the same.
     labels = [json.dumps(option) if words.count(word) > 1 else word for option, word in zip(values, words, strict=True)]
     options: dict[str, Any] = {_AS_IN_THE_FILE: AS_WRITTEN, **dict(zip(labels, values, strict=True))}
     chosen = next((word for word, option in options.items() if _is_same(option, value)), _AS_IN_THE_FILE)
     handle = gui.add_dropdown(row.name, [*options], initial_value=chosen, hint=hint)
-    # A browser may send anything.
+    # A browser may send any value.
     return handle, lambda word: options.get(word, AS_WRITTEN)
 
 
 def read_param_text(text: str, kind: str) -> Any:
-    """The text that was typed as the value of a parameter: YAML on one line, or the text itself for a string.
+    """Parses typed text as a parameter value: YAML on one line, or the text itself for a string.
 
-    Nothing is no value, but where a text is wanted that may be empty.
+    Empty text is invalid, except for strings.
     """
     if not text.strip() and kind != "string":
         return AS_WRITTEN
@@ -108,7 +107,7 @@ def _number(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> Any:
 
 
 def _step(size: float) -> float:
-    """The next lower power of ten."""
+    """Returns the next lower power of ten."""
     return 10.0 ** floor(log10(max(abs(size), _SMALLEST)))
 
 

@@ -1,4 +1,4 @@
-"""The content of a page as data: frames, meshes and names by their paths."""
+"""The content of a page as data: frames, meshes and names by path."""
 
 from __future__ import annotations
 
@@ -32,25 +32,24 @@ if TYPE_CHECKING:
 
 
 Key = tuple[int, str, int]
-"""A body: index of its scene, name of its entity, and its own number among the entity's."""
+"""A body: index of its scene, name of its entity, and its index among the entity's bodies."""
 
 _UNTURNED: Final[Quat] = (1.0, 0.0, 0.0, 0.0)
 
 _FEW: Final = 8
-"""Fewer copies of a surface are nodes of their own, which move with the frame of their body: a browser moves these
-without touching what it draws. More are instances of one node.
-"""
+"""Up to this many copies of a surface are separate nodes, which follow the frame of their body; the browser moves them
+without redrawing. More copies become instances of one node."""
 
 _FAINT: Final = 0.5
-"""How visible what collides is, over what is seen, and everything where contacts are shown."""
+"""Opacity of collision shapes over visual shapes, and of everything while contacts are shown."""
 
 _SLASH: Final = "\N{DIVISION SLASH}"
-"""Stands for the slash of a name: what is below a path on the page moves with it."""
+"""Replaces slashes in names, because slashes separate the path: nodes move with their parent path."""
 
 
 @frozen
 class Frame:
-    """A frame below that of the path above it. `axes`: whether they are shown."""
+    """A frame below the path above it. `axes`: whether its axes are shown."""
 
     position: Vec3
     wxyz: Quat
@@ -62,9 +61,9 @@ class SurfaceNode:
     """A surface of a body.
 
     Attributes:
-        digest: of its file, see `SurfaceFiles`.
+        digest: digest of its file, see `SurfaceFiles`.
         position, wxyz: in the body's frame. scale: along its own axes.
-        body: that has it.
+        body: its body.
     """
 
     digest: str
@@ -74,26 +73,26 @@ class SurfaceNode:
     body: Key
 
     def is_moved(self, before: SurfaceNode) -> bool:
-        """Whether it is the same surface of the same body, at another place perhaps."""
+        """Returns whether it is the same surface of the same body, perhaps with another pose."""
         return (self.digest, self.body) == (before.digest, before.body)
 
 
 @frozen
 class Name:
-    """A text at the origin of the frame above it."""
+    """A text label at the origin of the frame above it."""
 
     text: str
 
 
 @frozen
 class Instances:
-    """Copies of one surface, of many bodies: one node. It compares by identity.
+    """Copies of one surface on many bodies, as one node. Compared by identity.
 
     Attributes:
-        digest: of its file, see `SurfaceFiles`.
-        rows: (N,) the body of each copy, as a row of `BodyPoses`.
-        places: (N, 7) p [m] then q (wxyz) of each in its body's frame.
-        scales: (N, 3) along its own axes.
+        digest: digest of its file, see `SurfaceFiles`.
+        rows: (N,) body of each copy, as a row of `BodyPoses`.
+        places: (N, 7) p [m] then q (wxyz) of each copy in its body's frame.
+        scales: (N, 3) scales along its own axes.
     """
 
     digest: str
@@ -106,7 +105,7 @@ class Instances:
 
     @staticmethod
     def of(nodes: Sequence[SurfaceNode], rows: Mapping[Key, int]) -> Instances:
-        """Surfaces with the same file as one node. `rows`: of their bodies."""
+        """Merges surfaces with the same file into one node. `rows`: rows of their bodies."""
         return Instances(
             nodes[0].digest,
             np.array([rows[node.body] for node in nodes], np.intp),
@@ -115,11 +114,11 @@ class Instances:
         )
 
     def is_moved(self, before: Instances) -> bool:
-        """Whether there are as many copies of the same surface, at other places or of other bodies perhaps."""
+        """Returns whether it has as many copies of the same surface, perhaps with other poses or bodies."""
         return (self.digest, len(self.rows)) == (before.digest, len(before.rows))
 
     def poses(self, bodies: BodyPoses) -> NDArray[np.float64]:
-        """(N, 7) of each copy on the page."""
+        """(N, 7) poses of the copies on the page."""
         return compose(bodies.world[self.rows], self.places)
 
 
@@ -128,12 +127,12 @@ Node = Frame | SurfaceNode | Name | Instances
 
 @frozen
 class BodyPoses:
-    """Where the bodies of a page are. It compares by identity.
+    """Poses of the bodies on a page. Compared by identity.
 
     Attributes:
-        rows: the row of each body, in order.
-        origins: (N, 3) of their scenes, on the page [m].
-        world: (N, 7) p [m] then q (wxyz) of each, on the page.
+        rows: row of each body, in order.
+        origins: (N, 3) origins of their scenes on the page [m].
+        world: (N, 7) p [m] then q (wxyz) of each body on the page.
     """
 
     rows: Mapping[Key, int]
@@ -145,7 +144,7 @@ class BodyPoses:
 
     @staticmethod
     def of(poses: Mapping[Key, Pose7], origins: Mapping[int, Vec3]) -> BodyPoses:
-        """Of poses of bodies in their scenes, and origins of the scenes on the page [m]."""
+        """Creates poses from poses in the scenes and the origins of the scenes on the page [m]."""
         rows = {key: row for row, key in enumerate(poses)}
         places = np.array([origins[index] for index, _, _ in poses], np.float64).reshape(-1, 3)
         world = np.array([*poses.values()], np.float64).reshape(-1, 7)
@@ -153,30 +152,30 @@ class BodyPoses:
         return BodyPoses(rows, places, world)
 
     def moved(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> BodyPoses:
-        """The same with some bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
+        """Returns the poses with some bodies moved. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
         rows, world = [self.rows[key] for key in keys], self.world.copy()
         world[rows] = poses
         world[rows, :3] += self.origins[rows]
         return replace(self, world=world)
 
     def key(self, row: int) -> Key:
-        """The body in a row."""
+        """Returns the body in a row."""
         return [*self.rows][row]
 
 
 @frozen
 class PageContent:
-    """All that is shown.
+    """Everything on the page.
 
     Attributes:
-        nodes: by path, what is above others before these.
-        bodies: the path of the frame of each that has one: those whose surfaces are all instances have none.
-        poses: of all bodies.
-        corners: (N, 3) around everything but the ground [m].
-        shadows: whether there are any.
-        origins: of the scenes, by index [m].
-        solids: of the first scene, for a view of what moves there.
-        views: those of the file's cameras.
+        nodes: nodes by path; parents come first.
+        bodies: frame path of each body; bodies with only instances have none.
+        poses: poses of all bodies.
+        corners: (N, 3) corners around everything but the ground [m].
+        shadows: whether shadows are drawn.
+        origins: origins of the scenes, by index [m].
+        solids: boxes of the first scene, to frame what moves in it.
+        views: views of the file's cameras.
     """
 
     nodes: dict[str, Node]
@@ -189,7 +188,7 @@ class PageContent:
     views: tuple[BrowserView, ...] = ()
 
     def moved(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> PageContent:
-        """The same with some bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
+        """Returns the content with some bodies moved. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
         nodes = dict(self.nodes)
         for key, pose in zip(keys, poses.tolist(), strict=True):
             path = self.bodies.get(key)
@@ -200,7 +199,7 @@ class PageContent:
 
 
 class SurfaceFiles:
-    """Surfaces as files. What was made once is kept as long as something shown uses it."""
+    """Surfaces as files. A file is kept as long as something on the page uses it."""
 
     def __init__(self) -> None:
         self._digests: dict[tuple[str, Material, bool], str] = {}
@@ -208,7 +207,7 @@ class SurfaceFiles:
         self.contents: dict[str, bytes] = {}
 
     def digest(self, part: MeshPart, *, turned: bool) -> str:
-        """The digest of a part's file, which is in `contents`."""
+        """Returns the digest of a part's file, and adds the file to `contents`."""
         key = (self._surface(part.surface), part.look, turned)
         if key not in self._digests:
             content = part_to_glb(_shade_part(part), turned=turned)
@@ -218,7 +217,7 @@ class SurfaceFiles:
         return self._digests[key]
 
     def keep(self, used: set[str]) -> None:
-        """Forgets every file that is not among these."""
+        """Drops every file that is not among these."""
         self._surfaces = {}
         self._digests = {key: digest for key, digest in self._digests.items() if digest in used}
         self.contents = {digest: content for digest, content in self.contents.items() if digest in used}
@@ -235,13 +234,13 @@ class SurfaceFiles:
 def page_content(
     visual: tuple[SceneMeshes, ...], colliding: tuple[SceneMeshes, ...] | None, look: ViewOptions, files: SurfaceFiles
 ) -> PageContent:
-    """All that is shown.
+    """Returns everything on the page.
 
     Args:
-        visual: the scenes with what is seen of bodies.
-        colliding: the same scenes with what collides; None: it is not shown.
+        visual: the scenes with visual shapes.
+        colliding: the same scenes with collision shapes; None: they are not shown.
         look: what is shown of them.
-        files: takes the surfaces.
+        files: collects the surfaces.
     """
     painter = _Painter(look, files)
     drawn = (*(visual if look.visual else ()), *(colliding or ())) or visual
@@ -263,7 +262,7 @@ def page_content(
 
 
 def _solids(scene: SceneMeshes) -> Solids:
-    """The boxes of all shapes but planes, of one scene."""
+    """Returns the boxes of all shapes of one scene, without planes."""
     bodies = [body for entity in scene.entities for body in entity.bodies]
     corners = [body.corners.reshape(-1, 8, 3) for body in bodies]
     every = np.concatenate([np.zeros((0, 8, 3)), *corners])
@@ -278,7 +277,7 @@ _MOTIONS: Final = {"dynamic": Motion.DYNAMIC, "link": Motion.DYNAMIC, "kinematic
 
 
 def _solid(scene: SceneMeshes) -> SceneMeshes:
-    """The scene without what is flat, as the ground is: where there is anything else, that takes no room."""
+    """Returns the scene without flat bodies such as the ground, unless there is nothing else."""
     entities = [replace(one, bodies=tuple(filter(_is_solid, one.bodies))) for one in scene.entities]
     return replace(scene, entities=tuple(one for one in entities if one.bodies))
 
@@ -288,7 +287,7 @@ def _is_solid(body: BodyMeshes) -> bool:
 
 
 class _Painter:
-    """Gathers what is seen of bodies, and makes nodes of it once it is known how many copies there are of each."""
+    """Collects the shapes of bodies, and creates nodes once the number of copies is known."""
 
     def __init__(self, look: ViewOptions, files: SurfaceFiles) -> None:
         self._look = look
@@ -299,8 +298,8 @@ class _Painter:
         self._surfaces: dict[Key, list[tuple[str, SurfaceNode]]] = {}
 
     def scene(self, scene: SceneMeshes, role: str, half: float | None, *, show: bool) -> None:
-        """Adds the bodies of a scene, and their shapes in a role where these are to be shown."""
-        # What collides lies mostly where something is seen, and where bodies touch is inside of both.
+        """Adds the bodies of a scene, with their shapes in a role if these are shown."""
+        # Collision shapes mostly overlap visual shapes, and contacts are inside both.
         see_through = self._look.contacts or (role == "collision" and self._look.visual)
         for entity in scene.entities:
             hidden = entity.measured.entity.name in self._look.hidden
@@ -315,16 +314,16 @@ class _Painter:
         place = _split_pose(shape.pose)
         parts = [_seen_through(part) for part in shape.parts] if see_through else shape.parts
         for number, part in enumerate(parts):
-            # Parts of one shape: one path each.
+            # Parts of one shape share a path.
             own = name if len(shape.parts) == 1 else f"{name}.{number}"
             yield own, SurfaceNode(self._files.digest(part, turned=shape.turned), *place, shape.scale, key)
 
     def nodes(self, rows: Mapping[Key, int], origins: Mapping[int, Vec3]) -> tuple[dict[str, Node], dict[Key, str]]:
-        """All nodes by path, and the path of the frame of each body that has one.
+        """Returns all nodes by path, and the frame path of each body that has one.
 
         Args:
-            rows: of the bodies, for instances.
-            origins: of the scenes, on the page [m].
+            rows: rows of the bodies, for instances.
+            origins: origins of the scenes on the page [m].
         """
         copies = Counter(node.digest for _, node in self._each() if _may_be_instance(node))
         many = {digest: list[SurfaceNode]() for digest, count in copies.items() if count >= _FEW}
@@ -350,7 +349,7 @@ class _Painter:
         *above, last = self._paths[key]
         path = _root(key[0])
         for step in above:
-            # The links of an articulation stand below it and not below one another, so that it moves none of them.
+            # The links of an articulation are siblings below it, so that moving one does not move another.
             path = f"{path}/{step}"
             nodes.setdefault(path, Frame((0.0, 0.0, 0.0), _UNTURNED))
         path = f"{path}/{last}"
@@ -363,7 +362,7 @@ class _Painter:
 
 
 def _may_be_instance(node: SurfaceNode) -> bool:
-    """Whether it is not mirrored: all instances of a node are drawn with the same side out."""
+    """Returns whether it is not mirrored: all instances of a node are drawn with the same winding."""
     x, y, z = node.scale
     return x * y * z > 0
 
@@ -373,7 +372,7 @@ def _root(index: int) -> str:
 
 
 def _bodies(scene: SceneMeshes, entity: EntityMeshes) -> Iterator[tuple[Key, tuple[str, ...], str, BodyMeshes]]:
-    """The bodies of an entity: key, steps of its path below the scene, and name."""
+    """Yields the bodies of an entity: key, steps of its path below the scene, and name."""
     name = entity.measured.entity.name
     for number, body in enumerate(entity.bodies):
         key = (scene.scene.index, name, number)
@@ -384,7 +383,7 @@ def _bodies(scene: SceneMeshes, entity: EntityMeshes) -> Iterator[tuple[Key, tup
 
 
 def _tiles_cut(shape: MeshShape, half: float | None) -> MeshShape:
-    """The shape; of a tiled plane as much as there is room for in a cell, with tiles as large as before."""
+    """Returns the shape, with a tiled plane cut to the size of a grid cell."""
     x, y, _ = shape.scale
     if shape.kind != "tiled_plane" or half is None or max(x, y) <= half:
         return shape
@@ -398,11 +397,10 @@ def _tiles_cut(shape: MeshShape, half: float | None) -> MeshShape:
 
 
 def _shade_part(part: MeshPart) -> MeshPart:
-    """A part as viser shades it as SAPIEN does.
+    """Returns a part that viser shades as SAPIEN does.
 
-    viser computes normals itself, by all triangles that have a vertex; where the file gives normals, it writes over
-    them, and over the places of vertices, too, where both are the same numbers, as of a ball. So none are given, and a
-    triangle that is flat has vertices of its own.
+    viser computes vertex normals from all adjacent triangles. It overwrites the file's normals, and also the vertices
+    if both arrays are equal, as for a ball. So the part has no normals, and flat triangles have separate vertices.
     """
     surface = part.surface
     if surface.normals is not None:
@@ -418,7 +416,7 @@ def _seen_through(part: MeshPart) -> MeshPart:
 
 
 def _escaped(name: str) -> str:
-    """A name as one step of a path."""
+    """Returns a name as one step of a path."""
     return name.replace("/", _SLASH)
 
 

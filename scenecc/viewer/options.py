@@ -1,4 +1,4 @@
-"""Options of what a page shows, and the address at which it is served."""
+"""Options of a page, and its address."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ _LAST_PORT: Final = 65535
 
 @dataclass(frozen=True, slots=True)
 class ViewOptions:
-    """What of a scene file is shown.
+    """What a page shows.
 
     Attributes:
-        scene: index of the scene that is shown.
-        grid: show all scenes, side by side.
-        visual: show bodies as they are seen.
-        collision: show what of them collides.
+        scene: index of the displayed scene.
+        grid: show all scenes side by side.
+        visual: show visual shapes.
+        collision: show collision shapes.
         frames: show the axes of each body and link.
-        names: show their names.
-        shadows: draw shadows: what a browser that draws without a GPU takes longest for.
-        contacts: show where bodies touch, and the forces there.
-        hidden: names of entities that are not shown.
+        names: show the names of bodies and links.
+        shadows: draw shadows; slow in a browser without a GPU.
+        contacts: show contact points and forces.
+        hidden: names of hidden entities.
     """
 
     scene: int = 0
@@ -42,12 +42,12 @@ class PageAddress:
     """Where a page is served.
 
     Attributes:
-        host: the address to listen at. At a loopback address, only pages of this machine's own may talk to it.
-        port: to listen at; 0: any that is free; None: 8080, or the next one that is free.
-        token: what a page's address must carry; None: anyone who reaches the address may use the page.
+        host: address to listen on. A loopback address accepts only pages from this machine.
+        port: port to listen on; 0: any free port; None: 8080, or the next free port.
+        token: token that the page's address must contain; None: anyone who can reach the address may use the page.
 
     Raises:
-        ValueError: the host is empty, there is no such port, or the token has no characters or some beyond ASCII.
+        ValueError: the host is empty, the port is out of range, or the token is empty or not ASCII.
     """
 
     host: str = "127.0.0.1"
@@ -55,19 +55,19 @@ class PageAddress:
     token: str | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        if not self.host.strip():  # which the system takes for every address
-            raise ValueError("a host is an address or the name of a machine; 0.0.0.0 listens at every address")
+        if not self.host.strip():  # the system would use every address
+            raise ValueError("a host must be an address or host name; 0.0.0.0 listens on every address")
         if self.port is not None and not 0 <= self.port <= _LAST_PORT:
-            raise ValueError(f"a port is 0 to {_LAST_PORT}, not {self.port}")
+            raise ValueError(f"a port must be from 0 to {_LAST_PORT}, not {self.port}")
         if self.token is not None and not (self.token.isascii() and self.token):
-            raise ValueError("a token is one or more ASCII characters")
+            raise ValueError("a token must have one or more ASCII characters")
 
     @property
     def is_local(self) -> bool:
-        """Whether only this machine reaches the address."""
+        """Whether only this machine can reach the address."""
         try:
             return self.host == "localhost" or ip_address(self.host).is_loopback
-        except ValueError:  # the name of a machine
+        except ValueError:  # a host name
             return False
 
 
@@ -79,4 +79,4 @@ ARGUMENT_TYPES: Mapping[str, Any] = {
     "steps": int,
     "progress": Callable[[int, int], None] | None,
 }
-"""Types of the arguments of functions that show scenes, which `scenecc.options.check_types` takes."""
+"""Types of the arguments of functions that show scenes, for `scenecc.options.check_types`."""

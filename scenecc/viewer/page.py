@@ -1,4 +1,4 @@
-"""The page: its server, the access to it, and its content."""
+"""The page: its server, access control, and content."""
 
 from __future__ import annotations
 
@@ -43,20 +43,20 @@ if TYPE_CHECKING:
 
 
 _FIRST: Final = 8080
-"""The port of a page where none is asked for."""
+"""The default port of a page."""
 
 _OPENING: Final = threading.Lock()
-"""What is patched and redirected while a server starts is everybody's."""
+"""Serializes server starts, which patch and redirect global state."""
 
 _OWN_PAGE: Final = re.compile(r"https?://(localhost|127\.[0-9]+\.[0-9]+\.[0-9]+|\[::1\])(:[0-9]+)?")
-"""Origins of pages from this machine, through another port as well: a tunnel has its own."""
+"""Origins of pages from this machine, on any port, because a tunnel has another port."""
 
 
 def open_server(place: PageAddress, label: str) -> viser.ViserServer:
-    """A server that listens.
+    """Returns a server that listens.
 
     Raises:
-        OSError: the address or the port cannot be had.
+        OSError: the address or port is not available.
     """
     port = _free_port(place)
     with _OPENING, _quiet(), patch.object(below, "serve", _Guard(place, label)):
@@ -68,7 +68,7 @@ def open_server(place: PageAddress, label: str) -> viser.ViserServer:
 
 
 def close_server(server: viser.ViserServer) -> None:
-    """Stops it; viser would print that."""
+    """Stops the server without viser's message."""
     with interrupts_wait(), _quiet():
         server.stop()
 
@@ -78,7 +78,7 @@ def _refuse(verbose: bool = True) -> None:  # noqa: FBT001, FBT002 - viser's own
 
 
 def _free_port(place: PageAddress) -> int:
-    """A port that is free: viser itself would try a thousand others, and wait for ever where the address is wrong."""
+    """Returns a free port. viser itself would try a thousand ports, and hang for a wrong address."""
     wanted = range(_FIRST, _FIRST + 100) if place.port is None else (place.port,)
     for port in wanted[:-1]:
         with suppress(OSError):
@@ -87,19 +87,19 @@ def _free_port(place: PageAddress) -> int:
 
 
 def _bound(host: str, port: int) -> int:
-    """The port that is had where this one is asked for. Raises OSError."""
+    """Returns the port that is bound when this one is requested. Raises OSError."""
     try:
         host.encode("idna")
     except UnicodeError as error:
-        raise OSError(f"it cannot be a name: {error}") from error
+        raise OSError(f"it cannot be a host name: {error}") from error
     with socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
         return int(probe.getsockname()[1])
 
 
 class _Guard:
-    """Serves as the library below viser does, to whom it may.
+    """Wraps viser's WebSocket library to restrict access.
 
-    viser asks nobody who comes from where, and has no option for it; the library below it has.
+    viser has no access control, but the library below it does.
     """
 
     def __init__(self, place: PageAddress, title: str) -> None:
@@ -109,17 +109,17 @@ class _Guard:
         self._serve: Any = below.serve
 
     def __call__(self, *given: Any, process_request: Any, **options: Any) -> Any:
-        # What a browser sends may be anything: of a message that nobody understands, nobody needs a traceback.
+        # A browser may send anything. Invalid messages need no traceback.
         asyncio.get_running_loop().set_exception_handler(_log)
         logger = logging.getLogger("scenecc.viewer.page")
         logger.disabled = True
-        # Pages of other sites, open in the same browser, do not talk to a loopback address; a program names no origin.
+        # Pages of other sites in the same browser must not reach a loopback address. Programs send no origin.
         origins = [_OWN_PAGE, None] if self._place.is_local else None
         handler = partial(self._process, process_request)
         return self._serve(*given, process_request=handler, origins=origins, logger=logger, **options)
 
     def _process(self, process: Any, connection: ServerConnection, request: Request) -> Any:
-        """Answers a request, or lets its WebSocket be opened (None). A page gives its token back as a cookie."""
+        """Answers a request, or returns None to open its WebSocket. A page returns its token as a cookie."""
         token, name = self._place.token, f"scenecc-{connection.local_address[1]}"
         given = parse_qs(urlsplit(request.path).query).get("token", [""])[0]
         if token is not None:
@@ -127,7 +127,7 @@ class _Guard:
             with suppress(CookieError):
                 cookies.load("; ".join(request.headers.get_all("Cookie")))
             sent = given or (unquote(cookies[name].value) if name in cookies else "")
-            # Compared in a time that tells nothing of where they differ.
+            # Compare in constant time.
             if not compare_digest(token.encode(), sent.encode(errors="replace")):
                 return connection.respond(HTTPStatus.FORBIDDEN, "This page needs a token: /?token=...\n")
         response = process(connection, request)
@@ -138,7 +138,7 @@ class _Guard:
         return response
 
     def _entitle(self, response: Any) -> None:
-        """Gives the page a title of its own; viser has none to be set."""
+        """Sets the page's title; viser has no option for it."""
         encoding = response.headers["Content-Encoding"]
         if encoding not in self._pages:
             zipped = encoding == "gzip"
@@ -150,7 +150,7 @@ class _Guard:
 
 
 def titled(page: str, title: str) -> str:
-    """Viser's page with another title."""
+    """Returns viser's page with another title."""
     return page.replace("<title>Viser</title>", f"<title>{escape(title)}</title>", 1)
 
 
@@ -161,57 +161,57 @@ def _log(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
 
 @contextmanager
 def _quiet() -> Generator[None]:
-    """Keeps viser's own words from standard output."""
+    """Suppresses viser's messages on standard output."""
     with redirect_stdout(io.StringIO()):
         yield
 
 
 _AXES_LENGTH, _AXES_RADIUS = 0.1, 0.003
-"""Of the axes of a body [m]."""
+"""Size of the axes of a body [m]."""
 
 _AROUND, _BRIGHT = 0.4, 1.5
-"""How strong the light from all sides is, and a lamp far away: what faces up has about its own colour."""
+"""Intensity of ambient light and of a distant lamp: faces pointing up show about their own colour."""
 
 _FROM: Final = (0.8, -0.5, 1.2)
-"""Where the lamp stands."""
+"""Direction of the lamp."""
 
 _FOV: Final = float(np.radians(75))
-"""Of viser's camera, from top to bottom [rad]."""
+"""Vertical field of view of viser's camera [rad]."""
 
 _DISTANCE: Final = 1.3 / np.sin(_FOV / 2)
-"""Of a camera, in radii of what it sees: panels cover some of it."""
+"""Distance of a camera, in radii of the content: panels cover some of it."""
 
 _OUTLINE, _GIZMO = "/selected", "/gizmo"
-"""Paths of what marks bodies."""
+"""Paths of the selection outline and the gizmo."""
 
 _WARNED, _TOUCHES = "/overlap ", "/contacts"
 
 _ORANGE, _RED = (255, 120, 0), (224, 30, 30)
 
 _LONGEST: Final = 0.3
-"""Length of the arrow of the largest force, in radii of all that is shown."""
+"""Length of the arrow of the largest force, in radii of all content."""
 
 _SMALLEST: Final = 0.15
-"""Size of a gizmo at least, in radii of all that is shown: one that is smaller is hard to hit."""
+"""Minimum size of a gizmo, in radii of all content: a smaller one is hard to hit."""
 
 _FARTHEST, _TURNED = 1e6, 0.5
-"""How far a body may be dragged [m], and the length of a quaternion that is one."""
+"""Maximum drag distance of a body [m], and minimum norm of a valid quaternion."""
 
 Box = tuple["NDArray[np.float64]", "NDArray[np.float64]"]
-"""Lowest and highest corner [m]."""
+"""Lower and upper corner [m]."""
 
 
 def _edges(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(12, 2, 3) of a box."""
+    """(12, 2, 3) edges of a box."""
     corners = list(product(*zip(low, high, strict=True)))
     pairs = combinations(corners, 2)
     return np.array([pair for pair in pairs if sum(a != b for a, b in zip(*pair, strict=True)) == 1], np.float64)
 
 
 class Page:
-    """What a server shows. Only what differs from before is sent, and nothing moves the camera of a browser.
+    """Content of a server. Only changes are sent, and nothing moves a browser's camera.
 
-    Ctrl-C waits for the end of each function: what viser was half told would not be what is kept here.
+    Ctrl-C waits for the end of each method: otherwise viser's state could differ from the one kept here.
     """
 
     def __init__(
@@ -220,12 +220,12 @@ class Page:
         clicked: Callable[[Key], None] | None = None,
         dragged: Callable[[Key, Pose7, bool], None] | None = None,
     ) -> None:
-        """Both are called in a thread of viser.
+        """Both callbacks run in a viser thread.
 
         Args:
-            server: that shows it.
-            clicked: called with the body that was clicked.
-            dragged: called with a body, where it was dragged to in its scene, and whether it was let go.
+            server: the server that shows it.
+            clicked: called with the clicked body.
+            dragged: called with a body, its new pose in its scene, and whether the drag has ended.
         """
         self._server = server
         self._clicked = clicked
@@ -239,19 +239,19 @@ class Page:
         self._poses = BodyPoses.of({}, {})
         self._overview, self._radius = overview(np.zeros((0, 3))), 1.0
         self._views: Mapping[str, BrowserView] = {}
-        # viser's own lights are so bright that colours are hardly the file's.
+        # viser's own lights are so bright that they distort the file's colours.
         server.scene.configure_default_lights(enabled=False)
         server.scene.configure_environment_map(environment_intensity=_AROUND)
         self._light = server.scene.add_light_directional("/light", intensity=_BRIGHT, position=_FROM)
 
     @property
     def digests(self) -> set[str]:
-        """Of the files that are shown."""
+        """Digests of the displayed files."""
         return {node.digest for node in self._nodes.values() if isinstance(node, SurfaceNode | Instances)}
 
     @interrupts_wait()
     def show(self, picture: PageContent, contents: Mapping[str, bytes]) -> None:
-        """Shows a picture in place of the one before. `contents`: of its files, by digest."""
+        """Replaces the displayed content. `contents`: its files, by digest."""
         self._light.cast_shadow = picture.shadows
         with self._server.atomic():
             for path in [path for path in self._nodes if path not in picture.nodes]:
@@ -266,7 +266,7 @@ class Page:
 
     @interrupts_wait()
     def move(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> None:
-        """Puts bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
+        """Moves bodies. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
         with self._server.atomic():
             for key, pose in zip(keys, poses.tolist(), strict=True):
                 if key in self._bodies:
@@ -282,14 +282,14 @@ class Page:
 
     @interrupts_wait()
     def outline(self, key: Key | None, box: Box | None) -> None:
-        """Draws a box around a body, in its frame, in place of the one before; None: around nothing."""
+        """Draws a box around a body, in its frame, replacing the last one; None: no box."""
         self._unmark(_OUTLINE)
         if key is not None and box is not None:
             self._mark(_OUTLINE, key, box, _ORANGE)
 
     @interrupts_wait()
     def warn(self, boxes: Mapping[Key, Box]) -> None:
-        """Draws red boxes around bodies, in place of those before."""
+        """Draws red boxes around bodies, replacing the last ones."""
         for path in [path for path in self._marks if path.startswith(_WARNED)]:
             self._unmark(path)
         for number, (key, box) in enumerate(boxes.items()):
@@ -297,7 +297,7 @@ class Page:
 
     @interrupts_wait()
     def touch(self, scenes: NDArray[np.int64], points: NDArray[np.float32], forces: NDArray[np.float32]) -> None:
-        """Draws arrows for forces (N, 3) at points (N, 3) [m] of scenes (N,), in place of those before."""
+        """Draws arrows for forces (N, 3) at points (N, 3) [m] of scenes (N,), replacing the last ones."""
         if self._touches is not None:
             self._touches.remove()
             self._touches = None
@@ -313,7 +313,7 @@ class Page:
 
     @interrupts_wait()
     def hold(self, key: Key | None, size: float) -> None:
-        """Puts a gizmo at a body, by which it is dragged; None: takes it away. `size`: of the body [m]."""
+        """Adds a gizmo to drag a body; None: removes it. `size`: size of the body [m]."""
         self._unmark(_GIZMO)
         if key is None or self._dragged is None:
             return
@@ -333,7 +333,7 @@ class Page:
         handle.on_update(update)
 
     def _follow(self) -> None:
-        """Puts the outline and the gizmo where their bodies are; those of bodies that are gone go."""
+        """Moves the outline and the gizmo to their bodies, and removes those of missing bodies."""
         for path, (key, handle) in [*self._marks.items()]:
             row = self._poses.rows.get(key)
             if row is None:
@@ -352,20 +352,20 @@ class Page:
 
     @interrupts_wait()
     def open_at(self, view: BrowserView | None = None) -> None:
-        """Lets browsers that come from now on begin at a view; None: that of all that is shown."""
+        """Sets the initial view of browsers that connect from now on; None: an overview."""
         self._look_from(self._server.initial_camera, view or self._overview)
 
     @interrupts_wait()
     def frame(self, browsers: Iterable[viser.ClientHandle], name: str = "") -> None:
-        """Moves the cameras of browsers, likewise."""
+        """Moves the cameras of browsers to a view."""
         for browser in browsers:
-            # One that has just come has told nothing of its camera, which viser asks for first.
+            # A new browser has not sent its camera yet, which viser needs first.
             with suppress(AssertionError):
                 self._look_from(browser.camera, self._views.get(name, self._overview))
 
     @interrupts_wait()
     def frame_all(self) -> None:
-        """Moves the cameras of all browsers to where they see all that is shown."""
+        """Moves the cameras of all browsers to an overview."""
         self.frame(self._server.get_clients().values())
         self.open_at()
 
@@ -375,7 +375,7 @@ class Page:
     def _remove(self, path: str) -> None:
         handle = self._handles.pop(path)
         del self._nodes[path]
-        # What is below a node goes with it.
+        # Nodes below a removed node are removed too.
         if self._server.scene.get_handle_by_name(path) is handle:
             handle.remove()
 
@@ -383,7 +383,7 @@ class Page:
         before = self._nodes.get(path)
         handle: Any = self._handles.get(path)
         if isinstance(node, Frame) and isinstance(before, Frame):
-            # Also where it is to be where it was: a body may have moved since.
+            # Needed even for an unchanged pose, because a body may have moved since.
             handle.position, handle.wxyz, handle.show_axes = node.position, node.wxyz, node.axes
         elif isinstance(node, Instances) and isinstance(before, Instances) and node.is_moved(before):
             handle.batched_scales = node.scales
@@ -397,7 +397,7 @@ class Page:
         self._nodes[path], self._handles[path] = node, handle
 
     def _place(self, handle: Any, node: Instances) -> None:
-        """Puts instances where their bodies are; viser sends arrays that differ from those before."""
+        """Moves instances to their bodies; viser sends arrays that have changed."""
         poses = node.poses(self._poses)
         handle.batched_positions, handle.batched_wxyzs = poses[:, :3], poses[:, 3:]
 
@@ -446,13 +446,15 @@ class Page:
 
 
 def bounds(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """The middle of points (N, 3), and the radius of the ball around them [m]; of none, those of a cube of 1 m."""
+    """Returns the centre of points (N, 3), and the radius of the ball around them [m]; without points, those of a 1 m
+    cube.
+    """
     low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.full(3, -0.5), np.full(3, 0.5))
     return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
 
 
 def overview(corners: NDArray[np.float64]) -> BrowserView:
-    """The view that has all of these points (N, 3) [m] in it: as SAPIEN's pictures do."""
+    """Returns a view that contains all points (N, 3) [m], as in SAPIEN's pictures."""
     middle, radius = bounds(corners)
     back = np.array(FRAMING_DIRECTION) / np.linalg.norm(FRAMING_DIRECTION)
     return BrowserView("", to_vector(middle + _DISTANCE * radius * back), to_vector(middle), _FOV)

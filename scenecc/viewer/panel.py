@@ -1,4 +1,4 @@
-"""The panel of the page: its controls, and texts beside them."""
+"""The panel of the page: its controls and texts."""
 
 from __future__ import annotations
 
@@ -34,25 +34,25 @@ if TYPE_CHECKING:
 _RED = "#e03131"
 
 _LARGEST = 2**53 - 1
-"""Of the numbers that a browser distinguishes."""
+"""Largest integer that a browser represents exactly."""
 
 _MOST_SEED = 2**64 - 1
 
 _WIDTH = 300
 
 _MOST_CAMERAS: Final = 32
-"""Cameras that have a button: side by side, every scene has its own."""
+"""Maximum number of camera buttons: in a grid, every scene has its own cameras."""
 
 
 class Actions(Protocol):
-    """What can be asked for on a page."""
+    """Actions that a page can request."""
 
     def look_at(self, look: ViewOptions) -> None:
-        """Shows something else."""
+        """Changes what is shown."""
         ...
 
     def play(self) -> None:
-        """Lets the simulation run, or stops it."""
+        """Starts or stops the simulation."""
         ...
 
     def step(self, n: int) -> None:
@@ -60,7 +60,7 @@ class Actions(Protocol):
         ...
 
     def reset(self, seed: int) -> None:
-        """Puts everything back to its start."""
+        """Resets everything to its start."""
         ...
 
     def rebuild(self, seed: int) -> None:
@@ -68,39 +68,39 @@ class Actions(Protocol):
         ...
 
     def give(self, name: str, value: Any) -> None:
-        """Gives a parameter a value; `AS_WRITTEN`: the file's own."""
+        """Sets a parameter; `AS_WRITTEN`: to the file's own value."""
         ...
 
     def give_nothing(self) -> None:
-        """Gives all parameters the values that the file says."""
+        """Resets all parameters to the file's values."""
         ...
 
     def select(self, key: Key) -> None:
-        """Tells what is known of a body."""
+        """Selects a body and shows its properties."""
         ...
 
     def search(self) -> None:
-        """Lists the objects that are searched for."""
+        """Lists the objects that match the search."""
         ...
 
     def hide(self, *, hidden: bool) -> None:
-        """Shows the entity of the selected body no longer, or again."""
+        """Hides or shows the entity of the selected body."""
         ...
 
     def show_all(self) -> None:
-        """Shows all entities that were hidden."""
+        """Shows all hidden entities."""
         ...
 
     def lock(self, *, locked: bool) -> None:
-        """Keeps the entity of the selected body from clicks and moves, or no longer."""
+        """Locks or unlocks the entity of the selected body against clicks and moves."""
         ...
 
     def move(self, *, on: bool) -> None:
-        """Puts a gizmo at the selected body, or takes it away."""
+        """Adds a gizmo to the selected body, or removes it."""
         ...
 
     def undo(self) -> None:
-        """Takes back the last move."""
+        """Undoes the last move."""
         ...
 
     def set_joint(self, number: int, position: float) -> None:
@@ -108,16 +108,16 @@ class Actions(Protocol):
         ...
 
     def check(self) -> None:
-        """Tells what `scenecc check` finds at the start."""
+        """Shows what `scenecc check` finds at the start."""
         ...
 
     def record(self, browser: viser.ClientHandle, seconds: float) -> None:
-        """Simulates for a time [s], and gives a browser a film of what it sees."""
+        """Simulates for a time [s], and sends a browser a video of its view."""
         ...
 
 
 class Panel:
-    """Controls, and texts beside them. Ctrl-C waits for the end of each function, as in `Page`."""
+    """Controls and texts. Ctrl-C waits for the end of each method, as in `Page`."""
 
     @interrupts_wait()
     def __init__(
@@ -151,75 +151,75 @@ class Panel:
         self._param_folder = self._gui.add_folder("Parameters", order=30, visible=False)
         self._add_pictures()
         with self._gui.add_folder("Findings", order=40):
-            check = self._gui.add_button("Check", hint="What `scenecc check` finds at the start")
+            check = self._gui.add_button("Check", hint="Run the start checks of `scenecc check`")
             check.on_click(lambda _: self._mail.post("check", self._actions.check))
             self._findings = self._gui.add_html("", visible=False)
         self._add_tree()
 
     @interrupts_wait()
     def tell_fault(self, text: str) -> None:
-        """Shows an error over whatever else is shown; "" takes it away."""
+        """Shows an error above all other content; "" removes it."""
         self._fault.content = message(text, color=_RED) if text else ""
         if self._problem.visible != bool(text):
             self._problem.visible = bool(text)
 
     @interrupts_wait()
     def tell_findings(self, diagnostics: Sequence[Diagnostic], *, none: str = "") -> None:
-        """Shows warnings, notes and what a check found. `none`: what is said where there is nothing."""
+        """Shows warnings, notes and results of a check. `none`: text if there are none."""
         self._findings.content = findings(diagnostics, links=self._links) if diagnostics else line(none)
         self._findings.visible = bool(diagnostics) or bool(none)
 
     @interrupts_wait()
     def tell_joints(self, joints: Sequence[JointPosition]) -> None:
-        """Shows where the joints of the selected articulation stand."""
+        """Shows the positions of the selected articulation's joints."""
         self._selected.tell_joints(joints)
 
     @interrupts_wait()
     def tell_recording(self, *, recording: bool) -> None:
-        """Shows whether a film is taken."""
+        """Shows whether a video is being recorded."""
         self._record.label = "Stop recording" if recording else "Record"
 
     @interrupts_wait()
     def tell_time(self, seconds: float, steps: int) -> None:
-        """Shows how long was simulated."""
+        """Shows the simulated time."""
         self._time.content = line(_time_words(seconds, steps))
 
     @interrupts_wait()
     def tell_seed(self, seed: int) -> None:
-        """Shows the seed with which everything was drawn."""
+        """Shows the seed of all draws."""
         self._true_seed = seed
         self._seed.value = min(seed, _LARGEST)
 
     @interrupts_wait()
     def tell_playing(self, *, playing: bool) -> None:
-        """Shows whether the simulation runs."""
+        """Shows whether the simulation is running."""
         self._play.label = "Pause" if playing else "Play"
         self._step.disabled = playing
 
     @interrupts_wait()
     def tell_selected(self, selected: Selected | None, *, moves: bool) -> None:
-        """Shows what is known of a body; None: nothing is selected. `moves`: whether it can be dragged now."""
+        """Shows the properties of a body; None: nothing is selected. `moves`: whether it can be dragged now."""
         self._selected.tell(selected, moves=moves)
 
     @interrupts_wait()
     def tell_marks(self, selected: Key | None, hidden: frozenset[str], locked: frozenset[str]) -> None:
-        """Shows in the tree what is selected, hidden and locked."""
+        """Marks selected, hidden and locked objects in the tree."""
         self._tree.mark(selected, hidden, locked)
         self._show_all.visible = bool(hidden)
 
     @interrupts_wait()
     def tell_refusal(self, text: str) -> None:
-        """Shows why something was not done with the selected body."""
+        """Shows why an action on the selected body failed."""
         self._selected.tell_refusal(text)
 
     @interrupts_wait()
     def tell_undo(self, *, possible: bool) -> None:
-        """Shows whether a move can be taken back."""
+        """Shows whether a move can be undone."""
         self._selected.tell_undo(possible=possible)
 
     @interrupts_wait()
     def set_scenes(self, count: int, left_out: int) -> None:
-        """How many scenes there are, and how many of them are not shown side by side."""
+        """Sets the number of scenes, and how many of them the grid leaves out."""
         if self._scenes != count:
             self._scenes = count
             self._clear("scenes")
@@ -233,7 +233,7 @@ class Panel:
 
     @interrupts_wait()
     def set_params(self, rows: tuple[ParamRow, ...], given: Mapping[str, Any], *, afresh: bool = False) -> None:
-        """The parameters. Controls of known parameters keep their values, unless `afresh`: then they show `given`."""
+        """Sets the parameters. Known controls keep their values, unless `afresh`: then they show `given`."""
         if rows == self._params and not afresh:
             return
         self._params = rows
@@ -244,25 +244,25 @@ class Panel:
                 add_control(self._gui, row, given.get(row.name, row.value), self._giver(row.name)) for row in rows
             ]
             if rows:
-                button = self._gui.add_button("As in the file", hint="All parameters as the file says")
+                button = self._gui.add_button("As in the file", hint="Reset all parameters to the file's values")
                 button.on_click(lambda _: self._mail.post("give nothing", self._actions.give_nothing))
                 self._made["params"].append(button)
 
     @interrupts_wait()
     def set_objects(self, scenes: Objects) -> None:
-        """The tree of objects."""
+        """Sets the tree of objects."""
         self._tree.show(scenes)
 
     @interrupts_wait()
     def search(self) -> None:
-        """Lists the objects that the text in the tree's field leaves."""
+        """Lists the objects that match the text in the tree's search field."""
         self._tree.search()
 
     def _add_problem(self) -> Any:
         panel = self._gui.add_panel(visible=False)
         with panel.add_tab("Error"):
             self._fault = self._gui.add_html("")
-        # viser's own notices stand at the top.
+        # viser's own notices are at the top.
         panel.float(x=15, y=-15, width=640)
         return panel
 
@@ -270,7 +270,7 @@ class Panel:
         panel = self._gui.add_panel()
         tab = panel.add_tab("Objects")
         with tab:
-            self._show_all = self._gui.add_button("Show all", visible=False, hint="Show what was hidden here")
+            self._show_all = self._gui.add_button("Show all", visible=False, hint="Show all hidden entities")
             self._show_all.on_click(lambda _: self._mail.post("show all", self._actions.show_all))
         self._tree = ObjectTree(
             self._gui,
@@ -295,19 +295,19 @@ class Panel:
             self._step = self._gui.add_button("Step")
             self._step.on_click(lambda _: self._mail.post(object(), lambda: self._actions.step(1)))
             self._seed = self._gui.add_number("Seed", initial_value=0, min=0, max=_LARGEST, step=1)
-            again = self._gui.add_button("Reset", hint="Back to the start, drawn with this seed where a reset draws")
+            again = self._gui.add_button("Reset", hint="Reset to the start; draws of a reset use this seed")
             again.on_click(lambda _: self._post_seed("reset", self._actions.reset))
-            rebuild = self._gui.add_button("Rebuild", hint="Rebuild the scene, with everything drawn from this seed")
+            rebuild = self._gui.add_button("Rebuild", hint="Rebuild the scene; all draws use this seed")
             rebuild.on_click(lambda _: self._post_seed("rebuild", self._actions.rebuild))
             following = self._gui.add_button("Next seed", hint="Rebuild the scene with the next seed")
             following.on_click(lambda _: self._mail.post(object(), lambda: self._actions.rebuild(self._next_seed())))
 
     def _add_pictures(self) -> None:
         with self._gui.add_folder("Pictures", order=35):
-            still = self._gui.add_button("Screenshot", hint="A PNG of what this browser shows")
+            still = self._gui.add_button("Screenshot", hint="A PNG of this browser's view")
             still.on_click(self._screenshot)
             self._seconds = self._gui.add_number("Seconds", initial_value=3.0, min=0.1, max=600.0, step=0.1)
-            self._record = self._gui.add_button("Record", hint="An MP4 of the simulation, as this browser shows it")
+            self._record = self._gui.add_button("Record", hint="An MP4 of the simulation in this browser's view")
             self._record.on_click(self._film)
 
     def _screenshot(self, event: viser.GuiEvent[Any]) -> None:
@@ -319,7 +319,7 @@ class Panel:
                 event.client.send_file_download("scene.png", png(shot(event.client)), save_immediately=True)
 
     def _film(self, event: viser.GuiEvent[Any]) -> None:
-        """One that is being taken ends by a second click, which does not wait for it."""
+        """Starts a recording. A second click ends it without waiting for it."""
         browser, seconds = event.client, self._seconds.value
         if self._record.label != "Record":
             self.stop.set()
@@ -330,7 +330,7 @@ class Panel:
         self._mail.post(key, lambda: action(self._asked_seed()))
 
     def _asked_seed(self) -> int:
-        """The value in the field, as long as it is not edited; a browser cannot show every value."""
+        """Returns the value in the field; an unedited field may show a rounded value, so the original is used."""
         shown = _whole(self._seed.value, _LARGEST)
         return self._true_seed if shown == min(self._true_seed, _LARGEST) else shown
 
@@ -362,7 +362,7 @@ class Panel:
             }
             for box in self._boxes.values():
                 box.on_update(self._change)
-            everything = self._gui.add_button("See all", hint="Move the camera to where it sees everything")
+            everything = self._gui.add_button("See all", hint="Move the camera to see everything")
             everything.on_click(self._see_all)
 
     def _see_all(self, event: viser.GuiEvent[Any]) -> None:
@@ -371,7 +371,7 @@ class Panel:
 
     @interrupts_wait()
     def set_cameras(self, names: tuple[str, ...]) -> None:
-        """The cameras of the file: a button for each moves the camera of a browser there."""
+        """Adds a button for each camera of the file, which moves a browser's camera there."""
         if names == self._cameras:
             return
         self._cameras = names
@@ -390,7 +390,7 @@ class Panel:
             self._page.frame([event.client], name)
 
     def _change(self, event: object) -> None:
-        """Asks for what the controls say when it is their turn: several threads of viser's may come here at once."""
+        """Posts a task that reads the controls when it runs: several viser threads may get here at once."""
         del event
         self._mail.post("look", self._look_at)
 
@@ -413,7 +413,7 @@ class Panel:
 
 
 def _whole(value: float, largest: int) -> int:
-    """A number from a browser, which may send anything, as one from 0 to the largest."""
+    """Returns a number from a browser, which may be anything, as an integer from 0 to the maximum."""
     return int(min(max(value, 0), largest)) if isfinite(value) else 0
 
 

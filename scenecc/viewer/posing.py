@@ -1,4 +1,4 @@
-"""The pose of an entity, written into the text of its scene file."""
+"""Writes the pose of an entity into the text of its scene file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from scenecc.geometry.rotations import Pose7, Quat
 
 _SAME_PLACE, _SAME_TURN = 1e-6, 1e-6
-"""Positions [m] and components of quaternions that differ by less are what is written."""
+"""Positions [m] and quaternion components that differ by less count as unchanged."""
 
 _ROTATIONS: Final = ("q", "rpy", "rpy_deg", "axis_angle", "look_at")
 
@@ -26,11 +26,11 @@ def check_written(name: str, data: Mapping[str, Any]) -> None:
     """Checks that the pose of an entity can be written into a document.
 
     Args:
-        name: of the entity in the plan.
-        data: of the document.
+        name: name of the entity in the plan.
+        data: content of the document.
 
     Raises:
-        EditError: it cannot; the message says why.
+        EditError: it cannot be written; the message gives the reason.
     """
     entities = _mapping(data.get("entities"))
     written = _mapping(entities.get(name))
@@ -38,40 +38,40 @@ def check_written(name: str, data: Mapping[str, Any]) -> None:
         raise EditError(_maker(name, entities))
     for key in ("use", "variants", "place", "repeat"):
         if key in written:
-            raise EditError(f"`{key}` gives it its pose")
+            raise EditError(f"`{key}` sets its pose")
     _read_pose(written.get("pose", [0, 0, 0]))
 
 
 def _maker(name: str, entities: Mapping[str, Any]) -> str:
-    """What makes an entity that does not stand in a document under its name."""
+    """Describes what generates an entity that has no node of its own in a document."""
     for key, written in entities.items():
         if name.startswith(f"{key}/") and "use" in _mapping(written):
-            return f"the prefab that `{key}` uses gives it its pose"
+            return f"the prefab that `{key}` uses sets its pose"
         if name.startswith(f"{key}_") and "repeat" in _mapping(written):
-            return f"it is one copy of the `repeat` of `{key}`"
-    return "a `repeat`, a prefab or another file makes it"
+            return f"it is a copy made by the `repeat` of `{key}`"
+    return "a `repeat`, a prefab or another file generates it"
 
 
 def with_pose(text: str, data: Mapping[str, Any], name: str, start: Pose7, new: Pose7) -> str:
-    """The text with another pose of an entity.
+    """Returns the text with another pose of an entity.
 
-    What lies between the written pose and the world (`relative_to`, or `anchor`) stays as it is.
+    `relative_to` and `anchor` stay unchanged.
 
     Args:
-        text: of the scene file.
-        data: what it holds.
-        name: of the entity, which `check_written` lets pass.
-        start: where it is by the text, in the world.
-        new: where it is to be.
+        text: text of the scene file.
+        data: content of the text.
+        name: name of the entity; `check_written` must accept it.
+        start: its pose in the text, in the world.
+        new: its new pose in the world.
 
     Raises:
-        EditError: it cannot be written; the message says why.
+        EditError: it cannot be written; the message gives the reason.
     """
     pose = data["entities"][name].get("pose")
     old = _read_pose(pose or [0, 0, 0])
     mapping = _mapping(pose)
     if "relative_to" in mapping and "anchor" in mapping:
-        raise EditError("it has `relative_to` and `anchor`")
+        raise EditError("it has both `relative_to` and `anchor`")
     if "relative_to" in mapping:
         wanted = compose(compose(old, invert(start)), new)
     else:
@@ -99,7 +99,7 @@ def with_pose(text: str, data: Mapping[str, Any], name: str, start: Pose7, new: 
 
 
 def _read_pose(written: Any) -> Pose7:
-    """A pose of plain numbers, without what it is relative to. Raises EditError if it is none."""
+    """Returns a pose of plain numbers, without its reference frame. Raises EditError for other poses."""
     if isinstance(written, list):
         x, y, z = _numbers(written, 3, "pose")
         return (x, y, z, *IDENTITY)
@@ -113,7 +113,7 @@ def _read_pose(written: Any) -> Pose7:
 
 def _rotation(pose: Mapping[str, Any]) -> Quat:
     if "look_at" in pose:
-        raise EditError("`look_at` turns it with its place")
+        raise EditError("`look_at` sets its rotation from its position")
     if "q" in pose:
         return normalized(_numbers(pose["q"], 4, "q"))
     if "rpy" in pose:
@@ -132,21 +132,21 @@ def _rotation(pose: Mapping[str, Any]) -> Quat:
 
 
 def _mapping(written: Any) -> dict[str, Any]:
-    """The mapping that is written; an empty one where there is something else."""
+    """Returns the written mapping; empty for anything else."""
     return cast("dict[str, Any]", written) if isinstance(written, dict) else {}
 
 
 def _numbers(written: Any, count: int, key: str) -> list[float]:
     numbers: list[Any] = [*written] if isinstance(written, list | tuple) else []
     if len(numbers) != count or not all(isinstance(one, int | float) and not isinstance(one, bool) for one in numbers):
-        raise EditError(f"an expression or a form owns `{key}`")
+        raise EditError(f"`{key}` is an expression or a form")
     return [float(one) for one in numbers]
 
 
 def _turn(edits: TextEdits, path: Path, mapping: Mapping[str, Any], rotation: Quat) -> None:
-    """Writes a rotation as the one before is written."""
+    """Writes a rotation in the notation of the old one."""
     if "axis_angle" in mapping:
-        raise EditError("its rotation is written as `axis_angle`: turn it there, or write `q` or `rpy_deg`")
+        raise EditError("its rotation is written as `axis_angle`: edit it there, or use `q` or `rpy_deg`")
     if "rpy" in mapping:
         _set_numbers(edits, (*path, "rpy"), mapping["rpy"], _digits(_to_rpy(rotation), 5))
     elif "rpy_deg" in mapping:
@@ -170,14 +170,14 @@ def _rounded(new: Sequence[float], old: Sequence[float], digits: int, same: floa
 
 
 def _changed_rotation(new: Quat, old: Sequence[float]) -> Quat | None:
-    """The rotation; None where it is the old one."""
+    """Returns the rotation; None if it is unchanged."""
     sign = copysign(1.0, sum(a * b for a, b in zip(new, old, strict=True)))
     w, x, y, z = (sign * one for one in new)
     return None if max(abs(a - b) for a, b in zip((w, x, y, z), old, strict=True)) < _SAME_TURN else (w, x, y, z)
 
 
 def _to_rpy(q: Quat) -> tuple[float, float, float]:
-    """Turns about the fixed axes x, then y, then z [rad]; of several ways, the one without roll."""
+    """Returns rotations about the fixed axes x, then y, then z [rad]; if ambiguous, without roll."""
     w, x, y, z = q
     sine = 2 * (w * y - x * z)
     roll_x, roll_y = 1 - 2 * (x * x + y * y), 2 * (w * x + y * z)
@@ -195,6 +195,6 @@ def _format_list(numbers: Sequence[float]) -> str:
 
 
 def _number(value: float) -> str:
-    """A number as short as it can be written: YAML reads `1e-05` too, but people do not."""
+    """Returns the shortest notation of a number, without exponents such as `1e-05`."""
     whole = int(value)
     return str(whole) if value == whole else f"{value:.6f}".rstrip("0")

@@ -1,4 +1,4 @@
-"""Pictures of a page as a browser shows it, one by one or as a film."""
+"""Pictures and videos of a browser's view of a page."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 RATE: Final = 30
-"""Pictures of a film a second."""
+"""Frames per second of a video."""
 
 _TIMEOUT: Final = 60
-"""How long a browser may take for a picture [s]: one without a GPU takes seconds."""
+"""Time limit for a picture [s]: a browser without a GPU takes seconds."""
 
 _MOST: Final = 2048
-"""Of the sides of a picture [px]."""
+"""Maximum width and height of a picture [px]."""
 
 
 class ShotError(Exception):
-    """A browser gives no picture: it is gone, or takes too long."""
+    """A browser returns no picture: it has disconnected, or takes too long."""
 
 
 def shot(browser: viser.ClientHandle) -> NDArray[np.uint8]:
-    """(H, W, 3), what a browser shows, without panels.
+    """(H, W, 3) picture of a browser's view, without panels.
 
     Raises:
-        ShotError: it gives none.
+        ShotError: the browser returns no picture.
     """
     try:
         camera: Any = browser.camera
@@ -49,14 +49,14 @@ def shot(browser: viser.ClientHandle) -> NDArray[np.uint8]:
 
 
 def record_film(browser: viser.ClientHandle, advance: Callable[[], bool]) -> bytes:
-    """An MP4 of what a browser shows, `RATE` pictures a second.
+    """Returns an MP4 of a browser's view, with `RATE` frames per second.
 
     Args:
-        browser: that shows it.
-        advance: called after each picture; false: it was the last.
+        browser: the browser.
+        advance: called after each picture; returns false after the last.
 
     Raises:
-        SceneError: the encoder is not installed or fails, or the browser gives no picture.
+        SceneError: the encoder is not installed or fails, or the browser returns no picture.
     """
     if not has_encoder():
         raise _error("SC816", NO_ENCODER, install_hint("pictures"))
@@ -64,19 +64,19 @@ def record_film(browser: viser.ClientHandle, advance: Callable[[], bool]) -> byt
     def frames() -> Iterator[NDArray[np.uint8]]:
         yield (first := shot(browser))
         while advance():
-            # A window may change its size meanwhile.
+            # The window may be resized meanwhile.
             yield _fit_picture(shot(browser), first)
 
     try:
         return mp4(frames(), RATE)
     except ShotError as error:
-        raise _error("SC816", f"the browser gives no picture: {error}") from error
+        raise _error("SC816", f"the browser returned no picture: {error}") from error
     except OSError as error:
         raise _error("SC816", str(error)) from error
 
 
 def _fit_picture(frame: NDArray[np.uint8], first: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """A picture cut or filled up to the size of another."""
+    """Returns a picture cropped or padded to the size of another."""
     made = np.full_like(first, 255)
     height, width = (min(a, b) for a, b in zip(first.shape[:2], frame.shape[:2], strict=True))
     made[:height, :width] = frame[:height, :width]

@@ -1,4 +1,4 @@
-"""What is known of the selected body, and what can be done with it."""
+"""Properties and controls of the selected body."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ if TYPE_CHECKING:
     from scenecc.viewer.tasks import TaskQueue
     from scenecc.viewer.world import JointPosition
 
-_UNSELECTED = "Click on a body, or on its name."
+_UNSELECTED = "Click a body or its name."
 
 _MOST_JOINTS = 64
-"""Sliders that are shown."""
+"""Maximum number of sliders."""
 
 _SHORTEST = 1e-6
-"""The range of a slider at least: viser takes none without one."""
+"""Minimum range of a slider: viser rejects an empty one."""
 
 
 @frozen
 class Selected:
-    """A body that is selected.
+    """A selected body.
 
     Attributes:
         key: the body.
-        item: what is known of its entity.
+        item: properties of its entity.
         hidden, locked: whether the entity is.
         unmovable: why its pose cannot be written into the file; "" if it can.
-        joints: of its articulation, that move.
+        joints: the movable joints of its articulation.
     """
 
     key: Key
@@ -48,14 +48,14 @@ class Selected:
 
 
 class SelectedPanel:
-    """The controls, in a container of viser's."""
+    """The controls, in a viser container."""
 
     def __init__(self, gui: viser.GuiApi, mail: TaskQueue, actions: Actions) -> None:
-        self._hidden = self._box(gui, "Hidden", "No longer in the picture")
-        self._locked = self._box(gui, "Locked", "No click in the picture, and no move")
-        self._move = self._box(gui, "Move", "Drag it: its pose is written into the file")
+        self._hidden = self._box(gui, "Hidden", "Hide it in the view")
+        self._locked = self._box(gui, "Locked", "Ignore clicks in the view, and moves")
+        self._move = self._box(gui, "Move", "Drag it; its pose is written to the file")
         self._note = gui.add_html("", visible=False)
-        self._undo = gui.add_button("Undo move", visible=False, hint="Give the file its bytes before the last move")
+        self._undo = gui.add_button("Undo move", visible=False, hint="Restore the file before the last move")
         self._gui, self._mail, self._set_joint = gui, mail, actions.set_joint
         self._of: Any = None
         self._joints: list[Any] = []
@@ -72,7 +72,7 @@ class SelectedPanel:
 
     @property
     def text(self) -> str:
-        """All that it says."""
+        """All displayed text."""
         return f"{self._facts.content}\n{self._note.content}"
 
     def tell(self, selected: Selected | None, *, moves: bool) -> None:
@@ -88,12 +88,12 @@ class SelectedPanel:
         self._note.content, self._note.visible = (line(note) if note else ""), bool(note)
 
     def tell_joints(self, joints: Sequence[JointPosition]) -> None:
-        """Shows where the joints of the selected articulation stand."""
+        """Shows the positions of the selected articulation's joints."""
         for slider, joint in zip(self._joints, joints, strict=False):
             slider.value = min(max(joint.position, joint.low), joint.high)
 
     def _tell_joints(self, selected: Selected | None) -> None:
-        """Sliders of other joints take the place of those before; those of the same ones stay under the mouse."""
+        """Replaces the sliders if the joints differ. Sliders of the same joints stay, so that they can be dragged."""
         joints = () if selected is None else selected.joints[:_MOST_JOINTS]
         of = None if selected is None or not joints else (*selected.key[:2], len(joints))
         if of != self._of:
@@ -124,16 +124,16 @@ class SelectedPanel:
         return slider
 
     def tell_refusal(self, text: str) -> None:
-        """Shows why something was not done."""
+        """Shows why an action failed."""
         self._note.content, self._note.visible = line(text), True
 
     def tell_undo(self, *, possible: bool) -> None:
-        """Shows whether a move can be taken back."""
+        """Shows whether a move can be undone."""
         self._undo.visible = possible
 
 
 def _poster(mail: TaskQueue, key: str, box: Any, act: Callable[[bool], None]) -> Callable[[Any], None]:
-    """Posts what a browser, and not this program, makes of a box."""
+    """Returns a callback that posts changes of a checkbox by a browser, but not by this program."""
 
     def update(event: Any) -> None:
         if event.client is not None:

@@ -1,4 +1,4 @@
-"""Events of a page: one thread owns the engine, and executes the requests of browsers and watched files."""
+"""Events of a page: one thread owns the engine, and handles requests of browsers and file changes."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ if TYPE_CHECKING:
     from scenecc.viewer.world import Loading
 
 _FRAME: Final = 1 / 30
-"""How long a picture of a running simulation is shown [s]."""
+"""Display time of a frame of a running simulation [s]."""
 
 _ROUNDING: Final = 1e-9
-"""Of a sum of times, in steps."""
+"""Rounding error of a sum of times, in steps."""
 
 _BEHIND: Final = 0.25
-"""A simulation that is further behind the clock [s] runs slower than it: it does not catch up."""
+"""Maximum lag of the simulation behind the clock [s]. Beyond it, the simulation runs slower instead of catching up."""
 
 
 class Session:
@@ -66,11 +66,11 @@ class Session:
         links: bool = True,
         writes: bool = True,
     ) -> None:
-        """`path`: of the source, where it is a file that may change. `report` is called with the diagnostics each time.
+        """`path`: path of the source, if it is a file that may change. `report` is called with the diagnostics each
+        time.
 
-        `links`: whether places in files are links for an editor on this machine.
-        `writes`: whether a body that is dragged may change the file.
-        `source` is asked for before each compilation: a stream can be read once only.
+        `links`: whether places in files are links for an editor on this machine. `writes`: whether dragging a body may
+        change the file. `source` is called before each compilation, because a stream can be read only once.
         """
         self._source, self._options, self._path, self._report = source, options, path, report
         self._look = self._built = look
@@ -93,14 +93,14 @@ class Session:
         self._link: SelectionLink | None = None
 
     def serve(self, ready: Callable[[], None]) -> None:
-        """Starts, says that it is ready, and runs until the thread is interrupted. Raises SceneError, as `start`."""
+        """Starts, calls `ready`, and runs until the thread is interrupted. Raises SceneError, as `start`."""
         with interrupts_kept(self._mail), closing(SelectionLink("page", self._hear)) as self._link:
             self.start()
             ready()
             self.run()
 
     def start(self) -> None:
-        """Shows the scene, or what is wrong with it. Raises SceneError if it has no such scene as is to be shown."""
+        """Shows the scene or its errors. Raises SceneError if the requested scene does not exist."""
         if self._path is not None:
             self._watch.see([self._path])
         loading = self._load({})
@@ -109,7 +109,7 @@ class Session:
         self._try(lambda: self._take(loading))
 
     def run(self) -> None:
-        """Does what is asked for, until the thread is interrupted."""
+        """Runs posted tasks until the thread is interrupted."""
         while True:
             task = self._mail.take(self._shown_at + _FRAME - time.monotonic() if self._playing else None)
             if task is not None:
@@ -118,24 +118,24 @@ class Session:
                 self._try(self._advance)
 
     def close(self) -> None:
-        """Ends the watch, and frees the engine's objects."""
+        """Stops watching files, and frees the engine's objects."""
         self._watch.close()
         if self._world is not None:
             self._world.close()
             self._world = None
 
     def reload(self) -> None:
-        """Compiles and builds the file as it is now; on an error, the scene before stays."""
+        """Compiles and builds the current file; on an error, the old scene stays."""
         loading = self._load(self._given)
         afresh = loading.loaded is None and bool(self._given)
         if afresh and (plain := self._load({})).loaded is not None:
-            # What was given by hand no longer fits to the file.
+            # Values set on the page no longer fit the file.
             self._given = self._fitting_values()
             loading = self._load(self._given) if self._given else plain
         self._take(loading, afresh=afresh)
 
     def give(self, name: str, value: Any) -> None:
-        """Builds the scene with another value of a parameter; `AS_WRITTEN`: the file's own."""
+        """Rebuilds the scene with another value of a parameter; `AS_WRITTEN`: the file's own."""
         kept = {known: given for known, given in self._given.items() if known != name}
         self._given = kept if isinstance(value, AsWritten) else {**kept, name: value}
         if isinstance(value, AsWritten):
@@ -143,18 +143,18 @@ class Session:
         self._take(self._load(self._given))
 
     def give_nothing(self) -> None:
-        """Builds the scene with the file's own values of all parameters."""
+        """Rebuilds the scene with the file's own values of all parameters."""
         self._given = {}
         self._forget(*self._options.params)
         self._take(self._load({}), afresh=True)
 
     def rebuild(self, seed: int) -> None:
-        """Builds the scene with another seed."""
+        """Rebuilds the scene with another seed."""
         self._options = replace(self._options, seed=seed)
         self.reload()
 
     def reset(self, seed: int) -> None:
-        """Puts all bodies back to their start."""
+        """Resets all bodies to their start."""
         if self._world is None:
             return
         try:
@@ -171,7 +171,7 @@ class Session:
         self._tell_selected()
 
     def look_at(self, look: ViewOptions) -> None:
-        """Shows something else of the scene; other scenes are built for it."""
+        """Changes what is shown; builds other scenes if needed."""
         self._look = look = replace(look, hidden=self._look.hidden)
         if self._world is None:
             return
@@ -182,7 +182,7 @@ class Session:
             self._panel.tell_fault(self._broken)
 
     def play(self) -> None:
-        """Lets the simulation run, or stops it."""
+        """Starts or stops the simulation."""
         self._playing = not self._playing and self._world is not None
         self._shown_at, self._owed = time.monotonic(), 0.0
         self._panel.tell_playing(playing=self._playing)
@@ -195,50 +195,50 @@ class Session:
             self._simulate_steps(self._world, n)
 
     def select(self, key: Key) -> None:
-        """Tells what is known of a body and of what it belongs to, and editors where that is written."""
+        """Selects a body: shows the properties of its entity, and sends editors the place where it is written."""
         self._select(key)
         if self._world is not None and self._link is not None:
             self._link.send(self._world.written(key))
 
     def select_written(self, places: Collection[Place]) -> None:
-        """Selects what is written where the cursor of an editor is; editors are not told of that."""
+        """Selects what is written at an editor's cursor, without sending the selection back to editors."""
         found = [] if self._world is None else self._world.written_at(places)
         if found and not (self._selected and self._selected[:2] in {key[:2] for key in found}):
             self._select(found[0])
 
     def pick(self, key: Key) -> None:
-        """Selects a body in the picture; one that is locked lets clicks pass."""
+        """Selects a clicked body, unless it is locked."""
         if key[1] not in self._locked:
             self.select(key)
 
     def search(self) -> None:
-        """Lists the objects that are searched for."""
+        """Lists the objects that match the search."""
         self._panel.search()
         self._tell_marks()
 
     def hide(self, *, hidden: bool) -> None:
-        """Shows the entity of the selected body no longer, or again."""
+        """Hides or shows the entity of the selected body."""
         if self._selected is not None:
             self._show_but(_with_name(self._look.hidden, self._selected[1], inside=hidden))
 
     def show_all(self) -> None:
-        """Shows all entities that were hidden."""
+        """Shows all hidden entities."""
         self._show_but(frozenset())
 
     def lock(self, *, locked: bool) -> None:
-        """Keeps the entity of the selected body from clicks and moves, or no longer."""
+        """Locks or unlocks the entity of the selected body against clicks and moves."""
         if self._selected is not None:
             self._locked = _with_name(self._locked, self._selected[1], inside=locked)
             self._moves = self._moves and not locked
             self._tell_selected()
 
     def move(self, *, on: bool) -> None:
-        """Puts a gizmo at the selected body, or takes it away."""
+        """Adds a gizmo to the selected body, or removes it."""
         self._moves = on and self._selected is not None and self._selected[1] not in self._locked
         self._tell_selected()
 
     def set_joint(self, number: int, position: float) -> None:
-        """Moves a joint of the selected articulation; the file stays as it is."""
+        """Moves a joint of the selected articulation; the file does not change."""
         world, key = self._world, self._selected
         if world is None or key is None:
             return
@@ -249,7 +249,7 @@ class Session:
             self._show_poses()
 
     def check(self) -> None:
-        """Tells what `scenecc check` finds at the start of the scenes, with boxes around what overlaps."""
+        """Shows what `scenecc check` finds at the start of the scenes, with boxes around overlapping bodies."""
         world = self._world
         if world is None:
             return
@@ -258,10 +258,10 @@ class Session:
         found = check_start(world.loaded, world.scene_idxs)
         boxes = {key: world.box(key) for key in world.named(found.overlapping)}
         self._page.warn({key: box for key, box in boxes.items() if box is not None})
-        self._panel.tell_findings([*world.loaded.sink.diagnostics(), *found.diagnostics], none="Nothing is found.")
+        self._panel.tell_findings([*world.loaded.sink.diagnostics(), *found.diagnostics], none="No findings.")
 
     def record(self, browser: viser.ClientHandle, seconds: float) -> None:
-        """Simulates for a time [s], and gives a browser a film of what it sees; a second click ends it before."""
+        """Simulates for a time [s], and sends a browser a video of its view; a second click ends it early."""
         world = self._world
         if world is None:
             return
@@ -289,18 +289,18 @@ class Session:
         browser.send_file_download("scene.mp4", content, save_immediately=True)
 
     def drag(self, key: Key, pose: Pose7) -> None:
-        """Shows the entity of a body elsewhere. `pose`: of its root, in its scene."""
+        """Shows the entity of a body at another pose. `pose`: pose of its root, in its scene."""
         if self._world is None or not self._moves:
             return
         starts = self._world.places(key)
         if not starts:
-            return  # dragged before the file changed, in which it is no more
+            return  # dragged before a file change that removed it
         root = next(iter(starts.values()))
         poses = [compose(compose(pose, invert(root)), start) for start in starts.values()]
         self._page.move([*starts], np.array(poses, np.float32))
 
     def drop(self, key: Key, pose: Pose7) -> None:
-        """Writes the pose of a body that was dragged into the file, whose change is shown then as any other."""
+        """Writes the pose of a dragged body to the file, which is then reloaded as usual."""
         world = self._world
         if world is None or not self._moves or not world.places(key):
             return
@@ -316,7 +316,7 @@ class Session:
         self._panel.tell_undo(possible=self._editor.can_undo)
 
     def undo(self) -> None:
-        """Takes back the last move in the file."""
+        """Undoes the last move in the file."""
         try:
             self._editor.undo()
         except EditError as error:
@@ -326,7 +326,7 @@ class Session:
     def _hear(self, places: list[Place]) -> None:
         self._mail.post("select written", lambda: self.select_written(places))
 
-    def _drag(self, key: Key, pose: Pose7, done: bool) -> None:  # noqa: FBT001 - as the page calls it
+    def _drag(self, key: Key, pose: Pose7, done: bool) -> None:  # noqa: FBT001 - the page's callback signature
         if done:
             self._mail.post("drop", lambda: self.drop(key, pose))
         else:
@@ -343,7 +343,7 @@ class Session:
         self._tell_selected()
 
     def _tell_selected(self) -> None:
-        """Shows what is selected: in the panel, in the tree and in the picture."""
+        """Shows the selection in the panel, the tree and the view."""
         world, key = self._world, self._selected
         item = None if world is None or key is None else world.facts(key)
         if world is None or key is None or item is None:
@@ -366,9 +366,9 @@ class Session:
         self._panel.tell_marks(self._selected, self._look.hidden, self._locked)
 
     def _unmovable(self, world: World, name: str) -> str:
-        """Why the pose of an entity cannot be written into the file; "" if it can."""
+        """Returns why the pose of an entity cannot be written to the file; "" if it can."""
         if world.steps or self._playing:
-            return "the simulation has run, press Reset first"
+            return "the simulation has run; press Reset first"
         try:
             self._editor.check(world.loaded, name)
         except EditError as error:
@@ -376,12 +376,12 @@ class Session:
         return ""
 
     def _forget(self, *names: str) -> None:
-        """Lets go of values that were given at the start."""
+        """Drops values that were set at the start."""
         params = {name: value for name, value in self._options.params.items() if name not in names}
         self._options = replace(self._options, params=params)
 
     def _fitting_values(self) -> dict[str, Any]:
-        """Those of the values that were given by hand that the file takes."""
+        """Returns the values set on the page that the file accepts."""
         kept: dict[str, Any] = {}
         for name, value in self._given.items():
             if self._load({**kept, name: value}).loaded is not None:
@@ -395,7 +395,7 @@ class Session:
             self._fault(error.diagnostics, self._broken)
 
     def _advance(self) -> None:
-        """Simulates as long as the last picture was shown, in whole steps: what is left over counts for the next."""
+        """Simulates for the display time of the last frame in whole steps, and carries over the rest."""
         assert self._world is not None
         now = time.monotonic()
         timestep = self._world.timestep
@@ -408,7 +408,7 @@ class Session:
         self._simulate_steps(self._world)
 
     def _simulate_steps(self, world: World, n: int = 0) -> None:
-        """Simulates some more steps, and shows where everything is; one that diverges stops, and its poses stay."""
+        """Simulates some steps, and shows all poses. If the simulation diverges, it stops and the poses stay."""
         if self._moves:
             self.move(on=False)
         try:
@@ -422,7 +422,7 @@ class Session:
         self._tell_time()
 
     def _load(self, given: Mapping[str, Any]) -> Loading:
-        """Compiles the scene, and watches what it used; of one that is at fault, what the one before used, too."""
+        """Compiles the scene, and watches its files; after an error, also the old scene's files."""
         since = time.time_ns()
         loading = load(self._source(), self._options, given)
         if self._path is not None:
@@ -445,7 +445,7 @@ class Session:
         self._panel.set_params(loading.loaded.params, loading.loaded.given, afresh=afresh)
 
     def _show(self, world: World) -> None:
-        """Shows scenes in place of those before, once nothing can go wrong any more."""
+        """Replaces the displayed scenes, once nothing can fail any more."""
         before = self._world
         try:
             picture = world.picture(self._look, self._files)
@@ -486,7 +486,7 @@ class Session:
         self._touch(world)
 
     def _show_poses(self) -> None:
-        """Sends the poses of bodies that have moved."""
+        """Sends the poses of moved bodies."""
         assert self._world is not None
         poses = self._world.poses()
         moved = np.flatnonzero((poses != self._poses).any(axis=1))
@@ -497,7 +497,7 @@ class Session:
             self._panel.tell_joints(self._world.joints(self._selected))
 
     def _touch(self, world: World) -> None:
-        """Shows where bodies touch, if that is wanted."""
+        """Shows contacts, if enabled."""
         none = np.zeros((0, 3), np.float32)
         self._page.touch(*(world.contacts() if self._look.contacts else (np.zeros(0, np.int64), none, none)))
 
@@ -506,12 +506,12 @@ class Session:
         self._panel.tell_time(self._world.time, self._world.steps)
 
     def _break(self, diagnostics: Sequence[Diagnostic]) -> None:
-        """Tells what is wrong with the file, from now on until it is mended."""
+        """Shows the errors of the file until they are fixed."""
         self._broken = render(diagnostics)
         self._fault(diagnostics)
 
     def _fault(self, diagnostics: Sequence[Diagnostic], before: str = "") -> None:
-        """Tells what is wrong, after what was wrong before."""
+        """Shows diagnostics, after earlier text."""
         self._panel.tell_fault("\n".join(filter(None, (before, render(diagnostics)))))
         self._report(diagnostics)
 

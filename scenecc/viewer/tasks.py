@@ -1,4 +1,4 @@
-"""Tasks of the engine's thread: a queue, and a watch on files that posts a task when they change."""
+"""Tasks of the engine's thread: a queue, and a file watcher that posts a task on changes."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 @contextmanager
 def interrupts_kept(mail: TaskQueue) -> Generator[None]:
-    """Posts each Ctrl-C as well as letting it happen at once: some imports swallow whatever is raised in them.
+    """Posts each Ctrl-C in addition to raising it, because some imports swallow exceptions.
 
-    Signals arrive in the main thread only; in another one, nothing is changed.
+    Signals arrive only in the main thread; in other threads, this does nothing.
     """
     handler = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(handler):
@@ -39,9 +39,9 @@ def interrupts_kept(mail: TaskQueue) -> Generator[None]:
 
 
 class TaskQueue:
-    """Tasks in the order in which they came. One with the key of another that waits takes its place.
+    """Tasks in order of arrival. A new task replaces a waiting one with the same key.
 
-    So a slider that is dragged through a hundred values asks for few of them.
+    So dragging a slider through a hundred values runs only a few tasks.
     """
 
     def __init__(self) -> None:
@@ -56,7 +56,7 @@ class TaskQueue:
             self._came.notify()
 
     def take(self, timeout: float | None) -> Callable[[], None] | None:
-        """The next task; None where none comes in time [s]. Without a timeout it waits until one comes."""
+        """Returns the next task; None after the timeout [s]. Without a timeout, it waits."""
         with self._came:
             self._came.wait_for(lambda: self._waiting, timeout)
             if not self._waiting:
@@ -65,26 +65,26 @@ class TaskQueue:
 
 
 _TOGETHER: Final = 400
-"""How long changes are gathered at most [ms], where one follows the other."""
+"""Maximum time for which successive changes are merged [ms]."""
 
 _QUIET: Final = 20
-"""Time without another change before a change is reported [ms]: an editor writes a file in several steps."""
+"""Quiet time before a change is reported [ms], because editors write a file in several steps."""
 
 _ASK: Final = 200
-"""Interval of polling if there are no notifications [ms], as on a network drive."""
+"""Polling interval without notifications [ms], as on a network drive."""
 
 _COARSE: Final = 10_000_000
-"""By how much the time of a file may be behind the clock [ns]."""
+"""Maximum lag of a file time behind the clock [ns]."""
 
 _Stamp = tuple[int, int, int, int] | None
-"""Times of the last changes of a file and of its name [ns], its size and its inode; None where there is none."""
+"""Times of the last changes of a file and its name [ns], its size and its inode; None if it does not exist."""
 
 
 class FileWatcher:
-    """Watches files, also files that do not exist yet. A change is detected by the file itself."""
+    """Watches files, also files that do not exist yet. A change is detected from the file's stamp."""
 
     def __init__(self, changed: Callable[[], None]) -> None:
-        """`changed` is called from a thread of its own."""
+        """`changed` is called from a separate thread."""
         self._changed = changed
         self._stamps: dict[Path, _Stamp] = {}
         self._folders: frozenset[Path] = frozenset()
@@ -94,11 +94,11 @@ class FileWatcher:
 
     @interrupts_wait()
     def see(self, files: Iterable[Path], since: int | None = None) -> None:
-        """Watches these files in place of those before.
+        """Watches these files, replacing the last ones.
 
         Args:
-            files: to watch.
-            since: changes of new ones count from then on, nanoseconds as of `time.time_ns`; None: from now on.
+            files: files to watch.
+            since: changes of new files count from this time, in nanoseconds of `time.time_ns`; None: from now.
         """
         with self._lock:
             before = self._stamps
@@ -115,7 +115,7 @@ class FileWatcher:
 
     @interrupts_wait()
     def close(self) -> None:
-        """Ends the watch."""
+        """Stops watching."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join()
@@ -135,8 +135,8 @@ class FileWatcher:
 
 
 def _moments(folders: frozenset[Path], stop: threading.Event) -> Iterator[None]:
-    """When to look at files: when something in their folders has changed, and now and then."""
-    # A folder may be gone by now or not be readable, and the system watches so many folders and no more.
+    """Yields when files should be checked: after a change in their folders, and periodically."""
+    # A folder may be missing or unreadable, and the system limits the number of watched folders.
     with suppress(OSError, RuntimeError):
         for _ in watch(
             *folders,
@@ -155,7 +155,7 @@ def _moments(folders: frozenset[Path], stop: threading.Event) -> Iterator[None]:
 
 
 def _stamp(file: Path, since: int | None = None) -> _Stamp:
-    """As a file is; as none can be, where it has changed since then."""
+    """Returns the stamp of a file; an impossible one if it has changed since `since`."""
     try:
         status = file.stat()
     except OSError:
@@ -166,7 +166,7 @@ def _stamp(file: Path, since: int | None = None) -> _Stamp:
 
 
 def _nearest(folder: Path) -> Path:
-    """The folder, or the nearest one above it that is there."""
+    """Returns the folder, or the nearest parent that exists."""
     while not folder.is_dir() and folder != folder.parent:
         folder = folder.parent
     return folder

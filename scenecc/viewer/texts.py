@@ -1,4 +1,4 @@
-"""Texts of a page, as HTML in which nothing of a scene becomes markup."""
+"""Texts of a page as escaped HTML."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _CODE = "font-family:ui-monospace,monospace;white-space:pre;overflow:auto;max-he
 
 
 def message(text: str, *, color: str) -> str:
-    """What was said of a scene, line by line as on a terminal. `color`: of the bar beside it."""
+    """Returns a message, line by line as on a terminal. `color`: colour of the bar beside it."""
     bar = f"border-left:3px solid {color};"
     return f'<div style="{_STYLE}{_CODE}{bar}" class="scenecc-message">{escape(text.rstrip())}</div>'
 
 
 def findings(diagnostics: Sequence[Diagnostic], *, links: bool) -> str:
-    """A row for each diagnostic. `links`: whether its place is a link to an editor, with a path of this machine."""
+    """Returns one row per diagnostic. `links`: whether places are links to an editor on this machine."""
     rows = (
         f'<div style="border-left:3px solid {_COLORS[one.severity]};padding-left:0.5rem;margin:0.3rem 0">'
         f"{_place(one, links=links)}<b>{escape(one.code)}</b> {escape(one.message)}"
@@ -54,12 +54,12 @@ def _aside(text: str | None) -> str:
 
 
 def line(text: str) -> str:
-    """A short text."""
+    """Returns a short text."""
     return f'<div style="{_STYLE}" class="scenecc-line">{escape(text)}</div>'
 
 
 def facts(item: Item) -> str:
-    """What is said of a thing and of all that it is made of."""
+    """Returns the properties of an item and of all its parts."""
     return f'<div style="{_STYLE}" class="scenecc-facts">{"".join(_item(item))}</div>'
 
 

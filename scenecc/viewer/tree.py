@@ -1,4 +1,4 @@
-"""The tree of a page's objects: folders of names, a search, and marks of what is selected, hidden or locked."""
+"""The object tree of a page: folders of names, a search, and marks for selected, hidden or locked objects."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from scenecc.viewer.nodes import Key
 
     Objects = Mapping[int, Sequence[tuple[str, tuple[str, ...]]]]
-    """By scene: names of entities, and of the links of those that have some."""
+    """Scene → names of entities, each with the names of its links."""
 
 _MOST_ROWS: Final = 200
-"""Rows that are listed: a browser draws a button for each."""
+"""Maximum number of rows: a browser draws a button for each."""
 
 _FEW_ROWS: Final = 30
-"""So many rows stand open, without a click on their folders."""
+"""Up to this many rows, folders start expanded."""
 
 _PLAIN, _SELECTED = "gray", "orange"
 """Colours of rows."""
@@ -29,12 +29,12 @@ _PLAIN, _SELECTED = "gray", "orange"
 
 @frozen
 class Branch:
-    """A row of the tree, or a folder.
+    """A row or folder of the tree.
 
     Attributes:
-        label: the last step of its name.
-        key: of its body; None of a folder.
-        below: what a folder holds.
+        label: last step of its name.
+        key: its body; None for a folder.
+        below: content of a folder.
     """
 
     label: str
@@ -44,7 +44,7 @@ class Branch:
 
 @frozen
 class SceneRows:
-    """A scene in the tree. `count`: of all its entities, listed or not."""
+    """A scene in the tree. `count`: number of all its entities, listed or not."""
 
     index: int
     count: int
@@ -52,14 +52,14 @@ class SceneRows:
 
     @property
     def size(self) -> int:
-        """How many rows there are, those in folders too."""
+        """The number of rows, including those in folders."""
         return sum(1 if row.key is not None else len(row.below) for row in self.rows)
 
 
 def object_rows(scenes: Objects, wanted: str = "", most: int = _MOST_ROWS) -> tuple[list[SceneRows], int]:
-    """The rows of scenes whose names contain a text, whatever the case, and how many more there would be.
+    """Returns the rows of scenes whose names contain a text, ignoring case, and the number of omitted rows.
 
-    A name with slashes stands in a folder for each step, an articulation is a folder of its links.
+    A name with slashes has a folder for each step. An articulation is a folder of its links.
     """
     found: list[SceneRows] = []
     left = 0
@@ -92,9 +92,9 @@ def _branches(folder: dict[Any, Any]) -> tuple[Branch, ...]:
 
 
 class ObjectTree:
-    """The tree, in a container of viser's.
+    """The tree, in a viser container.
 
-    Its rows call `select`, and a new text to search for calls `search`, both in threads of viser.
+    Its rows call `select`, and a new search text calls `search`, both in viser threads.
     """
 
     def __init__(self, gui: viser.GuiApi, tab: Any, select: Callable[[Key], None], search: Callable[[], None]) -> None:
@@ -109,32 +109,32 @@ class ObjectTree:
             self._search.on_update(lambda _: search())
 
     def show(self, scenes: Objects) -> None:
-        """Lists the objects of scenes, in place of those before."""
+        """Lists the objects of scenes, replacing the last ones."""
         if scenes != self._scenes:
             self._scenes = scenes
             self.search()
 
     def search(self) -> None:
-        """Lists what the text that is searched for leaves."""
+        """Lists the objects that match the search text."""
         for handle in self._made:
             handle.remove()
         self._made, self._rows, self._marks = [], {}, {}
         found, left = object_rows(self._scenes, self._search.value.strip())
-        # What is searched for is seen, and so is what fits on a page.
+        # Folders expand for a search, or if everything fits on a page.
         self._is_open = bool(self._search.value) or sum(scene.size for scene in found) <= _FEW_ROWS
         with self._tab:
             for scene in found:
                 title = f"Scene {scene.index} ({scene.count})"
                 folder = self._gui.add_folder(title, expand_by_default=len(found) == 1 or bool(self._search.value))
                 self._made.append(folder)
-                # What is in a folder goes with it.
+                # The content of a folder is removed with it.
                 with folder:
                     self._add(scene.rows)
             if left:
-                self._made.append(self._gui.add_html(line(f"and {left} more: search for a part of a name")))
+                self._made.append(self._gui.add_html(line(f"and {left} more: search for part of a name")))
 
     def mark(self, selected: Key | None, hidden: frozenset[str], locked: frozenset[str]) -> None:
-        """Marks rows: the selected body, and those of entities that are hidden or locked."""
+        """Marks the selected body, and rows of hidden or locked entities."""
         for key, button in self._rows.items():
             icon = viser.Icon.EYE_OFF if key[1] in hidden else viser.Icon.LOCK if key[1] in locked else None
             mark = (_SELECTED if key == selected else _PLAIN, icon)

@@ -1,4 +1,4 @@
-"""A scene on a page, live or as a file."""
+"""Serves a scene on a live page, or exports it as a page."""
 
 from __future__ import annotations
 
@@ -41,22 +41,21 @@ def view_scene(
     told: Callable[[Sequence[Diagnostic]], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> None:
-    """Shows a scene on a page in the browser until it is interrupted, and again whenever its file changes.
+    """Shows a scene on a page in the browser until interrupted, and reloads it whenever its file changes.
 
-    A scene that is at fault when it starts is shown as the text of its errors, and as a scene once they are mended.
-    Other arguments are those of `validate`.
+    A scene with errors is shown as error messages until they are fixed. Other arguments are those of `validate`.
 
     Args:
-        source: as for `validate`; a path is watched, with every file that it uses.
-        look: what is shown at first.
+        source: as for `validate`; a path and all files that it uses are watched.
+        look: what is shown initially.
         place: where the page is served.
         ready: called with the address once the page can be opened.
-        told: called with the diagnostics whenever the scene was compiled or built.
-        options: those of `CompileOptions`.
+        told: called with the diagnostics after each compilation or build.
+        options: fields of `CompileOptions`.
 
     Raises:
-        SceneError: the page cannot be served: a package is missing, or the address cannot be had.
-        ValueError: an argument is out of its range.
+        SceneError: the page cannot be served: a package is missing, or the address is not available.
+        ValueError: an argument is out of range.
     """
     _need_packages()
     from scenecc.viewer.session import Session
@@ -77,7 +76,7 @@ def view_scene(
 
 @frozen
 class ScenePage:
-    """A scene as one page of HTML that needs nothing else, no network and no server.
+    """A scene as one self-contained HTML page, which needs no network and no server.
 
     Attributes:
         html: the page.
@@ -96,18 +95,18 @@ def page_of_source(
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> ScenePage:
-    """As `export_page`, with the diagnostics.
+    """Returns the page of `export_page` with its diagnostics.
 
     Args:
         source: as for `validate`.
         look: what is shown.
-        steps: of the simulation, which the page plays; 0: the scene stands still.
-        progress: called with (scenes done, scenes in all) while the engine builds, and with steps after that.
-        options: those of `CompileOptions`.
+        steps: number of simulation steps that the page plays; 0: a still scene.
+        progress: called with (scenes done, total scenes) while the engine builds, and with steps after that.
+        options: fields of `CompileOptions`.
 
     Raises:
-        SceneError: the scene, the engine or the machine is at fault, or there is no such scene.
-        ValueError: an argument is out of its range.
+        SceneError: the scene has errors, the scene index does not exist, or the engine or machine failed.
+        ValueError: an argument is out of range.
     """
     _need_packages()
     from scenecc.viewer.world import World, check_selected_scene, record_page
@@ -121,7 +120,7 @@ def page_of_source(
     check_selected_scene(look, loading.loaded.plan)
     world = World(loading.loaded, look, progress)
     try:
-        # viser writes a page from what a server shows; nobody is told of this one.
+        # viser exports a page from a running server; this one is never announced.
         with _serve(PageAddress(port=0), loading.loaded.plan.name) as server:
             page = record_page(server, world, look, steps, progress)
     finally:
@@ -136,7 +135,7 @@ def _serve(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
 
     server: viser.ViserServer | None = None
     try:
-        # Half of a server is nothing that could be stopped.
+        # A half-started server cannot be stopped.
         with interrupts_wait():
             server = _open_server(place, label)
         yield server
@@ -146,31 +145,31 @@ def _serve(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
 
 
 def _open_server(place: PageAddress, label: str) -> viser.ViserServer:
-    """Raises SceneError if the address or the port cannot be had."""
+    """Opens a server. Raises SceneError if the address or port is not available."""
     from scenecc.viewer.page import open_server
 
     try:
         return open_server(place, label)
     except OSError as error:
         where = place.host if place.port is None else f"{place.host}, port {place.port}"
-        # Of a name that nobody knows, the number is none of the system's.
+        # For an unknown host name, the error number is not a system error.
         known = error.errno is not None and error.errno > 0
         reason = os.strerror(error.errno) if known and error.errno else error.strerror or str(error)
         sink = Sink()
-        hint = "take another port, or none for one that is free"
+        hint = "choose another port, or omit it to use a free one"
         sink.report("SC815", f"no page can be served at {where}: {reason}", Location(None), hint=hint)
         raise SceneError(sink.diagnostics()) from error
 
 
 def address(place: PageAddress, port: int) -> str:
-    """What a browser opens: on this machine, and on others if they reach it."""
-    host = _own_address(place.host) if place.host in {"0.0.0.0", "::"} else place.host  # noqa: S104 - compared
+    """Returns the address for a browser on this machine, or on others if they can reach it."""
+    host = _own_address(place.host) if place.host in {"0.0.0.0", "::"} else place.host  # noqa: S104 - only compared
     token = "" if place.token is None else f"/?token={quote(place.token, safe='')}"
     return f"http://{f'[{host}]' if ':' in host else host}:{port}{token}"
 
 
 def _own_address(anywhere: str) -> str:
-    """The address of this machine by which it talks to the network."""
+    """Returns the network address of this machine."""
     family, far = (socket.AF_INET6, "2001:db8::1") if ":" in anywhere else (socket.AF_INET, "192.0.2.1")
     with suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as probe:
         probe.connect((far, 9))  # sends nothing
@@ -179,7 +178,7 @@ def _own_address(anywhere: str) -> str:
 
 
 def _again(source: Source) -> Callable[[], Source]:
-    """The source as often as it is wanted: a stream is read once."""
+    """Returns a function that returns the source repeatedly: a stream is read once."""
     if not hasattr(source, "read"):
         return lambda: source
     stream: Any = source
@@ -197,5 +196,5 @@ def _need_packages() -> None:
 
 
 def _ignore(what: object) -> None:
-    """Ignores what it is called with."""
+    """Does nothing with its argument."""
     del what

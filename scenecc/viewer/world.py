@@ -48,22 +48,22 @@ if TYPE_CHECKING:
 
 
 _MOST_BODIES: Final = 5000
-"""Beyond so many, a browser is no longer quick: scenes that have more are not put side by side."""
+"""Maximum number of bodies in a grid: with more, a browser is slow."""
 
 
 class World:
-    """Scenes of a file that were built, at their start or some steps later.
+    """Built scenes of a file, at their start or some steps later.
 
     Attributes:
         loaded: the file.
-        scene_idxs: the scenes that were built.
-        left_out: how many others would be beside them.
-        keys: the bodies that can move, in the order of `poses`.
-        steps: that were simulated since the start.
+        scene_idxs: the built scenes.
+        left_out: number of scenes left out of the grid.
+        keys: movable bodies, in the order of `poses`.
+        steps: steps since the start.
     """
 
     def __init__(self, loaded: Loaded, look: ViewOptions, progress: Callable[[int, int], None] | None = None) -> None:
-        """Builds the scenes of a look. Raises SceneError if the engine or the machine is at fault."""
+        """Builds the scenes to show. Raises SceneError if the engine or the machine failed."""
         self.loaded = loaded
         self.scene_idxs, self.left_out = _chosen(loaded, look)
         self._batch = build_batch(
@@ -74,7 +74,7 @@ class World:
             audit=True,
             progress=progress,
         )
-        # With the engine, which is known to be there now.
+        # loads the engine, whose presence was checked
         from scenecc.backends.sapien.measure import PoseTracker, measure_bodies
 
         try:
@@ -89,7 +89,7 @@ class World:
 
     @property
     def time(self) -> float:
-        """Since the start [s]."""
+        """Time since the start [s]."""
         return self.steps * self._batch.timestep
 
     @property
@@ -98,25 +98,25 @@ class World:
         return self._batch.timestep
 
     def step(self, n: int = 1, *, check: bool = False) -> None:
-        """Simulates some steps in every scene. With `check`, raises SceneError once they have diverged."""
+        """Simulates some steps in every scene. With `check`, raises SceneError if they have diverged."""
         self._batch.step(n, check=check)
         self.steps += n
 
     def reset(self, seed: int) -> None:
-        """Puts all bodies back to their start, drawn with another seed where a reset draws it.
+        """Resets all bodies to their start; draws of a reset use another seed.
 
         Raises:
-            ValueError: something is drawn that has no value or that the engine cannot hold.
+            ValueError: a draw has no value, or one that the engine cannot hold.
         """
         self._batch.reset(seed)
         self.steps = 0
 
     def poses(self) -> NDArray[np.float32]:
-        """(N, 7) p [m] then q (wxyz) of all bodies that can move, in the world of their scene."""
+        """(N, 7) p [m] then q (wxyz) of all movable bodies, in the world of their scene."""
         return self._moving.poses()
 
     def picture(self, look: ViewOptions, files: SurfaceFiles) -> PageContent:
-        """All that is shown of it, as it stood at the start.
+        """Returns the content of a page, with all bodies at their start.
 
         Raises:
             SceneError: a file cannot be shown, or a package for it is missing.
@@ -126,13 +126,13 @@ class World:
         return replace(found, views=tuple(views))
 
     def entities(self) -> dict[int, list[tuple[str, tuple[str, ...]]]]:
-        """What is in each scene: names of entities, and of the links of those that have some."""
+        """Returns the entities of each scene, each with the names of its links."""
         return {
             scene.index: [(one.entity.name, _links(one)) for one in scene.entities] for scene in self._measured.scenes
         }
 
     def facts(self, key: Key) -> Item | None:
-        """What is said of the entity of a body; None where it is in none of these scenes."""
+        """Returns the properties of a body's entity; None if it is in none of these scenes."""
         index, name, _ = key
         for scene in self._measured.scenes:
             for made in scene.entities:
@@ -141,9 +141,9 @@ class World:
         return None
 
     def contacts(self) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]:
-        """Where bodies touched in the last step: scenes (N,), points (N, 3) [m], and forces (N, 3) [N] there.
+        """Returns the contacts of the last step: scenes (N,), points (N, 3) [m], and forces (N, 3) [N].
 
-        Of two bodies, the force is that on the one which was built later. Friction is left out, as by SAPIEN.
+        The force is the one on the body that was built later. As in SAPIEN, it excludes friction.
         """
         found = self._batch.contacts()
         touching = (found.impulse != 0).any(axis=1)
@@ -151,7 +151,7 @@ class World:
         return found.scene[touching], found.point[touching], force
 
     def joints(self, key: Key) -> tuple[JointPosition, ...]:
-        """The joints that move of the articulation of a body, in the engine's order; none of another entity."""
+        """Returns the movable joints of a body's articulation, in the engine's order; empty for other entities."""
         articulation = self._batch.articulations.get(key[1])
         if articulation is None or key[0] not in articulation.scene_idxs:
             return ()
@@ -165,7 +165,7 @@ class World:
         )
 
     def set_joint(self, key: Key, number: int, position: float) -> None:
-        """Moves a joint of `joints` at once, in its scene alone, and stops it. `position`: [m] or [rad]."""
+        """Moves a joint of `joints` at once, only in its scene, and stops it. `position`: [m] or [rad]."""
         articulation = self._batch.articulations[key[1]]
         row = articulation.scene_idxs.index(key[0])
         qpos, qvel = articulation.qpos[row].copy(), articulation.qvel[row].copy()
@@ -175,7 +175,7 @@ class World:
         articulation.set_qvel(qvel[:dof], [key[0]])
 
     def named(self, names: Collection[tuple[int, str]]) -> list[Key]:
-        """The bodies that are called ENTITY, or ENTITY/LINK, in scenes (scene, name)."""
+        """Returns the bodies named ENTITY or ENTITY/LINK in scenes; `names`: (scene, name)."""
         return [
             (scene.index, one.entity.name, number)
             for scene in self._measured.scenes
@@ -185,11 +185,11 @@ class World:
         ]
 
     def written(self, key: Key) -> list[Place]:
-        """Where the entity of a body is written, innermost first: in a prefab, and where that is used."""
+        """Returns where the entity of a body is written, innermost first: in a prefab, then where that is used."""
         return self._find_places.get(key[1], [])
 
     def written_at(self, places: Collection[Place]) -> list[Key]:
-        """The first bodies of the entities that are written at one of some places."""
+        """Returns the first body of each entity that is written at one of some places."""
         return [
             (scene.index, one.entity.name, 0)
             for scene in self._measured.scenes
@@ -198,7 +198,9 @@ class World:
         ]
 
     def box(self, key: Key) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """The lowest and highest corner of a body in its own frame, planes left out [m]; None where it has none."""
+        """Returns the lower and upper corner of a body in its own frame, without planes [m]; None if it has no other
+        shapes.
+        """
         for scenes in (self._visual, self._colliding_meshes):
             for body in _bodies_of(scenes, key):
                 if len(body.corners):
@@ -208,7 +210,7 @@ class World:
         return None
 
     def places(self, key: Key) -> dict[Key, Pose7]:
-        """Where all bodies of the entity of a body are, in their scene; its root is first."""
+        """Returns the poses of all bodies of a body's entity in their scene; its root is first."""
         scene, name, _ = key
         found = {(scene, name, number): body.body for number, body in enumerate(_entity_bodies(self._visual, key))}
         now = {key: to_pose(pose) for key, pose in zip(self.keys, self.poses(), strict=True) if key in found}
@@ -221,7 +223,7 @@ class World:
 
     @cached_property
     def _find_places(self) -> dict[str, list[Place]]:
-        """Places of each entity, by its name."""
+        """Places of each entity, by name."""
         files = {name: os.path.realpath(path) for name, path in self.loaded.files.items()}
         return {
             entity.name: [
@@ -252,7 +254,7 @@ class World:
 
 @frozen
 class JointPosition:
-    """A joint, and where it stands, [m] or [rad]. `low`, `high`: of a slider, where it has no limits."""
+    """A joint and its position, [m] or [rad]. `low`, `high`: ends of its slider, also for a joint without limits."""
 
     name: str
     unit: str
@@ -262,14 +264,14 @@ class JointPosition:
 
 
 def _limits(joint: Any) -> tuple[float, float]:
-    """The ends of a joint's slider: a joint without end turns once, or goes a metre, each way."""
+    """Returns the ends of a joint's slider. An unlimited joint gets one turn, or one metre, each way."""
     reach = 1.0 if joint.get_type() == "prismatic" else pi
     low, high = map(float, joint.get_limits()[0])
     return low if isfinite(low) else -reach, high if isfinite(high) else reach
 
 
 def _entity_bodies(scenes: tuple[SceneMeshes, ...], key: Key) -> tuple[BodyMeshes, ...]:
-    """The bodies of the entity of a body; none where it is in none of these scenes."""
+    """Returns the bodies of a body's entity; empty if it is in none of these scenes."""
     index, name, _ = key
     for scene in scenes:
         for entity in scene.entities:
@@ -279,12 +281,12 @@ def _entity_bodies(scenes: tuple[SceneMeshes, ...], key: Key) -> tuple[BodyMeshe
 
 
 def _bodies_of(scenes: tuple[SceneMeshes, ...], key: Key) -> tuple[BodyMeshes, ...]:
-    """The body alone."""
+    """Returns only the body itself."""
     return _entity_bodies(scenes, key)[key[2] : key[2] + 1]
 
 
 def check_selected_scene(look: ViewOptions, plan: ScenePlan) -> None:
-    """Raises SceneError if the plan has no such scene as is looked at, ValueError if none can have it."""
+    """Raises SceneError if the plan lacks the requested scene, ValueError if no plan can have it."""
     sink = Sink()
     if select_scenes(str(integer(look.scene, "scene", 0)), plan.num_scenes, sink, "scene") is None or sink.failed:
         raise SceneError(sink.diagnostics())
@@ -296,7 +298,7 @@ def _links(one: MeasuredEntity) -> tuple[str, ...]:
 
 
 def _chosen(loaded: Loaded, look: ViewOptions) -> tuple[tuple[int, ...], int]:
-    """The scenes that are built, and how many there would be besides."""
+    """Returns the scenes to build, and the number of scenes left out."""
     plan = loaded.plan
     if not look.grid:
         return (min(look.scene, plan.num_scenes - 1),), 0
@@ -316,16 +318,16 @@ def _chosen(loaded: Loaded, look: ViewOptions) -> tuple[tuple[int, ...], int]:
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """A scene that was compiled.
+    """A compiled scene.
 
     Attributes:
-        plan: of it.
-        params: of the file, in order.
-        given: values of parameters with which it was compiled.
-        sink: what was said of it, warnings and notes; what is found later is reported there, too.
-        drawer: of its bodies.
-        result: of the compilation.
-        files: that were used, by the names that origins give them.
+        plan: its plan.
+        params: parameters of the file, in order.
+        given: parameter values used to compile it.
+        sink: its warnings and notes; later findings are added.
+        drawer: drawer of its bodies.
+        result: result of the compilation.
+        files: used files, by their names in origins.
     """
 
     plan: ScenePlan
@@ -338,18 +340,18 @@ class Loaded:
 
     @property
     def seed(self) -> int:
-        """Of the start that is shown first."""
+        """The seed of the initial start."""
         return self.plan.seed if self.result.replayed is None else self.result.replayed[1].seed
 
 
 @dataclass(frozen=True, slots=True)
 class Loading:
-    """What came of compiling a scene.
+    """The result of compiling a scene.
 
     Attributes:
-        loaded: the scene; None: there is an error.
-        diagnostics: all that was found.
-        files: that it used or looked for.
+        loaded: the scene; None if there is an error.
+        diagnostics: all diagnostics.
+        files: files that it used or looked for.
     """
 
     loaded: Loaded | None
@@ -358,14 +360,14 @@ class Loading:
 
 
 def load(source: Source, options: Options, given: Mapping[str, Any]) -> Loading:
-    """Compiles a scene. `given`: values of parameters, beside those of the options and before them."""
+    """Compiles a scene. `given`: parameter values, which override those of the options."""
     sink, memory = Sink(), PathCache()
     params = {**options.params, **given}
     found = compile_source(source, replace(options, params=params), sink, memory=memory)
     files = frozenset({*memory.named, *memory.missing})
     if found is None:
         return Loading(None, sink.diagnostics(), files)
-    # What was compiled already takes no other parameters.
+    # A compiled source accepts no other parameters.
     listed = () if isinstance(source, CompiledSource) else tuple(list_result_params(found, options.limits))
     drawer = MeshBuilder(found.plan, lambda problem, origin: problem.report(sink, origin))
     named = memory.files_by_name(found.document) if found.document is not None else {}
@@ -382,7 +384,7 @@ def record_page(
     steps: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> str:
-    """One page of HTML with a scene and, if there are steps, its simulation, as fast as its time goes.
+    """Returns one HTML page with a scene and, with steps, its simulation in real time.
 
     Raises:
         SceneError: a file cannot be shown, a package for it is missing, or the simulation diverges.

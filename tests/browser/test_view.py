@@ -142,7 +142,7 @@ def test_facts_go_with_what_they_are_about(page: Page, save: Callable[..., None]
     page.press("cube")
     soon(page.facts, lambda facts: facts.startswith("cube"))
     save(FALLING.replace("cube:", "block:"), {"Scene 0 (1)": ["block"]})
-    soon(page.text, lambda text: "Click on a body" in text)
+    soon(page.text, lambda text: "Click a body" in text)
     assert page.facts() == ""
 
 

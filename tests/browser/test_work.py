@@ -110,7 +110,7 @@ def test_a_drag_changes_the_file_and_an_undo_gives_its_bytes_back(page: Page, fi
     soon(file.read_bytes, SCENE.encode().__eq__)
     page.await_at("/scene 0/box", (0, 0, 0.5))
     page.press("tall")
-    soon(page.text, lambda text: "an expression or a form owns" in text)
+    soon(page.text, lambda text: "is an expression or a form" in text)
 
 
 def test_a_browser_is_given_a_picture_and_a_film(page: Page, tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def rows(text: str) -> dict[str, list[str]]:
     return {parts[0]: parts[1:] for parts in ([part for part in line.split("  ") if part] for line in lines)}
 
 
-def test_the_table_says_what_was_built_where(run, scene: Path) -> None:
+def test_the_table_lists_entities_and_their_scenes(run, scene: Path) -> None:
     done = run("build", scene)
     assert done.returncode == 0
     table = {name: [cell.strip() for cell in cells] for name, cells in rows(done.stdout).items()}
@@ -47,12 +47,12 @@ def test_the_table_says_what_was_built_where(run, scene: Path) -> None:
     assert "build " in done.stdout.splitlines()[-1]
 
 
-def test_the_number_of_scenes_is_overridden(run, scene: Path) -> None:
+def test_num_scenes_overrides_the_file(run, scene: Path) -> None:
     assert "built 8 scenes" in run("build", scene, "--num-scenes", "8").stdout
     assert run("build", scene, "--num-scenes", "2").returncode == 1, "scene 2 does not exist then"
 
 
-def test_some_of_the_scenes_are_built(run, scene: Path) -> None:
+def test_scenes_builds_only_the_selected_scenes(run, scene: Path) -> None:
     done = run("build", scene, "--scenes", "1:3,3")
     assert done.returncode == 0
     assert "built 3 of 4 scenes" in done.stdout
@@ -66,7 +66,7 @@ def test_some_of_the_scenes_are_built(run, scene: Path) -> None:
 
 
 @pytest.mark.parametrize("scenes", ["4", "2:9", "1,1", "0:0", "some", "", "-1", "9" * 5000, "²", "١"])
-def test_scenes_that_are_not_there_are_wrong_usage(run, scene: Path, scenes: str) -> None:
+def test_missing_scene_indices_are_wrong_usage(run, scene: Path, scenes: str) -> None:
     done = run("build", scene, f"--scenes={scenes}", "--dry-run")
     assert (done.returncode, done.stdout) == (2, "")
     assert "SC908" in done.stderr
@@ -104,14 +104,14 @@ def test_the_plan_is_written_and_builds_again(run, scene: Path, tmp_path: Path) 
     assert rows(first.stdout) == rows(again.stdout)
 
 
-def test_a_plan_on_standard_output_is_alone_there(run, scene: Path) -> None:
+def test_standard_output_contains_only_the_plan(run, scene: Path) -> None:
     done = run("build", scene, "--dry-run", "-o", "-")
     assert done.returncode == 0
     assert json.loads(done.stdout)
     assert "planned 4 scenes" in done.stderr
 
 
-def test_json_diagnostics_are_alone_on_standard_output(run, scene: Path, tmp_path: Path) -> None:
+def test_standard_output_contains_only_json_diagnostics(run, scene: Path, tmp_path: Path) -> None:
     good = run("build", scene, "--format", "json")
     assert (good.returncode, json.loads(good.stdout)) == (0, {"diagnostics": []})
     (tmp_path / "bad.yaml").write_text(TYPO)
@@ -123,7 +123,7 @@ def test_json_diagnostics_are_alone_on_standard_output(run, scene: Path, tmp_pat
     assert [d["code"] for d in json.loads(both.stdout)["diagnostics"]] == ["SC906"]
 
 
-def test_a_bad_scene_is_told_on_standard_error_and_writes_nothing(run, tmp_path: Path) -> None:
+def test_a_bad_scene_is_reported_on_standard_error_and_writes_nothing(run, tmp_path: Path) -> None:
     (tmp_path / "bad.yaml").write_text(TYPO)
     (tmp_path / "plan.json").write_text("old")
     done = run("build", "bad.yaml", "-o", "plan.json")
@@ -144,13 +144,13 @@ def test_a_bad_scene_is_told_on_standard_error_and_writes_nothing(run, tmp_path:
         (("scene.yaml", "-o", "scene.yaml/plan.json"), "SC904"),
     ],
 )
-def test_paths_that_cannot_be_are_wrong_usage(run, scene: Path, arguments: tuple[str, ...], code: str) -> None:
+def test_impossible_paths_are_wrong_usage(run, scene: Path, arguments: tuple[str, ...], code: str) -> None:
     done = run("build", *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert code in done.stderr
 
 
-def test_a_device_that_is_full_is_told(run, scene: Path) -> None:
+def test_a_full_device_is_reported(run, scene: Path) -> None:
     """Be it named or standard output, or where a fault would be told."""
     done = run("build", scene, "--dry-run", "-o", "/dev/full")
     assert done.returncode == 3
@@ -160,14 +160,14 @@ def test_a_device_that_is_full_is_told(run, scene: Path) -> None:
         assert subprocess.run(shell, capture_output=True, check=False, timeout=60).returncode == status
 
 
-def test_no_option_says_where_physx_runs(run, scene: Path) -> None:
+def test_there_is_no_option_for_the_physx_device(run, scene: Path) -> None:
     done = run("build", scene, "--dry-run", "--backend", "cpu")
     assert done.returncode == 2
     assert "No such option: --backend" in done.stderr
     assert "a GPU run through scenecc.maniskill" in " ".join(run("build", "--help").stdout.split())
 
 
-def test_a_scene_comes_by_standard_input(run) -> None:
+def test_a_scene_is_read_from_standard_input(run) -> None:
     done = run("build", "-", "--dry-run", stdin=CUBE)
     assert done.returncode == 0
     assert "cube" in rows(done.stdout)
@@ -182,14 +182,14 @@ def test_a_number_of_thousands_of_digits_is_wrong_usage(run, scene: Path, option
 
 
 @pytest.mark.parametrize("value", ["9" * 19, "١", "²", "1__0", "-1", "1.5", "", "0x1", "x\x1b[2J"])
-def test_numbers_are_short_and_ascii(value: str) -> None:
+def test_option_integers_must_be_short_and_ascii(value: str) -> None:
     for read in (at_least(0), lambda text: parse_limits([f"depth={text}"])):
         with pytest.raises(typer.BadParameter) as caught:
             read(value)
         assert caught.value.message.isprintable()
 
 
-def test_numbers_keep_their_ranges(run, scene: Path) -> None:
+def test_num_scenes_must_be_positive_and_a_seed_may_be_long(run, scene: Path) -> None:
     assert run("build", scene, "--dry-run", "--num-scenes", "0").returncode == 2
     done = run("build", scene, "--dry-run", "--seed", "9" * 100, "--steps", "0", "--limit", "text_bytes=1_000_000")
     assert done.returncode == 0, done.stderr
@@ -207,7 +207,7 @@ def test_a_plan_is_not_compiled_twice(cube: Path, tmp_path: Path, monkeypatch: p
     assert compiled == [str(cube)]
 
 
-def test_a_stranger_s_names_only_show(run, tmp_path: Path) -> None:
+def test_names_in_a_scene_are_escaped(run, tmp_path: Path) -> None:
     plan = json.loads(run("build", "-", "--dry-run", "-o", "-", stdin=CUBE).stdout)
     plan["name"] = plan["entities"][0]["name"] = "::error::\x1b[2J\n::error::x\u202e"
     plan["description"] = "\x9b2J\u202e"
@@ -221,7 +221,7 @@ def test_a_stranger_s_names_only_show(run, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("steps", ["9", "25"])
-def test_a_simulation_that_diverges_is_the_scene_s_fault(run, tmp_path: Path, steps: str) -> None:
+def test_a_diverging_simulation_is_an_error_of_the_scene(run, tmp_path: Path, steps: str) -> None:
     scene = tmp_path / "scene.yaml"
     scene.write_text(f"physics: {{gravity: [0, 0, -1.0e+6], timestep: 1}}\n{CUBE}")
     assert run("build", scene, "--no-render").returncode == 0
@@ -234,7 +234,7 @@ def test_a_simulation_that_diverges_is_the_scene_s_fault(run, tmp_path: Path, st
     )
 
 
-def test_all_rows_of_a_long_table_are_printed_where_they_are_asked_for(run, tmp_path: Path) -> None:
+def test_all_prints_every_row_of_a_long_table(run, tmp_path: Path) -> None:
     bodies = "".join(f"  b{i}: {{shapes: [{{type: sphere, radius: {i + 1}}}]}}\n" for i in range(35))
     (tmp_path / "many.yaml").write_text(f"scenecc: 1\nentities:\n{bodies}")
     short = run("build", "many.yaml", "--dry-run").stdout
@@ -245,7 +245,7 @@ def test_all_rows_of_a_long_table_are_printed_where_they_are_asked_for(run, tmp_
     assert "more rows" not in whole
 
 
-def test_a_fault_of_an_option_is_in_no_file(run, scene: Path) -> None:
+def test_an_error_of_an_option_has_no_file(run, scene: Path) -> None:
     for arguments, option in ((("--scenes", "9"), "--scenes"), (("--set", "nothing=1"), "--set nothing")):
         command = ("build", scene, "--dry-run", *arguments)
         assert run(*command).stderr.startswith(f"{option}: error SC")
@@ -255,7 +255,7 @@ def test_a_fault_of_an_option_is_in_no_file(run, scene: Path) -> None:
 
 
 @pytest.mark.parametrize("option", [("--steps", "3"), ("--audit",), ("--no-audit",), ("--render",), ("--no-render",)])
-def test_a_dry_run_takes_no_options_of_the_engine(run, scene: Path, option: tuple[str, ...]) -> None:
+def test_a_dry_run_rejects_engine_options(run, scene: Path, option: tuple[str, ...]) -> None:
     done = run("build", scene, "--dry-run", *option)
     assert done.returncode == 2
     assert (

@@ -22,7 +22,7 @@ entities:
 """
 
 
-def test_a_finding_is_at_its_line_and_says_how_to_see_it(run, tmp_path: Path) -> None:
+def test_a_finding_has_its_line_and_the_command_that_shows_it(run, tmp_path: Path) -> None:
     (tmp_path / "scene.yaml").write_text(OVERLAP)
     done = run("check", "scene.yaml", "--settle", "0")
     assert done.returncode == 1
@@ -69,12 +69,12 @@ def test_files_of_a_folder_are_checked_with_each_seed(run, tmp_path: Path) -> No
     "options",
     [["--seeds", "5"], ["--seeds", "5:5"], ["--settle", "-1"], ["--settle", "nan"], ["--seeds", "0:2", "--seed", "1"]],
 )
-def test_wrong_options_are_2(run, tmp_path: Path, options: list[str]) -> None:
+def test_wrong_options_give_status_2(run, tmp_path: Path, options: list[str]) -> None:
     (tmp_path / "scene.yaml").write_text(OVERLAP)
     assert run("check", "scene.yaml", *options).returncode == 2
 
 
-def test_a_scene_at_standard_input_is_checked(run) -> None:
+def test_a_scene_from_standard_input_is_checked(run) -> None:
     done = run("check", "-", "--settle", "0", stdin=OVERLAP)
     assert done.returncode == 1
     assert "SC850" in done.stdout

@@ -63,7 +63,7 @@ def folder(tmp_path: Path) -> Path:
         ("check --ignore SC101,SC85", [f"SC101,{code}" for code in sorted(CODES) if code.startswith("SC85")]),
     ],
 )
-def test_bash_completes(line: str, found: list[str], run, folder: Path) -> None:
+def test_bash_completes_commands_and_options(line: str, found: list[str], run, folder: Path) -> None:
     words = f"scenecc {line}"
     done = run(_SCENECC_COMPLETE="complete_bash", COMP_WORDS=words, COMP_CWORD=str(words.count(" ")))
     assert (done.returncode, done.stderr) == (0, "")
@@ -99,7 +99,7 @@ def test_completion_loads_neither_models_nor_an_engine(folder: Path) -> None:
     assert done.stdout.split("\n")[:2] == ["size=0.5", "[]"], done.stderr
 
 
-def test_what_a_shell_would_run_is_not_offered(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+def test_text_that_a_shell_would_execute_is_not_offered(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     for name in ("a$(id).yaml", "b;id.yaml", "c d.yaml", "e`id`.yaml", "f\nid.yaml", "g\\$(id).yaml", "h'.yaml"):
         (folder / name).touch()
     (folder / "größe.yaml").touch()
@@ -115,9 +115,7 @@ def test_what_a_shell_would_run_is_not_offered(monkeypatch: pytest.MonkeyPatch, 
     assert (completion.complete_entity(), completion.complete_setting()) == (["cube"], [])
 
 
-def test_a_name_that_is_too_long_and_links_in_a_circle_end_quietly(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_long_names_and_circular_links_give_no_error(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / ("x" * 250)).symlink_to(".")
     monkeypatch.chdir(tmp_path)
@@ -126,9 +124,7 @@ def test_a_name_that_is_too_long_and_links_in_a_circle_end_quietly(
     assert completion.complete_entity() == []
 
 
-def test_scenes_that_use_one_another_a_million_times_are_given_up(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_completion_stops_for_scenes_with_a_million_uses(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     uses = "".join(f"  u{number}: {{use: many.yaml}}\n" for number in range(1000))
     (tmp_path / "many.yaml").write_text(f"scenecc: 1\nentities:\n  cube: {{}}\n{uses}")
     monkeypatch.chdir(tmp_path)

@@ -39,7 +39,7 @@ def scenes(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_a_scene_is_the_same_as_itself_and_as_one_written_otherwise(run, scenes: Path) -> None:
+def test_a_scene_equals_itself_and_another_notation(run, scenes: Path) -> None:
     for other in ("a.yaml", "same.yaml"):
         done = run("diff", "a.yaml", other)
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
@@ -62,7 +62,7 @@ def test_a_scene_is_the_same_as_itself_and_as_one_written_otherwise(run, scenes:
         ("num_scenes: 2\n", "num_scenes: 2\nseed: 3\n", ["~ seed: 0 → 3"]),
     ],
 )
-def test_a_change_is_told_by_object_and_field(run, scenes: Path, old: str, new: str, lines: list[str]) -> None:
+def test_a_change_is_listed_by_object_and_field(run, scenes: Path, old: str, new: str, lines: list[str]) -> None:
     (scenes / "b.yaml").write_text(SCENE.replace(old, new))
     done = run("diff", "a.yaml", "b.yaml")
     count = sum("→" in line or line[0] in "+-" or "timestep" in line for line in lines)
@@ -70,12 +70,12 @@ def test_a_change_is_told_by_object_and_field(run, scenes: Path, old: str, new: 
     assert done.stdout.splitlines() == [*lines, f"{count} difference{'s' * (count != 1)}"]
 
 
-def test_the_other_way_round_added_is_removed(run, scenes: Path) -> None:
+def test_swapping_the_scenes_swaps_added_and_removed(run, scenes: Path) -> None:
     (scenes / "b.yaml").write_text(SCENE.replace("  post:", "  pole:"))
     assert run("diff", "b.yaml", "a.yaml").stdout.splitlines()[0] == "- entities.pole: kinematic in every scene"
 
 
-def test_another_order_is_a_difference(run, scenes: Path) -> None:
+def test_a_different_order_is_a_difference(run, scenes: Path) -> None:
     *head, floor, cube, post = SCENE.splitlines(keepends=True)
     (scenes / "b.yaml").write_text("".join([*head, floor, post, cube]))
     done = run("diff", "a.yaml", "b.yaml")
@@ -83,7 +83,7 @@ def test_another_order_is_a_difference(run, scenes: Path) -> None:
     assert done.stdout.startswith("> entities.")
 
 
-def test_differences_as_json(run, scenes: Path) -> None:
+def test_diff_prints_json(run, scenes: Path) -> None:
     (scenes / "b.yaml").write_text(SCENE.replace("0.25", "0.5"))
     done = run("diff", "a.yaml", "b.yaml", "--format", "json")
     assert done.returncode == 1
@@ -104,19 +104,19 @@ def test_differences_as_json(run, scenes: Path) -> None:
     assert (same.returncode, json.loads(same.stdout)) == (0, {"differences": []})
 
 
-def test_a_plan_is_compared_as_its_scene(run, scenes: Path) -> None:
+def test_a_plan_equals_its_scene(run, scenes: Path) -> None:
     assert run("emit", "a.yaml", "--to", "json", "-o", "plan.json").returncode == 0
     assert run("diff", "plan.json", "same.yaml").stdout == "~ name: a → same\n1 difference\n"
     assert run("diff", "plan.json", "a.yaml").returncode == 0
 
 
-def test_options_hold_for_both(run, scenes: Path) -> None:
+def test_options_apply_to_both_scenes(run, scenes: Path) -> None:
     (scenes / "b.yaml").write_text(SCENE.replace("num_scenes: 2", "num_scenes: 8"))
     assert run("diff", "a.yaml", "b.yaml").returncode == 1
     assert run("diff", "a.yaml", "b.yaml", "--num-scenes", "4").returncode == 0
 
 
-def test_a_scene_by_standard_input(run, scenes: Path) -> None:
+def test_diff_reads_a_scene_from_standard_input(run, scenes: Path) -> None:
     assert run("diff", "-", "a.yaml", stdin=SAME).returncode == 0
     assert run("diff", "a.yaml", "-", stdin=CUBE).returncode == 1
 
@@ -133,13 +133,13 @@ def test_a_scene_by_standard_input(run, scenes: Path) -> None:
         (("a.yaml", "same.yaml", "--set", "x"), "name=value"),
     ],
 )
-def test_what_cannot_be_compared_is_not_different(run, scenes: Path, arguments: tuple[str, ...], code: str) -> None:
+def test_scenes_that_cannot_be_compared_give_status_2(run, scenes: Path, arguments: tuple[str, ...], code: str) -> None:
     done = run("diff", *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert code in done.stderr
 
 
-def test_colour_marks_what_is_added_and_removed(run, scenes: Path) -> None:
+def test_colour_marks_additions_and_removals(run, scenes: Path) -> None:
     (scenes / "b.yaml").write_text(SCENE.replace("  post:", "  pole:"))
     shown = run("diff", "a.yaml", "b.yaml", FORCE_COLOR="1").stdout
     assert "\x1b[31m- entities.post" in shown
@@ -181,7 +181,7 @@ def test_what_is_drawn_is_compared_as_it_is_written(run, tmp_path: Path) -> None
     ]
 
 
-def test_a_field_is_called_as_in_the_file_and_told_once(run, scenes: Path) -> None:
+def test_a_changed_field_is_listed_once_under_its_key(run, scenes: Path) -> None:
     (scenes / "b.yaml").write_text(
         SCENE.replace("0.2, 0.3", "0.2, 0.4").replace("sphere, radius: 0.05", "box, half_size: [1, 1, 1]")
     )

@@ -8,7 +8,7 @@ from cli.running import CUBE
 from jsonschema.validators import validator_for
 
 
-def test_python_is_printed_and_is_python(run, cube: Path) -> None:
+def test_emitted_python_is_valid(run, cube: Path) -> None:
     done = run("emit", cube, "--to", "python")
     assert (done.returncode, done.stderr) == (0, "")
     assert "scenecc" not in {
@@ -17,13 +17,13 @@ def test_python_is_printed_and_is_python(run, cube: Path) -> None:
     assert "def build_scenes" in done.stdout
 
 
-def test_json_is_the_plan_that_build_writes(run, cube: Path, tmp_path: Path) -> None:
+def test_emitted_json_equals_the_plan_of_build(run, cube: Path, tmp_path: Path) -> None:
     assert run("emit", cube, "--to", "json", "-o", "emitted.json").returncode == 0
     assert run("build", cube, "--dry-run", "-o", "built.json").returncode == 0
     assert (tmp_path / "emitted.json").read_text() == (tmp_path / "built.json").read_text()
 
 
-def test_a_plan_in_another_folder_finds_its_files(run, tmp_path: Path) -> None:
+def test_a_plan_written_to_another_folder_finds_its_files(run, tmp_path: Path) -> None:
     obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
     (tmp_path / "part.obj").write_text(obj)
     (tmp_path / "out").mkdir()
@@ -43,7 +43,7 @@ def test_num_scenes_and_seed_reach_the_plan(run, cube: Path) -> None:
     assert (plan["num_scenes"], plan["seed"]) == (3, 7)
 
 
-def test_a_warning_is_told_beside_the_text(run, tmp_path: Path) -> None:
+def test_a_warning_of_emit_goes_to_standard_error(run, tmp_path: Path) -> None:
     (tmp_path / "warned.yaml").write_text(CUBE + "materials: {oak: {physical: {density: 700}}}\n")
     done = run("emit", "warned.yaml", "--to", "json")
     assert done.returncode == 0
@@ -51,7 +51,7 @@ def test_a_warning_is_told_beside_the_text(run, tmp_path: Path) -> None:
     assert ": warning SC" in done.stderr
 
 
-def test_a_bad_scene_leaves_the_old_file(run, tmp_path: Path) -> None:
+def test_emit_keeps_the_old_file_for_a_bad_scene(run, tmp_path: Path) -> None:
     (tmp_path / "bad.yaml").write_text(CUBE.replace("half_size", "half_sizes"))
     (tmp_path / "out.py").write_text("old")
     done = run("emit", "bad.yaml", "--to", "python", "-o", "out.py")
@@ -66,7 +66,7 @@ def test_a_missing_scene_is_wrong_usage(run) -> None:
     assert "SC901" in done.stderr
 
 
-def test_the_schema_is_one_and_takes_a_scene(run) -> None:
+def test_the_printed_schema_is_valid_and_accepts_a_scene(run) -> None:
     done = run("schema")
     assert done.returncode == 0
     schema = json.loads(done.stdout)

@@ -10,7 +10,7 @@ TETRA = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\
 SCENES = Path(__file__).parents[2] / "scenes"
 
 
-def test_a_model_is_written_with_its_meshes_beside(run, tmp_path: Path) -> None:
+def test_a_model_is_written_with_a_folder_of_meshes(run, tmp_path: Path) -> None:
     (tmp_path / "part.obj").write_text(TETRA)
     shape = "{type: convex_mesh, file: part.obj}"
     (tmp_path / "scene.yaml").write_text(CUBE.replace("{type: box, half_size: [0.1, 0.2, 0.3]}", shape))
@@ -25,7 +25,7 @@ def test_a_model_is_written_with_its_meshes_beside(run, tmp_path: Path) -> None:
     assert sorted(path.name for path in (tmp_path / "model.assets").iterdir()) == meshes
 
 
-def test_standard_output_takes_one_file(run, cube: Path, tmp_path: Path) -> None:
+def test_emit_refuses_several_files_on_standard_output(run, cube: Path, tmp_path: Path) -> None:
     done = run("emit", cube, "--to", "mjcf")
     assert done.returncode == 0
     assert done.stdout.startswith("<?xml")
@@ -35,10 +35,10 @@ def test_standard_output_takes_one_file(run, cube: Path, tmp_path: Path) -> None
     done = run("emit", "scene.yaml", "--to", "mjcf")
     assert (done.returncode, done.stdout) == (2, "")
     assert "SC904" in done.stderr
-    assert "standard output takes one file, but there are 3" in done.stderr
+    assert "standard output can hold only one file, but there are 3" in done.stderr
 
 
-def test_a_scene_that_is_not_there_is_wrong_usage(run, cube: Path) -> None:
+def test_a_missing_scene_index_is_wrong_usage(run, cube: Path) -> None:
     done = run("emit", cube, "--to", "mjcf", "--scene", "7", "-o", "model.xml")
     assert (done.returncode, done.stdout) == (2, "")
     assert "SC908" in done.stderr
@@ -46,17 +46,17 @@ def test_a_scene_that_is_not_there_is_wrong_usage(run, cube: Path) -> None:
 
 def test_options_of_other_targets_are_wrong_usage(run, cube: Path) -> None:
     for options, words in (
-        (("--to", "python", "--scene", "0"), "python takes no `scene`"),
-        (("--to", "mjcf", "--grid"), "mjcf takes no `grid`, which is for glb"),
-        (("--to", "mjcf", "--entity", "cube"), "mjcf takes no `entity`, which is for urdf"),
-        (("--to", "urdf", "--show", "collision"), "urdf takes no `show`"),
+        (("--to", "python", "--scene", "0"), "python does not support `scene`"),
+        (("--to", "mjcf", "--grid"), "mjcf does not support `grid`, which is only for glb"),
+        (("--to", "mjcf", "--entity", "cube"), "mjcf does not support `entity`, which is only for urdf"),
+        (("--to", "urdf", "--show", "collision"), "urdf does not support `show`"),
     ):
         done = run("emit", cube, *options)
         assert (done.returncode, done.stdout) == (2, "")
         assert words in " ".join(done.stderr.split()), done.stderr
 
 
-def test_robots_go_to_a_file_or_to_a_folder(run, tmp_path: Path) -> None:
+def test_urdf_goes_to_a_file_or_a_folder(run, tmp_path: Path) -> None:
     arms = SCENES / "robot_arm.yaml"
     done = run("emit", arms, "--to", "urdf", "--entity", "arm", "-o", "arm.urdf")
     assert done.returncode == 0
@@ -73,13 +73,13 @@ def test_robots_go_to_a_file_or_to_a_folder(run, tmp_path: Path) -> None:
     assert not (tmp_path / "both.urdf").exists()
 
 
-def test_a_file_has_a_name_that_its_target_reads(run, cube: Path, tmp_path: Path) -> None:
+def test_the_output_suffix_must_fit_the_target(run, cube: Path, tmp_path: Path) -> None:
     for target, name, words in (
-        ("glb", "out.xml", "'out.xml' does not end in .glb"),
-        ("glb", "out", "'out' does not end in .glb"),
-        ("mjcf", "out.urdf", "'out.urdf' does not end in .xml or .mjcf"),
-        ("usd", "out.usdz", "'out.usdz' does not end in .usda or .usd or .usdc"),
-        ("urdf", "out.glb", "'out.glb' does not end in .urdf or .xml"),
+        ("glb", "out.xml", "'out.xml' must end in .glb"),
+        ("glb", "out", "'out' must end in .glb"),
+        ("mjcf", "out.urdf", "'out.urdf' must end in .xml or .mjcf"),
+        ("usd", "out.usdz", "'out.usdz' must end in .usda or .usd or .usdc"),
+        ("urdf", "out.glb", "'out.glb' must end in .urdf or .xml"),
     ):
         done = run("emit", cube, "--to", target, "-o", name)
         assert (done.returncode, done.stdout) == (2, "")

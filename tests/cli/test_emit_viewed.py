@@ -17,7 +17,7 @@ entities:
 """
 
 
-def test_one_scene_as_glb(run, tmp_path: Path) -> None:
+def test_one_scene_is_exported_as_glb(run, tmp_path: Path) -> None:
     (tmp_path / "scene.yaml").write_text(SCENES)
     done = run("emit", "scene.yaml", "--to", "glb", "--scene", "2", "-o", "out.glb")
     assert (done.returncode, done.stdout) == (0, "")
@@ -28,7 +28,7 @@ def test_one_scene_as_glb(run, tmp_path: Path) -> None:
     assert tuple(scene.geometry[geometry].visual.material.baseColorFactor) == (255, 0, 0, 255)
 
 
-def test_a_grid_as_glb(run, tmp_path: Path) -> None:
+def test_a_grid_is_exported_as_glb(run, tmp_path: Path) -> None:
     (tmp_path / "scene.yaml").write_text(SCENES)
     done = run("emit", "scene.yaml", "--to", "glb", "--grid", "--show", "collision", "-o", "out.glb")
     assert done.returncode == 0
@@ -38,21 +38,21 @@ def test_a_grid_as_glb(run, tmp_path: Path) -> None:
     assert {f"scene {k}/cube/box" for k in range(4)} <= nodes
 
 
-def test_glb_goes_to_standard_output_as_bytes(run, tmp_path: Path) -> None:
+def test_glb_is_written_to_standard_output_as_bytes(run, tmp_path: Path) -> None:
     (tmp_path / "scene.yaml").write_text(SCENES)
     done = run("emit", "scene.yaml", "--to", "glb")
     assert done.returncode == 0
     assert done.stdout.startswith("glTF")
 
 
-def test_usd_is_text_or_binary_by_its_suffix(run, tmp_path: Path) -> None:
+def test_the_usd_suffix_selects_text_or_binary(run, tmp_path: Path) -> None:
     (tmp_path / "scene.yaml").write_text(SCENES)
     for suffix, start in (("usda", b"#usda 1.0"), ("usdc", b"PXR-USDC"), ("usd", b"PXR-USDC")):
         assert run("emit", "scene.yaml", "--to", "usd", "-o", f"out.{suffix}").returncode == 0
         assert (tmp_path / f"out.{suffix}").read_bytes().startswith(start)
 
 
-def test_textures_of_usd_lie_in_a_folder_beside_it(run, tmp_path: Path) -> None:
+def test_usd_textures_are_in_a_folder_beside_the_file(run, tmp_path: Path) -> None:
     (tmp_path / "checker.png").write_bytes((ROOT / "scenes" / "assets" / "checker.png").read_bytes())
     (tmp_path / "scene.yaml").write_text(
         "scenecc: 1\nmaterials: {checked: {visual: {base_color_texture: checker.png}}}\n"
@@ -67,7 +67,7 @@ def test_textures_of_usd_lie_in_a_folder_beside_it(run, tmp_path: Path) -> None:
     assert "SC904" in done.stderr
 
 
-def test_options_that_do_not_go_together_are_refused(run, tmp_path: Path) -> None:
+def test_incompatible_emit_options_are_refused(run, tmp_path: Path) -> None:
     (tmp_path / "scene.yaml").write_text(SCENES)
     for options in (
         ("--to", "glb", "--grid", "--scene", "1"),

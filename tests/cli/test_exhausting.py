@@ -235,7 +235,7 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_would_exhaust_is_refused(name: str, tmp_path: Path) -> None:
+def test_exhausting_scenes_are_refused(name: str, tmp_path: Path) -> None:
     make, code = REFUSED[name]
     codes, peak = validated(make(tmp_path))
     assert code in codes
@@ -264,7 +264,7 @@ CLEAN: dict[str, Callable[[Path], Path]] = {
 
 
 @pytest.mark.parametrize("name", CLEAN)
-def test_what_is_only_large_passes_in_bounds(name: str, tmp_path: Path) -> None:
+def test_large_scenes_pass_within_memory_and_time(name: str, tmp_path: Path) -> None:
     """In a quarter of the time: what grows by the square of its size takes all of it at twice the size."""
     codes, peak = validated(CLEAN[name](tmp_path), share=2, seconds=90 // 4)
     assert not codes
@@ -281,13 +281,13 @@ IN_BOUNDS: dict[str, Callable[[Path], Path]] = {
 
 
 @pytest.mark.parametrize("name", IN_BOUNDS)
-def test_a_mesh_is_read_in_bounds(name: str, tmp_path: Path) -> None:
+def test_a_mesh_is_read_within_memory_and_time(name: str, tmp_path: Path) -> None:
     codes, peak = validated(IN_BOUNDS[name](tmp_path))
     assert not codes
     assert peak < GIB
 
 
-def test_a_large_mesh_is_read_in_bounds(tmp_path: Path) -> None:
+def test_a_large_mesh_is_read_within_memory_and_time(tmp_path: Path) -> None:
     codes, peak = validated(scene(tmp_path, MESH % "m.stl", m_stl=stl(400_000)))
     assert "SC607" not in codes
     assert peak < GIB

@@ -28,7 +28,7 @@ def fixed(run, file: Path) -> str:
     return file.read_text()
 
 
-def test_what_is_safe_is_corrected_and_all_else_stays(run, tmp_path: Path) -> None:
+def test_fix_makes_only_safe_corrections(run, tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(BEFORE)
     after = fixed(run, file)
@@ -68,7 +68,7 @@ def test_corrections_are_listed_on_standard_error(run, tmp_path: Path, form: str
     assert "correct" not in run("validate", "--fix", file).stderr
 
 
-def test_many_corrections_take_few_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_corrections_need_few_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Together where all of them do good, and those beside one that does not, too."""
     lines = [f"  a{i}: {{mas: 1, pose: [{3 * i}, 0, 5], shapes: [{{type: sphere, radus: 0.1}}]}}\n" for i in range(64)]
     file = tmp_path / "s.yaml"
@@ -88,7 +88,7 @@ def test_many_corrections_take_few_checks(tmp_path: Path, monkeypatch: pytest.Mo
         assert len(checks) <= most
 
 
-def test_a_file_that_changes_meanwhile_is_not_written(tmp_path: Path) -> None:
+def test_fix_does_not_write_a_file_that_changed_meanwhile(tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(BEFORE)
     found = corrected(str(file), Options())
@@ -113,7 +113,7 @@ def test_another_spelling_of_a_word_is_corrected(run, tmp_path: Path) -> None:
     assert "timestep: 0.01" in after
 
 
-def test_a_diff_changes_nothing(run, tmp_path: Path) -> None:
+def test_diff_option_changes_no_file(run, tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(BEFORE)
     done = run("validate", "--diff", file)
@@ -131,7 +131,7 @@ def test_a_diff_changes_nothing(run, tmp_path: Path) -> None:
         "a: {pose: {q: [1, 1, 0, 0]}, shapes: [{type: sphere, radius: 0.1}]}",
     ],
 )
-def test_what_is_not_safe_stays(run, tmp_path: Path, line: str) -> None:
+def test_unsafe_corrections_are_not_made(run, tmp_path: Path, line: str) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(f"scenecc: 1\nentities:\n  {line}\n")
     before = file.read_text()
@@ -139,7 +139,7 @@ def test_what_is_not_safe_stays(run, tmp_path: Path, line: str) -> None:
     assert file.read_text() == before
 
 
-def test_quoted_keys_and_several_mistakes_of_one_line_are_corrected(run, tmp_path: Path) -> None:
+def test_quoted_keys_and_several_mistakes_in_a_line_are_corrected(run, tmp_path: Path) -> None:
     file = tmp_path / "s.json"
     shapes = '"shapes": [{"type": "sphere", "radios": 1}]'
     scene = f'{{"scenecc": 1, "entities": {{"a": {{"pose": {{"rpy": [0, 0, 90]}}, {shapes}}}}}}}'
@@ -147,7 +147,7 @@ def test_quoted_keys_and_several_mistakes_of_one_line_are_corrected(run, tmp_pat
     assert fixed(run, file) == scene.replace("rpy", "rpy_deg").replace("radios", "radius")
 
 
-def test_several_mistakes_of_one_line_are_corrected_in_one_run(run, tmp_path: Path) -> None:
+def test_several_mistakes_in_a_line_are_corrected_in_one_run(run, tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     body = "{pose: {rpy: [0, 0, 90]}, shapes: [{type: sphere, radios: 0.1}, {type: box, half_sizes: [1, 1, 1]}]}"
     file.write_text(f"scenecc: 1\nentities: {{a: {body}, b: {body}}}\n")
@@ -158,7 +158,7 @@ def test_several_mistakes_of_one_line_are_corrected_in_one_run(run, tmp_path: Pa
 
 
 @pytest.mark.parametrize("option", ["--fix", "--diff"])
-def test_standard_input_is_not_corrected(run, option: str) -> None:
+def test_fix_refuses_standard_input(run, option: str) -> None:
     done = run("validate", option, "-", stdin=BEFORE)
     assert done.returncode == 2
     assert f"Invalid value for '{option}'" in done.stderr

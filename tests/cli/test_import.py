@@ -24,7 +24,7 @@ def cube(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_scene_file_is_written_and_built(run, cube: Path) -> None:
+def test_import_writes_and_builds_a_scene_file(run, cube: Path) -> None:
     done = run("import", cube, "-o", "cube.yaml")
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("built 1 body; total moving mass 1 kg\n")
@@ -36,14 +36,14 @@ def test_a_scene_file_is_written_and_built(run, cube: Path) -> None:
     assert cube.with_suffix(".yaml").read_text() == text
 
 
-def test_losses_are_listed_on_standard_error(run, cube: Path) -> None:
+def test_import_losses_are_listed_on_standard_error(run, cube: Path) -> None:
     cube.write_text(SDF.format(more='<sensor name="s" type="imu"/>'))
     done = run("import", cube, "-o", "cube.yaml")
     assert done.returncode == 0
     assert "warning SC432: sensors (1): <sensor> `imu`" in done.stderr
 
 
-def test_a_loss_that_is_not_allowed_ends_the_import(run, cube: Path) -> None:
+def test_a_loss_without_allow_ends_the_import(run, cube: Path) -> None:
     cube.write_text(SDF.format(more="<inertial><mass>0</mass></inertial>"))
     done = run("import", cube, "-o", "cube.yaml")
     assert done.returncode == 1
@@ -73,7 +73,7 @@ def test_an_output_name_that_a_scene_cannot_refer_to_is_refused_early(run, cube:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((".", "-o", "x.yaml"), "name a source file in it"),
+        ((".", "-o", "x.yaml"), "name the source file"),
         (("cube.sdf", "-o", "-"), "name the scene file"),
         (("cube.sdf", "-o", "cube.sdf"), "`cube.sdf` is the source itself"),
     ],
@@ -179,7 +179,7 @@ def test_many_files_are_imported_into_a_folder_despite_one_error(run, cube: Path
     [
         (("worlds", "-o", "out"), "no source in the folder `worlds`"),
         (("cube.sdf", "cube.urdf", "-o", "out"), "would both be written to `out/cube.yaml`"),
-        (("cube.sdf", "no.urdf", "-o", "cube.sdf"), "`cube.sdf` cannot be made"),
+        (("cube.sdf", "no.urdf", "-o", "cube.sdf"), "`cube.sdf` cannot be created"),
     ],
 )
 def test_an_output_that_cannot_take_many_files_is_a_usage_error(

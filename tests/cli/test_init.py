@@ -12,7 +12,7 @@ from scenecc.extras import EXTRAS, Extra
 from scenecc.starter import starter_files
 
 
-def test_a_folder_is_written_and_the_next_commands_are_told(run, tmp_path: Path) -> None:
+def test_init_writes_a_folder_and_prints_the_next_commands(run, tmp_path: Path) -> None:
     done = run("init", "demo")
     assert (done.returncode, done.stderr) == (0, "")
     files = starter_files("pick_place", "arm")
@@ -23,7 +23,7 @@ def test_a_folder_is_written_and_the_next_commands_are_told(run, tmp_path: Path)
     ]  # fmt: skip
 
 
-def test_without_a_name_the_current_folder_is_filled(run, tmp_path: Path) -> None:
+def test_init_without_a_name_fills_the_current_folder(run, tmp_path: Path) -> None:
     done = run("init", "--template", "empty")
     assert done.returncode == 0
     assert {path.name for path in tmp_path.iterdir()} == {name.split("/")[0] for name in starter_files("empty", None)}
@@ -39,29 +39,29 @@ def test_without_a_name_the_current_folder_is_filled(run, tmp_path: Path) -> Non
         (["--template", "kichen"], "did you mean `kitchen`?"),
         (["--robot", "pnada"], "did you mean `panda`?"),
         (["--robot", "x"], "known here: arm, panda"),
-        (["--template", "locomotion", "--robot", "arm"], "it takes quadruped"),
+        (["--template", "locomotion", "--robot", "arm"], "it supports quadruped"),
     ],
     ids=str,
 )
-def test_an_unknown_name_is_refused(arguments: list[str], words: str, run, tmp_path: Path) -> None:
+def test_init_refuses_unknown_templates_and_robots(arguments: list[str], words: str, run, tmp_path: Path) -> None:
     done = run("init", "demo", *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert words in " ".join(done.stderr.split())
     assert not (tmp_path / "demo").exists()
 
 
-def test_a_robot_of_a_package_that_is_missing_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_robot_with_a_missing_extra_gives_an_install_hint(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(EXTRAS, "maniskill", Extra("", ("no_such_module_there_is",)))
     with pytest.raises(typer.BadParameter, match="pip install"):
         init.init("demo", template="pick_place", robot="panda")
 
 
-def test_a_folder_that_cannot_be_written_stays_away(run, tmp_path: Path) -> None:
+def test_init_leaves_no_folder_that_it_cannot_write(run, tmp_path: Path) -> None:
     assert "there is no folder `no`" in run("init", "no/demo").stderr
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_name_that_no_folder_can_have_is_refused(run) -> None:
+def test_init_refuses_an_invalid_folder_name(run) -> None:
     done = run("init", "x" * 300)
     assert (done.returncode, done.stdout) == (2, "")
     assert "error SC904" in done.stderr

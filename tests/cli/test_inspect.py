@@ -76,7 +76,7 @@ def scene(tmp_path: Path) -> Path:
     return tmp_path / "scene.yaml"
 
 
-def test_a_scene_is_told_as_a_tree(run, scene: Path) -> None:
+def test_inspect_prints_a_tree(run, scene: Path) -> None:
     done = run("inspect", "scene.yaml")
     parts = scene.with_name("parts.yaml")
     told = TREE
@@ -88,7 +88,7 @@ def test_a_scene_is_told_as_a_tree(run, scene: Path) -> None:
     assert done.stdout == told
 
 
-def test_programs_are_told_the_same(run, scene: Path) -> None:
+def test_inspect_prints_the_tree_as_json(run, scene: Path) -> None:
     found = json.loads(run("inspect", "scene.yaml", "--format", "json").stdout)
     assert list(found) == [
         *("name", "type", "num_scenes", "seed", "physics", "parameters", "entities", "materials", "variation", "files"),
@@ -114,7 +114,7 @@ def test_programs_are_told_the_same(run, scene: Path) -> None:
     assert file["sha256"] == sha256(scene.read_bytes()).hexdigest()
 
 
-def test_one_scene_is_told_as_it_is(run, scene: Path) -> None:
+def test_inspect_shows_the_values_of_one_scene(run, scene: Path) -> None:
     whole = json.loads(run("inspect", "scene.yaml", "--format", "json", "--scene", 1).stdout)
     assert whole["scene"] == 1
     assert [one["name"] for one in whole["entities"]] == ["ground", "cube", "marker"]
@@ -124,7 +124,7 @@ def test_one_scene_is_told_as_it_is(run, scene: Path) -> None:
     assert whole["entities"][1]["mass"] in (1.0, 2.0)
 
 
-def test_some_entities_are_told_alone(run, scene: Path) -> None:
+def test_inspect_shows_only_selected_entities(run, scene: Path) -> None:
     assert run("inspect", "scene.yaml", "--entity", "r*", "--depth", "1").stdout == (
         "desk  scene  scenes 3\n"
         "└── entities (1)\n"
@@ -133,7 +133,7 @@ def test_some_entities_are_told_alone(run, scene: Path) -> None:
     )
 
 
-def test_without_the_engine_masses_are_told_where_the_file_says_them(run, scene: Path) -> None:
+def test_without_the_engine_only_written_masses_are_shown(run, scene: Path) -> None:
     found = json.loads(run("inspect", "scene.yaml", "--no-build", "--format", "json").stdout)
     masses = {one["name"]: one.get("mass") for one in found["entities"]}
     assert masses == {
@@ -144,7 +144,7 @@ def test_without_the_engine_masses_are_told_where_the_file_says_them(run, scene:
     }
 
 
-def test_a_plan_and_standard_input_are_told_as_well(run, scene: Path) -> None:
+def test_inspect_reads_a_plan_and_standard_input(run, scene: Path) -> None:
     run("emit", "scene.yaml", "--to", "json", "-o", "plan.json")
     done = run("inspect", "plan.json")
     assert (done.returncode, done.stderr) == (0, "")
@@ -169,18 +169,20 @@ def test_a_plan_and_standard_input_are_told_as_well(run, scene: Path) -> None:
         (("broken.yaml",), "SC101", 1),
     ],
 )
-def test_what_is_not_there_is_told(run, scene: Path, arguments: tuple[str, ...], code: str, status: int) -> None:
+def test_inspect_reports_a_missing_scene_or_entity(
+    run, scene: Path, arguments: tuple[str, ...], code: str, status: int
+) -> None:
     scene.with_name("broken.yaml").write_text(CUBE.replace("half_size", "half_sizes"))
     done = run("inspect", *arguments)
     assert (done.returncode, done.stdout) == (status, "")
     assert code in done.stderr
 
 
-def test_a_name_nearly_right_is_suggested(run, scene: Path) -> None:
+def test_inspect_suggests_a_similar_entity_name(run, scene: Path) -> None:
     assert "did you mean `cube`?" in run("inspect", "scene.yaml", "--entity", "cuba").stderr
 
 
-def test_names_cannot_steer_the_terminal(run, tmp_path: Path) -> None:
+def test_inspect_escapes_names(run, tmp_path: Path) -> None:
     text = 'scenecc: 1\nname: "[red]\\e[2J"\ndescription: "\\e]0;x\\a::error::y"\nentities:\n'
     text += '  cube: {shapes: [{type: box, half_size: [1, 1, 1], name: "\\e[31m[bold]:smile:\\u202E"}]}\n'
     (tmp_path / "scene.yaml").write_text(text)
@@ -194,7 +196,7 @@ def test_names_cannot_steer_the_terminal(run, tmp_path: Path) -> None:
     assert "[bold]:smile:" in done.stdout
 
 
-def test_a_narrow_terminal_gets_narrow_lines(scene: Path) -> None:
+def test_inspect_wraps_lines_to_the_terminal(scene: Path) -> None:
     width = 50
     main, other = pty.openpty()
     fcntl.ioctl(other, termios.TIOCSWINSZ, struct.pack("HHHH", 40, width, 0, 0))

@@ -68,14 +68,14 @@ def test_findings_follow_what_is_typed(client, scene):
     assert checked(client, scene, SCENE) == []
 
 
-def test_a_half_typed_file_has_one_mistake_at_its_place(client, scene):
+def test_an_incomplete_file_has_one_error_at_its_place(client, scene):
     (found,) = checked(client, scene, SCENE + "  lamp: {pose: [0, 0, 2], ")
     assert found["code"] in {"SC003", "SC004", "SC007"}
     assert found["range"]["start"]["line"] >= 6
     assert checked(client, scene, SCENE) == []
 
 
-def test_columns_count_utf_16(client, scene):
+def test_columns_count_utf_16_units(client, scene):
     text = SCENE.replace("p: [0, 0, 1]", 'p: [0, 0, 1], x-note: "😀😀"').replace("table}", "tabel}")
     (found,) = checked(client, scene, text)
     line = text.splitlines()[4]
@@ -84,7 +84,7 @@ def test_columns_count_utf_16(client, scene):
     assert found["range"]["end"] == {"line": 4, "character": start + 5}
 
 
-def test_a_name_behind_such_characters_is_found(client, scene):
+def test_a_name_after_utf_16_pairs_is_found(client, scene):
     text = SCENE.replace("p: [0, 0, 1]", 'p: [0, 0, 1], x-note: "😀😀"')
     assert checked(client, scene, text) == []
     line = text.splitlines()[4]
@@ -92,7 +92,7 @@ def test_a_name_behind_such_characters_is_found(client, scene):
     assert client.at("definition", scene, 4, column)["range"]["start"] == {"line": 2, "character": 2}
 
 
-def test_what_another_file_holds_counts_before_it_is_saved(client, scene):
+def test_unsaved_text_of_another_file_counts(client, scene):
     part = scene.with_name("part.yaml")
     part.write_text(f"scenecc: 1\nmaterials: {{oak: {{}}}}\nentities:\n  lamp: {{{BOX}}}\n")
     client.open(part)
@@ -111,7 +111,7 @@ def test_what_another_file_holds_counts_before_it_is_saved(client, scene):
     client.close(part)
 
 
-def test_a_file_that_changes_on_the_disk_counts(client, scene):
+def test_a_change_on_the_disk_updates_findings(client, scene):
     text = SCENE + "  arm: {urdf: arm.urdf, pose: [3, 0, 0]}\n"
     (found,) = checked(client, scene, text)
     assert found["code"] == "SC401"
@@ -121,13 +121,13 @@ def test_a_file_that_changes_on_the_disk_counts(client, scene):
     assert "SC401" not in {one["code"] for one in client.findings(scene, 2)}
 
 
-def test_what_is_no_scene_has_no_findings(client, tmp_path):
+def test_a_file_that_is_not_a_scene_has_no_findings(client, tmp_path):
     path = tmp_path / "b.yaml"
     assert client.open(path, "jobs: [build: 1") == []
     client.close(path)
 
 
-def test_hover_tells_size_and_mass(client, scene):
+def test_hover_shows_size_and_mass(client, scene):
     for _ in range(20):  # while the engine starts, the rest is told
         told = client.at("hover", scene, 3, 3)
         assert told["contents"]["kind"] == "markdown"
@@ -140,7 +140,7 @@ def test_hover_tells_size_and_mass(client, scene):
     assert client.at("hover", scene, 6, 0) is None
 
 
-def test_completion_replaces_what_is_typed(client, scene):
+def test_completion_replaces_the_typed_text(client, scene):
     client.change(scene, SCENE + "    body_type: sta")
     items = client.at("completion", scene, 6, 18)["items"]
     edit = next(item["textEdit"] for item in items if item["label"] == "static")
@@ -163,7 +163,7 @@ def test_a_rename_that_breaks_an_expression_is_refused(client, scene):
     text = SCENE.replace("relative_to: table", "relative_to: \"${'ta' + 'ble'}\"")
     assert checked(client, scene, text) == []
     refused = client.at("rename", scene, 2, 3, newName="desk")
-    assert "it would lead to an error in line 5" in refused["message"]
+    assert "it would cause an error in line 5" in refused["message"]
 
 
 def test_quick_fixes_come_from_findings(client, scene):
@@ -179,7 +179,7 @@ def test_quick_fixes_come_from_findings(client, scene):
     assert actions(SCENE) == []
 
 
-def test_what_the_name_at_the_cursor_means_is_highlighted_in_the_file(client, scene):
+def test_uses_of_the_name_at_the_cursor_are_highlighted(client, scene):
     column = SCENE.splitlines()[4].index("table")
     found = client.at("documentHighlight", scene, 4, column)
     places = [(one["range"]["start"]["line"], one["range"]["start"]["character"], one["kind"]) for one in found]
@@ -209,7 +209,7 @@ def page(client):
     made.link.close()
 
 
-def test_a_page_hears_of_the_entity_at_the_cursor(client, scene, page):
+def test_a_page_receives_the_entity_at_the_cursor(client, scene, page):
     text = SCENE + "\n  # a note\nnum_scenes: 2\n"
     assert checked(client, scene, text) == []
     assert [page.names(client, scene, line, 0) for line in (2, 3, 4, 5, 6, 7)] == ["table", *["cube"] * 5]
@@ -237,7 +237,7 @@ def test_a_click_on_a_page_shows_where_the_entity_is_written(client, scene, page
     assert shown(client) == (scene.as_uri(), {"line": 3, "character": 2})
 
 
-def test_what_is_included_is_opened(client, scene, page):
+def test_links_open_included_files(client, scene, page):
     part = scene.with_name("part.yaml")
     part.write_text(f"scenecc: 1\nentities:\n  lamp: {{pose: [4, 0, 0], {BOX}}}\n")
     assert checked(client, scene, "include: [part.yaml]\n" + SCENE) == []
@@ -245,7 +245,7 @@ def test_what_is_included_is_opened(client, scene, page):
     assert shown(client) == (part.as_uri(), {"line": 2, "character": 2})
 
 
-def test_a_click_on_what_is_not_open_shows_nothing(client, scene, page):
+def test_a_click_on_an_entity_of_a_closed_file_shows_nothing(client, scene, page):
     for file, path in (
         ("/etc/passwd", ("entities", "cube")),
         (str(scene.with_name("b.yaml")), ("entities", "cube")),
@@ -258,7 +258,7 @@ def test_a_click_on_what_is_not_open_shows_nothing(client, scene, page):
     assert shown(client) == (scene.as_uri(), {"line": 2, "character": 2})
 
 
-def test_an_editor_that_cannot_show_places_is_not_asked(tmp_path, runtime):
+def test_an_editor_without_show_document_gets_no_request(tmp_path, runtime):
     before = {*(runtime / "scenecc").glob("*")}
     client, page = LanguageClient(tmp_path), Page()
     client.initialize(tmp_path)
@@ -273,7 +273,7 @@ def test_an_editor_that_cannot_show_places_is_not_asked(tmp_path, runtime):
     assert {*(runtime / "scenecc").iterdir()} == before
 
 
-def test_a_message_that_is_none_is_told_and_the_server_goes_on(client, scene):
+def test_the_server_survives_an_invalid_message(client, scene):
     client.send({"id": "x", "method": "textDocument/hover", "params": {"textDocument": 3}})
     assert client.wait(lambda one: one.get("method") == "window/showMessage")["params"]["type"] == 1
     assert "code" in client.ask("textDocument/nonsense", {})
@@ -295,7 +295,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("case", HOSTILE)
-def test_a_hostile_text_stops_nothing(client, scene, case):
+def test_the_server_survives_a_hostile_text(client, scene, case):
     text = SCENE + HOSTILE[case]
     before = time.monotonic()
     assert checked(client, scene, text)
@@ -313,7 +313,7 @@ def children(process):
     return [int(child) for child in file.read_text().split()]
 
 
-def test_the_process_that_checks_may_die(client, scene):
+def test_the_server_survives_a_crash_of_the_check_process(client, scene):
     for child in children(client.pid):
         os.kill(child, signal.SIGKILL)
     (found,) = checked(client, scene, SCENE.replace("table}", "tabel}"))
@@ -321,7 +321,7 @@ def test_the_process_that_checks_may_die(client, scene):
     assert checked(client, scene, SCENE) == []
 
 
-def test_questions_are_answered_while_another_scene_is_checked(client, scene, tmp_path):
+def test_requests_are_answered_during_a_check(client, scene, tmp_path):
     small = tmp_path.resolve() / "small.scene.yaml"
     client.open(small, SCENE)
     slow = SCENE + "".join(f"  b{i}: {{pose: [{i}, 0, 5], {BOX}}}\n" for i in range(10_000))
@@ -338,7 +338,7 @@ def test_questions_are_answered_while_another_scene_is_checked(client, scene, tm
     client.close(small)
 
 
-def test_the_end(tmp_path):
+def test_the_server_exits_on_request(tmp_path):
     client = LanguageClient(tmp_path)
     client.initialize(tmp_path, ("utf-8",))
     path = tmp_path / "a.yaml"
@@ -350,7 +350,7 @@ def test_the_end(tmp_path):
     assert not any(map(is_running, below))
 
 
-def test_ctrl_c_ends_it(tmp_path):
+def test_ctrl_c_ends_the_language_server(tmp_path):
     client = LanguageClient(tmp_path)
     client.initialize(tmp_path)
     os.kill(client.pid, signal.SIGINT)
@@ -368,7 +368,7 @@ def is_running(process):
     return True
 
 
-def test_without_the_extra_it_says_how_to_install_it(monkeypatch, capsys):
+def test_lsp_without_its_extra_gives_an_install_hint(monkeypatch, capsys):
     monkeypatch.setitem(EXTRAS, "lsp", Extra("", ("no_such_module",)))
     with pytest.raises(typer.Exit) as end:
         lsp(limits=None, asset_roots=None)

@@ -31,7 +31,7 @@ def findings(text: str) -> list[str]:
     return [line for line in text.splitlines() if ": error SC" in line]
 
 
-def test_results_are_in_the_order_of_the_items_whoever_is_first() -> None:
+def test_results_of_processes_are_in_item_order() -> None:
     import time
 
     def work(item: int) -> int:
@@ -42,7 +42,7 @@ def test_results_are_in_the_order_of_the_items_whoever_is_first() -> None:
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 4])
-def test_who_dies_is_told_at_its_item_and_the_others_are_done(jobs: int) -> None:
+def test_a_crash_is_reported_at_its_item_only(jobs: int) -> None:
     def work(item: int) -> int:
         if item % 7 == 3:
             os.kill(os.getpid(), 9)
@@ -52,14 +52,14 @@ def test_who_dies_is_told_at_its_item_and_the_others_are_done(jobs: int) -> None
     assert found == [Died(-9) if item % 7 == 3 else item for item in range(30)]
 
 
-def test_more_processes_find_the_same(run, scenes: Path) -> None:
+def test_several_processes_give_the_same_findings(run, scenes: Path) -> None:
     alone = run("validate", "scenes", "--no-cache")
     several = run("validate", "scenes", "--no-cache", "--jobs", "3")
     assert (several.returncode, several.stdout, several.stderr) == (1, alone.stdout, alone.stderr)
     assert len(findings(alone.stdout)) == 3
 
 
-def test_parts_of_the_files_are_all_of_them(run, scenes: Path) -> None:
+def test_shards_cover_all_files(run, scenes: Path) -> None:
     parts = [run("validate", "scenes", "--shard", f"{part}/3") for part in (1, 2, 3)]
     whole = run("validate", "scenes")
     assert sorted(line for part in parts for line in findings(part.stdout)) == findings(whole.stdout)
@@ -67,7 +67,7 @@ def test_parts_of_the_files_are_all_of_them(run, scenes: Path) -> None:
     assert run("validate", "scenes", "--shard", "0/3").returncode == 2
 
 
-def test_what_was_found_is_kept_until_a_file_changes(run, scenes: Path) -> None:
+def test_findings_are_cached_until_a_file_changes(run, scenes: Path) -> None:
     part, file = scenes / "part.txt", scenes / "s00.yaml"
     part.write_text("scenecc: 1\nmaterials: {oak: {physical: {density: 700}}}\n")
     file.write_text(
@@ -84,7 +84,7 @@ def test_what_was_found_is_kept_until_a_file_changes(run, scenes: Path) -> None:
     assert run("validate", "scenes/s00.yaml").stdout == ""
 
 
-def test_what_was_missing_is_looked_for_again(run, scenes: Path) -> None:
+def test_missing_files_are_not_cached(run, scenes: Path) -> None:
     file = scenes / "s01.yaml"
     file.write_text("scenecc: 1\nentities: {a: {shapes: [{type: triangle_mesh, file: a.ply}], body_type: static}}\n")
     assert "SC401" in run("validate", "scenes/s01.yaml").stdout
@@ -92,7 +92,7 @@ def test_what_was_missing_is_looked_for_again(run, scenes: Path) -> None:
     assert "SC401" not in run("validate", "scenes/s01.yaml").stdout
 
 
-def test_options_are_part_of_what_is_kept(run, scenes: Path) -> None:
+def test_the_cache_depends_on_the_options(run, scenes: Path) -> None:
     (scenes / "s01.yaml").write_text(
         "scenecc: 1\nparams: {r: 0.1}\nentities: {a: {shapes: [{type: sphere, radius: '${r}'}]}}\n"
     )
@@ -101,7 +101,7 @@ def test_options_are_part_of_what_is_kept(run, scenes: Path) -> None:
     assert run("validate", "scenes/s01.yaml").returncode == 0
 
 
-def test_a_cache_that_cannot_be_written_is_none(run, scenes: Path, tmp_path: Path) -> None:
+def test_an_unwritable_cache_is_ignored(run, scenes: Path, tmp_path: Path) -> None:
     (tmp_path / "cache").write_text("")
     assert len(findings(run("validate", "scenes").stdout)) == 3
 
@@ -117,7 +117,7 @@ def git(folder: Path, *arguments: str) -> None:
     subprocess.run(["git", *who, *arguments], cwd=folder, check=True, capture_output=True)
 
 
-def test_only_what_changed_is_checked(run, scenes: Path, tmp_path: Path) -> None:
+def test_changed_since_checks_only_changed_scenes(run, scenes: Path, tmp_path: Path) -> None:
     (scenes / "part.txt").write_text("scenecc: 1\n")
     (scenes / "s01.yaml").write_text(f"scenecc: 1\ninclude: [part.txt]\n{GOOD.removeprefix('scenecc: 1')}")
     git(tmp_path, "init", "-q")
@@ -135,7 +135,7 @@ def test_only_what_changed_is_checked(run, scenes: Path, tmp_path: Path) -> None
     assert [line.split(":")[0] for line in findings(done.stdout)] == ["scenes/new.yaml", "scenes/s07.yaml"]
 
 
-def test_changes_are_found_from_a_folder_whose_git_names_files_relative_to_it(scenes: Path, tmp_path: Path) -> None:
+def test_changed_since_works_with_relative_git_paths(scenes: Path, tmp_path: Path) -> None:
     git(tmp_path, "init", "-q")
     git(tmp_path, "config", "diff.relative", "true")
     git(tmp_path, "add", "scenes")
@@ -145,7 +145,7 @@ def test_changes_are_found_from_a_folder_whose_git_names_files_relative_to_it(sc
     assert run_in(scenes, "validate", ".", "--changed-since", "HEAD") == ("1 file checked, 11 unchanged\n", 1)
 
 
-def test_files_that_git_does_not_know_are_checked(scenes: Path, tmp_path: Path) -> None:
+def test_changed_since_checks_untracked_files(scenes: Path, tmp_path: Path) -> None:
     (tmp_path / "clone").mkdir()
     git(tmp_path / "clone", "init", "-q")
     git(tmp_path / "clone", "commit", "-qm", "one", "--allow-empty")
@@ -154,7 +154,7 @@ def test_files_that_git_does_not_know_are_checked(scenes: Path, tmp_path: Path) 
         assert said == "12 files checked\n"
 
 
-def test_a_revision_that_is_none_is_wrong_usage(run, scenes: Path, tmp_path: Path) -> None:
+def test_an_unknown_git_revision_is_wrong_usage(run, scenes: Path, tmp_path: Path) -> None:
     git(tmp_path, "init", "-q")
     done = run("validate", "scenes", "--changed-since", "--output=x")
     assert done.returncode == 2
@@ -162,7 +162,7 @@ def test_a_revision_that_is_none_is_wrong_usage(run, scenes: Path, tmp_path: Pat
     assert not (tmp_path / "x").exists()
 
 
-def test_a_part_is_not_judged_as_a_scene(run, tmp_path: Path) -> None:
+def test_an_included_part_is_not_checked_as_a_scene(run, tmp_path: Path) -> None:
     part = "scenecc: 1\nentities: {ball: {pose: [0, 0, 1], shapes: [{type: sphere, radius: 0.1}]}}\n"
     (tmp_path / "ball.yaml").write_text(part)
     assert "SC852" in run("check", "ball.yaml", "--settle", "0").stdout

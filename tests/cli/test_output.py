@@ -13,7 +13,7 @@ from scenecc.cli import output
 from scenecc.cli.output import folder_refusal, refusal, write_files, write_output
 
 
-def test_a_file_is_written_whole_with_ordinary_permissions(tmp_path: Path) -> None:
+def test_a_file_is_written_completely_with_default_permissions(tmp_path: Path) -> None:
     target = tmp_path / "plan.json"
     assert write_output(str(target), "{}\n") is None
     other = tmp_path / "other"
@@ -22,7 +22,7 @@ def test_a_file_is_written_whole_with_ordinary_permissions(tmp_path: Path) -> No
     assert target.stat().st_mode == other.stat().st_mode
 
 
-def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_write_leaves_only_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = tmp_path / "plan.json"
     target.write_text("old")
 
@@ -38,7 +38,7 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path, monkeypa
     assert target.read_text() == "old"
 
 
-def test_an_interruption_leaves_the_old_file_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_write_leaves_only_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = tmp_path / "plan.json"
     target.write_text("old")
 
@@ -52,7 +52,7 @@ def test_an_interruption_leaves_the_old_file_and_nothing_else(tmp_path: Path, mo
     assert target.read_text() == "old"
 
 
-def test_permissions_of_the_old_file_stay(tmp_path: Path) -> None:
+def test_an_overwritten_file_keeps_its_permissions(tmp_path: Path) -> None:
     target = tmp_path / "plan.json"
     target.write_text("old")
     target.chmod(0o640)
@@ -60,7 +60,7 @@ def test_permissions_of_the_old_file_stay(tmp_path: Path) -> None:
     assert stat.S_IMODE(target.stat().st_mode) == 0o640
 
 
-def test_a_link_is_written_through(tmp_path: Path) -> None:
+def test_writing_to_a_link_changes_its_target(tmp_path: Path) -> None:
     target, link = tmp_path / "plan.json", tmp_path / "link"
     target.write_text("old")
     link.symlink_to(target)
@@ -69,7 +69,7 @@ def test_a_link_is_written_through(tmp_path: Path) -> None:
     assert target.read_text() == "new"
 
 
-def test_a_device_is_written_to(tmp_path: Path) -> None:
+def test_output_can_go_to_a_device(tmp_path: Path) -> None:
     assert write_output("/dev/null", "text") is None
     reason = write_output("/dev/full", "text")
     assert reason is not None
@@ -78,7 +78,7 @@ def test_a_device_is_written_to(tmp_path: Path) -> None:
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
 
-def test_a_folder_and_a_folder_that_is_not_there_are_refused(tmp_path: Path) -> None:
+def test_a_folder_and_a_missing_folder_are_refused_as_output(tmp_path: Path) -> None:
     assert refusal(str(tmp_path)) == f"`{tmp_path}` is a folder"
     assert refusal(str(tmp_path / "no" / "plan.json")) == f"there is no folder `{tmp_path / 'no'}`"
     assert refusal(str(tmp_path / "plan.json")) is None
@@ -103,7 +103,7 @@ def test_a_scene_is_not_written_over_itself(tmp_path: Path) -> None:
     assert path_faults(str(scene), str(tmp_path / "plan.json")) == []
 
 
-def test_files_beside_one_another_are_written_all_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_several_files_are_written_all_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = tmp_path / "scene.xml"
     files = {"any.xml": b"main", "scene.assets/a.obj": b"a", "scene.assets/b.obj": b"b"}
     assert write_files(str(target), files, folder=False) is None
@@ -129,9 +129,7 @@ def test_files_beside_one_another_are_written_all_or_none(tmp_path: Path, monkey
 
 
 @pytest.mark.parametrize("failing", range(1, 7))
-def test_files_that_were_there_before_are_as_they_were_after_a_failure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: int
-) -> None:
+def test_old_files_are_restored_after_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: int) -> None:
     """Two files are put aside, and four take their places: each of these renamings fails once."""
     names = ["scene.xml", "a.obj", "b.obj", "new.obj"]
     old = {name: f"old {name}".encode() for name in names[:3]}
@@ -151,14 +149,14 @@ def test_files_that_were_there_before_are_as_they_were_after_a_failure(
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
 
 
-def test_a_folder_in_the_place_of_a_file_stays(tmp_path: Path) -> None:
+def test_a_folder_is_not_replaced_by_a_file(tmp_path: Path) -> None:
     (tmp_path / "a.obj").mkdir()
     reason = write_files(str(tmp_path / "scene.xml"), {"scene.xml": b"new", "a.obj": b"new"}, folder=False)
     assert reason == ("SC904", f"`{tmp_path / 'a.obj'}` cannot be written: Is a directory")
     assert [path.name for path in tmp_path.iterdir()] == ["a.obj"]
 
 
-def test_a_file_system_without_files_that_have_no_name_will_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_writing_works_without_unnamed_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scenecc.files.os.O_TMPFILE", os.O_DIRECTORY)  # a folder cannot be opened to be written
     assert write_output(str(tmp_path / "plan.json"), "new") is None
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
@@ -190,7 +188,9 @@ print("not ended")
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 @pytest.mark.parametrize(("step", "content"), [("fsync", "old"), ("link", "old"), ("replace", "new")])
-def test_a_signal_leaves_all_files_or_none(tmp_path: Path, step: str, content: str, number: signal.Signals) -> None:
+def test_a_signal_during_a_write_leaves_all_files_or_none(
+    tmp_path: Path, step: str, content: str, number: signal.Signals
+) -> None:
     for name in ("scene.xml", "a.obj"):
         (tmp_path / name).write_text("old")
     done = subprocess.run(
@@ -208,7 +208,7 @@ def test_a_signal_leaves_all_files_or_none(tmp_path: Path, step: str, content: s
     assert (tmp_path / "new").exists() == (content == "new")
 
 
-def test_a_folder_that_is_new_or_empty_takes_files(tmp_path: Path) -> None:
+def test_files_are_written_to_a_new_or_empty_folder(tmp_path: Path) -> None:
     target = tmp_path / "robots"
     assert folder_refusal(str(target)) is None
     assert write_files(str(target), {"arm.urdf": b"arm", "arm.assets/a.obj": b"a"}, folder=True) is None
@@ -219,12 +219,12 @@ def test_a_folder_that_is_new_or_empty_takes_files(tmp_path: Path) -> None:
     assert folder_refusal(str(tmp_path / "no" / "robots")) == f"there is no folder `{tmp_path / 'no'}`"
 
 
-def test_standard_output_takes_one_file() -> None:
+def test_standard_output_can_hold_only_one_file() -> None:
     reason = write_files("-", {"a": b"", "b": b""}, folder=False)
-    assert reason == ("SC904", "standard output takes one file, but there are 2")
+    assert reason == ("SC904", "standard output can hold only one file, but there are 2")
 
 
-def test_bytes_are_written_as_they_are(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+def test_bytes_are_written_unchanged(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
     assert write_output(str(tmp_path / "a.glb"), b"\x00\xff\r\n") is None
     assert (tmp_path / "a.glb").read_bytes() == b"\x00\xff\r\n"
     assert write_output("-", b"\x00\xff\r\n") is None

@@ -36,7 +36,7 @@ def tray(run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "tray.scn"
 
 
-def test_what_is_in_a_pack_is_listed(run, tray: Path) -> None:
+def test_pack_list_prints_the_content(run, tray: Path) -> None:
     done = run("pack", "--list", tray)
     assert (done.returncode, done.stdout, done.stderr) == (0, LISTED, "")
     manifest = json.loads(run("pack", "--list", tray, "--format", "json").stdout)
@@ -60,7 +60,7 @@ COMMANDS = {
 
 
 @pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
-def test_commands_take_a_pack(command: list[str], run, tray: Path) -> None:
+def test_commands_accept_a_pack(command: list[str], run, tray: Path) -> None:
     before = tray.read_bytes()
     done = run(*command)
     assert done.returncode == 0, done.stderr
@@ -68,14 +68,14 @@ def test_commands_take_a_pack(command: list[str], run, tray: Path) -> None:
 
 
 @pytest.mark.render
-def test_a_picture_of_a_pack_is_that_of_its_scene(run, tray: Path) -> None:
+def test_a_pack_renders_like_its_scene(run, tray: Path) -> None:
     for scene, picture in ((tray, "packed.png"), (SCENES / "tray.yaml", "scene.png")):
         assert run("render", scene, "-o", tray.parent / picture).returncode == 0
     packed, scene = (np.asarray(Image.open(tray.parent / name)) for name in ("packed.png", "scene.png"))
     assert (packed == scene).all()
 
 
-def test_packs_are_found_in_a_folder(run, tray: Path) -> None:
+def test_validate_finds_packs_in_a_folder(run, tray: Path) -> None:
     folder = tray.parent / "scenes"
     folder.mkdir()
     shutil.move(tray, folder / "tray.scn")
@@ -83,12 +83,12 @@ def test_packs_are_found_in_a_folder(run, tray: Path) -> None:
     assert run("validate", folder).stderr == "1 file checked, 1 other file skipped\n"
 
 
-def test_a_pack_and_its_scene_do_not_differ(run, tray: Path) -> None:
+def test_a_pack_equals_its_scene(run, tray: Path) -> None:
     assert run("diff", tray, SCENES / "tray.yaml", "--set", "gap=0.01").returncode == 0
     assert run("diff", tray, SCENES / "trays.yaml").returncode == 1
 
 
-def test_results_of_many_packs_are_kept_until_one_changes(run, tray: Path) -> None:
+def test_findings_of_packs_are_cached_until_one_changes(run, tray: Path) -> None:
     text = "1 file checked\n"
     assert [run("validate", tray).stderr for _ in range(2)] == [text, text]
     tray.write_bytes(tray.read_bytes()[:-9])
@@ -96,7 +96,7 @@ def test_results_of_many_packs_are_kept_until_one_changes(run, tray: Path) -> No
     assert (done.returncode, "error SC019" in done.stdout) == (1, True)
 
 
-def test_a_pack_goes_to_standard_output(run, tray: Path, tmp_path: Path) -> None:
+def test_a_pack_can_be_written_to_standard_output(run, tray: Path, tmp_path: Path) -> None:
     shutil.copytree(SCENES / "parts", tmp_path / "parts")
     done = run("pack", "parts/chair.yaml", "-o", "-")
     assert done.returncode == 0, done.stderr
@@ -115,12 +115,12 @@ WRONG = {
 
 
 @pytest.mark.parametrize("command", WRONG.values(), ids=WRONG)
-def test_wrong_usage_is_told(command: list[str], run, tray: Path) -> None:
+def test_wrong_usage_of_pack_is_reported(command: list[str], run, tray: Path) -> None:
     assert run(*command).returncode == 2
 
 
 @pytest.mark.parametrize("code", ["SC019", "SC428", "SC429"])
-def test_the_examples_give_their_codes(code: str, run, tmp_path: Path) -> None:
+def test_the_examples_of_pack_codes_give_their_codes(code: str, run, tmp_path: Path) -> None:
     command = ["bash", "-c", CODES[code].example.removeprefix("$ ")]
     done = subprocess.run(
         command, cwd=tmp_path, env=plain_environment(), capture_output=True, text=True, check=False, timeout=60

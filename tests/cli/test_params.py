@@ -52,13 +52,13 @@ def test_parameters_as_json_keep_their_types(run, scene: Path) -> None:
     ]
 
 
-def test_what_is_included_brings_its_parameters(run, tmp_path: Path) -> None:
+def test_parameters_of_included_files_are_listed(run, tmp_path: Path) -> None:
     (tmp_path / "parts.yaml").write_text("scenecc: 1\nparams: {n: 3}\n")
     (tmp_path / "scene.yaml").write_text("include: [parts.yaml]\n" + SCENE)
     assert run("params", "scene.yaml").stdout.splitlines()[1].startswith("n       number   3")
 
 
-def test_a_scene_without_parameters_says_so(run, cube: Path) -> None:
+def test_params_of_a_scene_without_parameters_says_so(run, cube: Path) -> None:
     done = run("params", cube)
     assert (done.returncode, done.stdout) == (0, "no parameters\n")
     assert json.loads(run("params", cube, "--format", "json").stdout) == {"parameters": []}
@@ -75,7 +75,7 @@ def test_a_scene_without_parameters_says_so(run, cube: Path) -> None:
         (None, "SC901", 2),
     ],
 )
-def test_a_scene_at_fault_lists_nothing(run, tmp_path: Path, text: str | None, code: str, status: int) -> None:
+def test_params_of_a_bad_scene_lists_nothing(run, tmp_path: Path, text: str | None, code: str, status: int) -> None:
     if text is not None:
         (tmp_path / "scene.yaml").write_text(text)
     done = run("params", "scene.yaml")
@@ -83,7 +83,7 @@ def test_a_scene_at_fault_lists_nothing(run, tmp_path: Path, text: str | None, c
     assert code in done.stderr
 
 
-def test_a_description_cannot_steer_the_terminal(run, tmp_path: Path) -> None:
+def test_params_escapes_descriptions(run, tmp_path: Path) -> None:
     text = 'scenecc: 1\nparams:\n  n: {type: number, default: 1, description: "\\e[2J\\n::error::x"}\n'
     (tmp_path / "scene.yaml").write_text(text)
     done = run("params", "scene.yaml")
@@ -92,7 +92,7 @@ def test_a_description_cannot_steer_the_terminal(run, tmp_path: Path) -> None:
     assert len(done.stdout.splitlines()) == 2
 
 
-def test_every_prefab_that_ships_is_listed_with_its_parameters(run) -> None:
+def test_every_shipped_prefab_is_listed_with_its_parameters(run) -> None:
     done = run("prefabs")
     assert (done.returncode, done.stderr) == (0, "")
     lines = {line.split("  ")[0]: line for line in done.stdout.splitlines()}
@@ -103,7 +103,7 @@ def test_every_prefab_that_ships_is_listed_with_its_parameters(run) -> None:
 
 
 @pytest.mark.parametrize("name", ["table", "scenecc:table"])
-def test_one_prefab_is_told_as_a_file_is(run, name: str) -> None:
+def test_parameters_of_a_prefab_are_listed_like_those_of_a_file(run, name: str) -> None:
     done = run("prefabs", name)
     assert done.returncode == 0
     head, _, rows = done.stdout.partition("\n\n")
@@ -118,7 +118,7 @@ def test_one_prefab_is_told_as_a_file_is(run, name: str) -> None:
     ]
 
 
-def test_prefabs_as_json(run) -> None:
+def test_prefabs_prints_json(run) -> None:
     everything = json.loads(run("prefabs", "--format", "json").stdout)["prefabs"]
     (table,) = json.loads(run("prefabs", "table", "--format", "json").stdout)["prefabs"]
     assert table in everything
@@ -128,7 +128,7 @@ def test_prefabs_as_json(run) -> None:
     assert workspace["editions"] == ["mani_skill"]
 
 
-def test_a_prefab_that_does_not_ship_is_wrong_usage(run) -> None:
+def test_an_unknown_prefab_is_wrong_usage(run) -> None:
     done = run("prefabs", "tabel\x1b")
     assert (done.returncode, done.stdout) == (2, "")
     assert "SC909" in done.stderr
@@ -136,7 +136,7 @@ def test_a_prefab_that_does_not_ship_is_wrong_usage(run) -> None:
     assert "\x1b" not in done.stderr
 
 
-def test_what_is_like_no_prefab_is_told_all_of_them(run) -> None:
+def test_a_dissimilar_prefab_name_lists_all_prefabs(run) -> None:
     error = run("prefabs", "nosuch").stderr
     assert "did you mean" not in error
     assert "scenecc:bin, scenecc:box" in error

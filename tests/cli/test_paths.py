@@ -23,7 +23,7 @@ def put(name: str, text: str | bytes = SCENE) -> None:
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
 
 
-def test_a_folder_is_searched_for_scenes_and_sorted() -> None:
+def test_scenes_in_a_folder_are_found_and_sorted() -> None:
     for name in ("s/b.yml", "s/a.yaml", "s/deep/er/c.YAML", "s/notes.txt", "s/.hidden/d.yaml", "s/.e.yaml"):
         put(name)
     put("s/compose.yaml", OTHER)
@@ -45,19 +45,19 @@ def test_a_folder_is_searched_for_scenes_and_sorted() -> None:
         b"scenecc: 1\nname: \xff\xfe\n",
     ],
 )
-def test_a_scene_is_known_by_its_key_however_broken_the_rest(text: str | bytes) -> None:
+def test_a_broken_scene_is_recognised_by_its_key(text: str | bytes) -> None:
     put("s/x.yaml", text)
     assert find_files(["s"]).files == ["s/x.yaml"]
 
 
 @pytest.mark.parametrize("text", ["", "a: 1\n", "  scenecc: 1\n", "scenecc_version: 1\n", "- scenecc: 1\n", OTHER])
-def test_another_yaml_file_is_no_scene(text: str) -> None:
+def test_a_yaml_file_without_the_key_is_not_a_scene(text: str) -> None:
     put("s/x.yaml", text)
     found = find_files(["s"])
     assert (found.files, found.skipped, found.empty) == ([], ["s/x.yaml"], ["s"])
 
 
-def test_a_named_file_is_taken_unless_only_scenes_are_wanted() -> None:
+def test_a_named_file_is_checked_unless_scenes_only_is_given() -> None:
     put("compose.yaml", OTHER)
     put("scene.txt")
     assert find_files(["compose.yaml", "scene.txt"]).files == ["compose.yaml", "scene.txt"]
@@ -65,14 +65,14 @@ def test_a_named_file_is_taken_unless_only_scenes_are_wanted() -> None:
     assert (found.files, found.skipped) == (["scene.txt"], ["compose.yaml"])
 
 
-def test_nothing_is_checked_twice_and_nothing_lost() -> None:
+def test_every_file_is_checked_once() -> None:
     put("s/a.yaml")
     found = find_files(["s/a.yaml", "s", "-", "gone.yaml", "s/a.yaml"])
     assert found.files == ["s/a.yaml", "-"]
     assert found.missing == ["gone.yaml"]
 
 
-def test_links_that_lead_nowhere_or_in_circles_end() -> None:
+def test_dangling_and_circular_links_are_handled() -> None:
     put("s/a.yaml")
     Path("s/dangling.yaml").symlink_to("nowhere.yaml")
     Path("s/loop").symlink_to("..")
@@ -81,7 +81,7 @@ def test_links_that_lead_nowhere_or_in_circles_end() -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-def test_what_cannot_be_read_is_named() -> None:
+def test_unreadable_files_and_folders_are_reported() -> None:
     put("s/a.yaml")
     put("s/locked/b.yaml")
     put("s/c.yaml")

@@ -18,7 +18,7 @@ from scenecc.version import VERSION
 COMMAND_NAMES = list(COMMANDS)
 
 
-def test_version(run) -> None:
+def test_the_version_is_printed(run) -> None:
     done = run("--version")
     assert (done.returncode, done.stdout) == (0, f"scenecc {VERSION}\n")
 
@@ -69,7 +69,7 @@ def test_every_command_has_help_with_examples(run, name: str) -> None:
         ("build", "x.yaml", "--set", "size"),
     ],
 )
-def test_wrong_usage_is_2_and_says_something(run, arguments: tuple[str, ...]) -> None:
+def test_wrong_usage_gives_status_2_and_a_message(run, arguments: tuple[str, ...]) -> None:
     done = run(*arguments)
     assert done.returncode == 2
     assert done.stderr.strip()
@@ -106,7 +106,7 @@ def test_a_closed_pipe_ends_the_process_quietly() -> None:
 @pytest.mark.parametrize(
     ("argument", "told"), [("explain", b"standard output cannot be written"), ("--help", b"No space left on device")]
 )
-def test_a_full_disk_is_told(argument: str, told: bytes) -> None:
+def test_a_full_disk_is_reported_by_every_command(argument: str, told: bytes) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
             [sys.executable, "-m", "scenecc", argument], stdout=full, stderr=subprocess.PIPE, check=False, timeout=60
@@ -116,7 +116,7 @@ def test_a_full_disk_is_told(argument: str, told: bytes) -> None:
     assert b"Traceback" not in done.stderr
 
 
-def test_ctrl_c_ends_with_130_and_no_traceback() -> None:
+def test_ctrl_c_gives_status_130_without_a_traceback() -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "scenecc", "validate", "-"],
         stdin=subprocess.PIPE,
@@ -132,7 +132,7 @@ def test_ctrl_c_ends_with_130_and_no_traceback() -> None:
 @pytest.mark.parametrize(
     ("error", "message"), [(MemoryError(), "out of memory"), (ZeroDivisionError("here"), "ZeroDivisionError: here")]
 )
-def test_a_fault_of_the_machine_or_of_scenecc_blames_no_scene(
+def test_an_error_of_the_machine_or_scenecc_gives_status_3(
     error: Exception, message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def fail() -> None:
@@ -165,7 +165,7 @@ def test_without_a_standard_output_there_is_no_traceback() -> None:
     assert (ran.returncode, ran.stderr) == (0, "")
 
 
-def test_names_beyond_ascii_do_in_a_locale_that_has_none(tmp_path: Path) -> None:
+def test_non_ascii_names_work_in_an_ascii_locale(tmp_path: Path) -> None:
     """Also names of files that a scene names, and in the processes that the command starts."""
     folder = tmp_path / "größe 日本"
     folder.mkdir()

@@ -39,7 +39,7 @@ def shown(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], str]]:
     os.close(main)
 
 
-def test_the_time_and_what_it_waits_for_show_before_anything_is_counted(shown: Callable[[str], str]) -> None:
+def test_the_bar_shows_time_and_current_work_before_counting(shown: Callable[[str], str]) -> None:
     with progress("build") as show:
         assert show is not None
         assert f"{CLEAR}build " in shown(" s")
@@ -50,7 +50,7 @@ def test_the_time_and_what_it_waits_for_show_before_anything_is_counted(shown: C
     assert shown(CLEAR).endswith(CLEAR)
 
 
-def test_nothing_stays_of_the_clock(shown: Callable[[str], str]) -> None:
+def test_the_clock_thread_ends_with_the_bar(shown: Callable[[str], str]) -> None:
     before, threads = list(logging.getLogger("scenecc").handlers), threading.active_count()
     with progress("build"):
         shown("build")
@@ -58,7 +58,7 @@ def test_nothing_stays_of_the_clock(shown: Callable[[str], str]) -> None:
     assert (logging.getLogger("scenecc").handlers, threading.active_count()) == (before, threads)
 
 
-def test_work_that_forks_is_counted_without_a_thread(shown: Callable[[str], str]) -> None:
+def test_forking_work_has_a_bar_without_a_thread(shown: Callable[[str], str]) -> None:
     before = threading.active_count()
     for _ in counted("files", range(3)):
         assert threading.active_count() == before
@@ -66,7 +66,7 @@ def test_work_that_forks_is_counted_without_a_thread(shown: Callable[[str], str]
     assert f"{CLEAR}files [" in shown("/3")
 
 
-def test_short_work_shows_nothing(shown: Callable[[str], str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_short_work_shows_no_bar(shown: Callable[[str], str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(output, "_PATIENCE", 60)
     with progress("build") as show:
         assert show is not None

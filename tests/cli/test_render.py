@@ -28,7 +28,7 @@ def scene(tmp_path: Path) -> Path:
     return path
 
 
-def test_without_a_device_it_says_how_to_get_one(run, scene: Path, tmp_path: Path) -> None:
+def test_render_without_a_device_gives_an_install_hint(run, scene: Path, tmp_path: Path) -> None:
     done = run("render", scene, "-o", "out.png", **NOWHERE)
     assert (done.returncode, done.stdout) == (3, "")
     assert "error SC803: visuals were requested, but there is no render device" in done.stderr
@@ -41,15 +41,15 @@ def test_without_a_device_it_says_how_to_get_one(run, scene: Path, tmp_path: Pat
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ([], "say where to write"),
-        (["-o", "out.jpg"], "'out.jpg' does not end in .png"),
-        (["--video", "out.avi", "--steps", "2"], "'out.avi' does not end in .mp4 or .gif"),
-        (["--video", "out.mp4"], "a film needs --steps"),
+        ([], "an output is needed"),
+        (["-o", "out.jpg"], "'out.jpg' must end in .png"),
+        (["--video", "out.avi", "--steps", "2"], "'out.avi' must end in .mp4 or .gif"),
+        (["--video", "out.mp4"], "a video needs --steps"),
         (["-o", "a.png", "--every", "2", "--steps", "4"], "it needs --video"),
         (["--video", "a.gif", "--every", "5", "--steps", "4"], "and at least as many --steps"),
-        (["-o", "out.png", "--size", "640"], "'640' is not a size"),
-        (["-o", "out.png", "--size", "0x5"], "'0x5' is not a size"),
-        (["-o", "out.png", "--size", "16385x5"], "'16385x5' is not a size"),
+        (["-o", "out.png", "--size", "640"], "'640' must be WIDTHxHEIGHT"),
+        (["-o", "out.png", "--size", "0x5"], "'0x5' must be WIDTHxHEIGHT"),
+        (["-o", "out.png", "--size", "16385x5"], "'16385x5' must be WIDTHxHEIGHT"),
         (["-o", "out.png", "--camera", "eve"], "SC911"),
         (["-o", "out.png", "--camera", "eye", "--scene", "2"], "SC911"),
         (["-o", "out.png", "--scene", "3"], "SC908"),
@@ -57,24 +57,24 @@ def test_without_a_device_it_says_how_to_get_one(run, scene: Path, tmp_path: Pat
         (["--video", "out.mp4", "--steps", "2", "--size", "4096x4096"], "SC912"),
         (["-o", "no/out.png"], "SC904"),
         (["--video", "no/out.gif", "--steps", "2"], "SC904"),
-        (["-o", "scene.yaml"], "does not end in .png"),
+        (["-o", "scene.yaml"], "must end in .png"),
     ],
 )
-def test_what_cannot_be_meant_is_wrong_usage(run, scene: Path, arguments: list[str], told: str) -> None:
+def test_contradictory_render_options_are_wrong_usage(run, scene: Path, arguments: list[str], told: str) -> None:
     done = run("render", scene, *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert told in done.stderr
     assert scene.read_text() == SCENE
 
 
-def test_a_scene_at_fault_is_told_before_a_missing_device(run, scene: Path) -> None:
+def test_errors_of_a_scene_are_reported_before_a_missing_device(run, scene: Path) -> None:
     scene.write_text(SCENE.replace("half_size", "half_sizes"))
     done = run("render", scene, "-o", "out.png", **NOWHERE)
     assert done.returncode == 1
     assert "SC101" in done.stderr
 
 
-def test_a_file_that_is_there_stays_where_nothing_is_rendered(run, scene: Path, tmp_path: Path) -> None:
+def test_a_failed_render_keeps_the_old_file(run, scene: Path, tmp_path: Path) -> None:
     (tmp_path / "out.png").write_bytes(b"before")
     assert run("render", scene, "-o", "out.png", **NOWHERE).returncode == 3
     assert (tmp_path / "out.png").read_bytes() == b"before"
@@ -106,7 +106,7 @@ def test_a_segmentation_comes_with_its_legend(run, scene: Path, tmp_path: Path) 
 
 
 @pytest.mark.render
-def test_an_encoder_that_ends_early_is_the_machines_fault(run, scene: Path, tmp_path: Path) -> None:
+def test_an_encoder_crash_is_an_error_of_the_machine(run, scene: Path, tmp_path: Path) -> None:
     arguments = ["--camera", "eye", "--steps", "200", "--every", "1", "--video", "film.mp4"]
     done = run("render", scene, *arguments, IMAGEIO_FFMPEG_EXE="/bin/true")
     assert (done.returncode, done.stdout) == (3, "")
@@ -115,20 +115,20 @@ def test_an_encoder_that_ends_early_is_the_machines_fault(run, scene: Path, tmp_
 
 
 @pytest.mark.render
-def test_a_sheet_and_a_film_at_once(run, scene: Path, tmp_path: Path) -> None:
+def test_a_sheet_and_a_video_are_written_together(run, scene: Path, tmp_path: Path) -> None:
     arguments = ["--camera", "eye", "--grid", "--steps", "9", "--every", "3", "--video", "film.mp4", "-o", "out.png"]
     done = run("render", scene, *arguments)
     assert done.returncode == 0, done.stderr
     first, second, _ = done.stdout.splitlines()
     assert first == "out.png: color, 64 × 48, scenes 0, 1 of 3"
-    assert second == "film.mp4: color, 64 × 48, scenes 0, 1 of 3, 4 pictures, 33.33 a second"
+    assert second == "film.mp4: color, 64 × 48, scenes 0, 1 of 3, 4 frames, 33.33 per second"
     sheet = np.asarray(Image.open(tmp_path / "out.png"))
     _, frames = decoded(tmp_path / "film.mp4")
     assert [frame.shape for frame in frames] == [sheet.shape] * 4
 
 
 @pytest.mark.render
-def test_a_picture_goes_to_standard_output_and_its_description_beside_it(scene: Path, tmp_path: Path) -> None:
+def test_a_picture_on_standard_output_is_described_on_standard_error(scene: Path, tmp_path: Path) -> None:
     import subprocess
     import sys
 
@@ -142,7 +142,7 @@ def test_a_picture_goes_to_standard_output_and_its_description_beside_it(scene: 
 
 @pytest.mark.render
 @pytest.mark.parametrize("output", [("-o", "out.png"), ("--video", "out.gif")])
-def test_a_simulation_that_diverges_gives_no_picture(run, scene: Path, tmp_path: Path, output: tuple[str, str]) -> None:
+def test_a_diverging_simulation_gives_no_picture(run, scene: Path, tmp_path: Path, output: tuple[str, str]) -> None:
     falls = SCENE.replace("  floor: {body_type: static, shapes: [{type: plane}]}\n", "")
     scene.write_text(f"physics: {{gravity: [0, 0, -1.0e+6], timestep: 1}}\n{falls}")
     done = run("render", scene, *output, "--steps", "20")
@@ -152,7 +152,7 @@ def test_a_simulation_that_diverges_gives_no_picture(run, scene: Path, tmp_path:
 
 
 @pytest.mark.render
-def test_pictures_of_many_scenes_are_those_of_each(run, scene: Path, tmp_path: Path) -> None:
+def test_rendering_many_scenes_gives_the_pictures_of_each(run, scene: Path, tmp_path: Path) -> None:
     (tmp_path / "more").mkdir()
     (tmp_path / "more/blue.yaml").write_text(SCENE.replace("[1, 0, 0]", "[0, 0, 1]"))
     (tmp_path / "more/bad.yaml").write_text(SCENE.replace("half_size", "half_sizes"))
@@ -169,14 +169,14 @@ def test_pictures_of_many_scenes_are_those_of_each(run, scene: Path, tmp_path: P
     assert not (tmp_path / "out/more/bad.png").exists()
 
 
-def test_many_scenes_without_a_device_are_each_told(run, scene: Path, tmp_path: Path) -> None:
+def test_a_missing_device_is_reported_for_each_scene(run, scene: Path, tmp_path: Path) -> None:
     (tmp_path / "other.yaml").write_text(SCENE)
     done = run("render", scene, "other.yaml", "-o", "out", **NOWHERE)
     assert (done.returncode, done.stdout, done.stderr.count("error SC803")) == (3, "", 2)
 
 
 @pytest.mark.parametrize("arguments", [("--video", "a.gif", "--steps", "2"), ("-o", "out.png"), ("-o", "-")])
-def test_many_pictures_do_not_go_to_one_file(run, scene: Path, arguments: tuple[str, ...]) -> None:
+def test_many_pictures_need_a_folder(run, scene: Path, arguments: tuple[str, ...]) -> None:
     done = run("render", scene, "other.yaml", *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert "-o FOLDER" in done.stderr or "name a folder after -o" in done.stderr

@@ -45,8 +45,8 @@ def passport(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return text
 
 
-def test_a_passport_is_taken_as_a_file_as_text_and_from_standard_input(passport: str, tmp_path: Path) -> None:
-    said = "scene 3 of 4: the start is that of the passport, to the bit\n"
+def test_replay_reads_a_passport_from_file_text_and_standard_input(passport: str, tmp_path: Path) -> None:
+    said = "scene 3 of 4: the initial state equals the passport's, bit for bit\n"
     for arguments, stdin in ((["passport.json"], ""), ([passport], ""), (["-"], passport)):
         done = run(tmp_path, *arguments, stdin=stdin)
         assert (done.returncode, done.stdout, done.stderr) == (0, said, "")
@@ -58,13 +58,13 @@ def test_a_passport_is_taken_as_a_file_as_text_and_from_standard_input(passport:
     assert "scene.yaml: error SC931: there is no file `scene.yaml` here; name it with --file" in done.stderr
 
 
-def test_what_differs_is_told_and_the_status_is_1(passport: str, tmp_path: Path) -> None:
+def test_replay_reports_differences_with_status_1(passport: str, tmp_path: Path) -> None:
     content = json.loads(passport)
     content["versions"]["numpy"] = "1.0"
     content["reset"]["seed"] = 5
     done = run(tmp_path, json.dumps(content))
     assert done.returncode == 1
-    assert "error SC933: the version of numpy was 1.0, and is " in done.stderr
+    assert "error SC933: the version of numpy was 1.0, but is " in done.stderr
     assert "SC934" not in done.stderr
     done = run(tmp_path, json.dumps(content), "--any-version", "--format", "json")
     assert done.returncode == 1
@@ -78,7 +78,7 @@ def test_what_differs_is_told_and_the_status_is_1(passport: str, tmp_path: Path)
     assert "scene.yaml: error SC931: the scene file differs: its SHA-256 was " in done.stderr
 
 
-def test_mistakes_of_usage(passport: str, tmp_path: Path) -> None:
+def test_wrong_usage_of_replay_is_refused(passport: str, tmp_path: Path) -> None:
     assert run(tmp_path, "no.json").returncode == 2
     assert "SC901" in run(tmp_path, "no.json").stderr
     assert run(tmp_path, passport, "--render", "start.jpg").returncode == 2
@@ -86,7 +86,7 @@ def test_mistakes_of_usage(passport: str, tmp_path: Path) -> None:
     assert run(tmp_path, ".").returncode == 1
 
 
-def test_the_scene_is_shown_until_it_is_interrupted(passport: str, tmp_path: Path) -> None:
+def test_replay_view_runs_until_interrupted(passport: str, tmp_path: Path) -> None:
     pytest.importorskip("viser")
     pipe = subprocess.PIPE
     command = ["scenecc", "replay", "passport.json", "--view"]
@@ -96,7 +96,7 @@ def test_the_scene_is_shown_until_it_is_interrupted(passport: str, tmp_path: Pat
         assert process.stdout is not None
         assert process.stderr is not None
         said, url = (process.stdout.readline().strip() for _ in range(2))
-        assert said == "scene 3 of 4: the start is that of the passport, to the bit"
+        assert said == "scene 3 of 4: the initial state equals the passport's, bit for bit"
         with urlopen(url, timeout=20) as page:
             assert b"<html" in page.read()[:500]
         process.send_signal(signal.SIGINT)
@@ -104,7 +104,7 @@ def test_the_scene_is_shown_until_it_is_interrupted(passport: str, tmp_path: Pat
 
 
 @pytest.mark.render
-def test_a_picture_is_of_the_start(passport: str, tmp_path: Path) -> None:
+def test_replay_renders_the_initial_state(passport: str, tmp_path: Path) -> None:
     assert run(tmp_path, passport, "--render", "start.png").stdout.endswith("start.png: scene 3\n")
     content = json.loads(passport)
     del content["reset"]

@@ -29,7 +29,7 @@ from scenecc.cli.options import parse_params
         ("x='a: b'", "a: b"),
     ],
 )
-def test_a_value_is_yaml(text: str, value: Any) -> None:
+def test_values_of_set_are_yaml(text: str, value: Any) -> None:
     found = parse_params([text])["x"]
     assert (type(found), found) == (type(value), value)
 
@@ -49,12 +49,12 @@ def test_a_value_is_yaml(text: str, value: Any) -> None:
         (["x=\x1b[2J\x1b"], "control character"),
     ],
 )
-def test_what_is_no_value_is_wrong_usage(given: list[str], said: str) -> None:
+def test_an_invalid_value_of_set_is_wrong_usage(given: list[str], said: str) -> None:
     with pytest.raises(typer.BadParameter, match=re.escape(said)) as caught:
         parse_params(given)
     assert "\x1b" not in str(caught.value)
     assert len(str(caught.value)) < 300
 
 
-def test_nothing_given_is_nothing_set() -> None:
+def test_without_set_no_parameter_is_set() -> None:
     assert parse_params(None) == {}

@@ -91,14 +91,14 @@ def codes(run, *arguments: str, **environment: str) -> list[str]:
         (["--ignore", "SC", "--select", "SC526"], ["SC526"]),
     ],
 )
-def test_options_select_and_ignore_by_the_longest_prefix(run, scene: Path, arguments: list[str], expected) -> None:
+def test_the_longest_prefix_of_select_and_ignore_counts(run, scene: Path, arguments: list[str], expected) -> None:
     assert codes(run, *arguments) == expected
 
 
 @pytest.mark.parametrize(
     "arguments", [["--ignore", "SC101"], ["--ignore", "SC77"], ["--select", "rpy"], ["--select", ""]]
 )
-def test_what_is_no_code_or_an_error_cannot_be_ignored(run, scene: Path, arguments: list[str]) -> None:
+def test_unknown_codes_and_errors_cannot_be_ignored(run, scene: Path, arguments: list[str]) -> None:
     assert run("validate", "scenes", *arguments).returncode == 2
 
 
@@ -114,7 +114,7 @@ def test_what_is_no_code_or_an_error_cannot_be_ignored(run, scene: Path, argumen
         ('per-file-ignores = {"other/*" = ["SC"]}', ["SC313", "SC526"], 0),
     ],
 )
-def test_the_nearest_file_decides(run, scene: Path, text: str, expected: list[str], status: int) -> None:
+def test_the_nearest_pyproject_counts(run, scene: Path, text: str, expected: list[str], status: int) -> None:
     settings(scene, text)
     (scene.parents[1] / "pyproject.toml").write_text('[tool.scenecc]\nignore = ["SC"]\n')
     assert codes(run) == expected
@@ -127,7 +127,7 @@ def test_errors_are_never_ignored(run, scene: Path) -> None:
     assert codes(run) == ["SC101"]
 
 
-def test_the_options_go_before_the_file(run, scene: Path) -> None:
+def test_options_override_pyproject(run, scene: Path) -> None:
     settings(scene, 'ignore = ["SC313"]')
     assert codes(run, "--ignore", "SC526") == []
     assert codes(run, "--select", "SC313") == ["SC313"]
@@ -137,17 +137,17 @@ def test_the_options_go_before_the_file(run, scene: Path) -> None:
     ("text", "line", "message"),
     [
         ('selct = ["SC4"]', 2, "unknown key `selct`"),
-        ('strict = false\nignore = ["SC313",\n  "SC999"]', 4, "`SC999` is no code"),
+        ('strict = false\nignore = ["SC313",\n  "SC999"]', 4, "unknown code `SC999`"),
         ('ignore = ["SC101"]', 2, "SC101 is an error"),
-        ('strict = "yes"', 2, "`strict` is true or false"),
-        ('select = "SC4"', 2, "`select` is a list of strings"),
-        ('[tool.scenecc.severity]\nSC526 = "fatal"', 3, "the severity of SC526"),
-        ('[tool.scenecc.per-file-ignores]\n"*" = ["SC0000"]', 3, "`SC0000` is no code"),
+        ('strict = "yes"', 2, "`strict` must be true or false"),
+        ('select = "SC4"', 2, "`select` must be a list of strings"),
+        ('[tool.scenecc.severity]\nSC526 = "fatal"', 3, "the severity of SC526 must be"),
+        ('[tool.scenecc.per-file-ignores]\n"*" = ["SC0000"]', 3, "unknown code `SC0000`"),
         ('rules = ["XYZ001"]', 2, "no installed package has a rule `XYZ001`"),
         ("ignore = = 1", 2, "this is not TOML"),
     ],
 )
-def test_a_mistake_in_the_file_is_wrong_usage_at_its_line(run, scene: Path, text: str, line: int, message: str) -> None:
+def test_an_error_in_pyproject_is_reported_at_its_line(run, scene: Path, text: str, line: int, message: str) -> None:
     settings(scene, text)
     done = run("validate", "--format", "json", "scenes")
     (found,) = [one for one in json.loads(done.stdout)["diagnostics"] if one["code"] == "SC916"]
@@ -156,7 +156,7 @@ def test_a_mistake_in_the_file_is_wrong_usage_at_its_line(run, scene: Path, text
     assert (found["file"], found["line"]) == ("scenes/pyproject.toml", line)
 
 
-def test_a_rule_of_a_package_is_reported_as_any_other(tmp_path: Path, scene: Path, acme: str) -> None:
+def test_findings_of_a_house_rule_are_reported(tmp_path: Path, scene: Path, acme: str) -> None:
     assert "ACM001" not in fresh(tmp_path, acme, "validate", "scenes").stdout  # installed, and not named
     settings(scene, 'rules = ["ACM001"]\nignore = ["SC"]')
     done = fresh(tmp_path, acme, "validate", "--format", "json", "scenes")
@@ -169,7 +169,7 @@ def test_a_rule_of_a_package_is_reported_as_any_other(tmp_path: Path, scene: Pat
     assert fresh(tmp_path, acme, "validate", "--strict", "scenes").returncode == 0
 
 
-def test_a_rule_that_fails_is_told_at_the_command(tmp_path: Path, scene: Path, acme: str) -> None:
+def test_a_failing_house_rule_is_reported(tmp_path: Path, scene: Path, acme: str) -> None:
     settings(scene, 'rules = ["ACM"]')
     done = fresh(tmp_path, acme, "validate", "scenes")
     assert done.returncode == 2
@@ -177,7 +177,7 @@ def test_a_rule_that_fails_is_told_at_the_command(tmp_path: Path, scene: Path, a
 
 
 @pytest.mark.parametrize("form", ["text", "json", "github", "gitlab", "junit", "sarif"])
-def test_a_rule_is_given_to_the_api_and_shown_in_every_format(form: str, scene: Path) -> None:
+def test_house_rules_work_in_the_api_and_every_format(form: str, scene: Path) -> None:
     def rule(plan: ScenePlan, report: Report) -> None:
         report("no lights", hint="add one")
 
@@ -199,7 +199,7 @@ def test_statistics_count_the_most_frequent_first(run, scene: Path) -> None:
 
 
 @pytest.mark.maniskill
-def test_the_tasks_that_warn_are_clean_under_our_own_settings() -> None:
+def test_our_own_settings_silence_warnings_of_a_maniskill_scene() -> None:
     finder = SettingsFinder(None, (), strict=True)
     for file in map(str, sorted((ROOT / "scenes" / "maniskill").glob("TriFinger*.yaml"))[:1]):
         assert any(one.severity == "warning" for one in scenecc.validate(file))

@@ -23,7 +23,7 @@ def names(commands: Iterable[str]) -> list[Any]:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("name", names(COMMANDS))
-def test_a_signal_ends_a_command_that_has_begun_and_leaves_nothing(name: str, number: signal.Signals) -> None:
+def test_a_signal_ends_a_running_command_without_leftovers(name: str, number: signal.Signals) -> None:
     found = strike_at("begun", name, number)
     assert found.peace(number), found
 
@@ -32,7 +32,7 @@ def test_a_signal_ends_a_command_that_has_begun_and_leaves_nothing(name: str, nu
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("name", names(WRITING))
 @pytest.mark.parametrize("moment", ["opened", "placed"])
-def test_a_signal_ends_a_command_that_writes_and_leaves_nothing(moment: str, name: str, number: signal.Signals) -> None:
+def test_a_signal_ends_a_writing_command_without_leftovers(moment: str, name: str, number: signal.Signals) -> None:
     found = strike_at(moment, name, number)
     assert found.peace(number), found
 
@@ -40,7 +40,7 @@ def test_a_signal_ends_a_command_that_writes_and_leaves_nothing(moment: str, nam
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("name", names(COMMANDS))
-def test_a_signal_ends_a_command_at_any_moment_and_leaves_nothing(name: str, number: signal.Signals) -> None:
+def test_a_signal_at_any_moment_ends_a_command_without_leftovers(name: str, number: signal.Signals) -> None:
     after = random.uniform(0, 1)
     found = strike(name, number, after, ours=True)
     while found.status == 0 and after > 0.05:
@@ -62,7 +62,7 @@ def test_a_signal_ends_a_command_at_any_moment_and_leaves_nothing(name: str, num
         ("pack", ("work/scene.scn",)),
     ],
 )
-def test_a_disk_that_is_full_is_told_and_leaves_all_as_it_was(name: str, old: tuple[str, ...], most: int) -> None:
+def test_a_full_disk_is_reported_and_changes_no_file(name: str, old: tuple[str, ...], most: int) -> None:
     """The files are larger; that of `fix` is not, and is written whole."""
     found = starve(name, most, old)
     assert found.clean()
@@ -72,7 +72,7 @@ def test_a_disk_that_is_full_is_told_and_leaves_all_as_it_was(name: str, old: tu
     assert found.errors.count("error SC") == (1 if found.status and name != "fix" else 0)
 
 
-def test_a_signal_is_heard_before_the_imports_that_take_time() -> None:
+def test_signals_are_handled_before_slow_imports() -> None:
     """Whoever hears a signal from then on ends the process in peace."""
     code = "import sys, scenecc.cli; print(len([name for name in sys.modules if name not in BEFORE]))"
     before = "import signal, threading, contextlib, sys; BEFORE = set(sys.modules); "

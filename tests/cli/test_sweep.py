@@ -43,7 +43,7 @@ def codes(folder: Path) -> list[list[str]]:
     return [[one["code"] for one in row["findings"]] for row in rows(folder)]
 
 
-def test_it_says_where_the_table_is(run, scene: Path, tmp_path: Path) -> None:
+def test_sweep_prints_the_path_of_the_table(run, scene: Path, tmp_path: Path) -> None:
     done = run("sweep", "scene.yaml", *SMALL, "-o", "out")
     assert (done.returncode, done.stdout) == (0, "")
     assert done.stderr == "2 of 2 units done; table in out/table.parquet\n"
@@ -52,7 +52,7 @@ def test_it_says_where_the_table_is(run, scene: Path, tmp_path: Path) -> None:
     assert json.loads(part.stdout) == {"table": None, "units": 2, "done": 1, "statistics": []}
 
 
-def test_what_is_found_gives_the_status_of_check(run, scene: Path, tmp_path: Path) -> None:
+def test_sweep_has_the_exit_status_of_check(run, scene: Path, tmp_path: Path) -> None:
     scene.write_text(SCENE.replace("height: 0.1", "height: 0.05"))
     done = run("sweep", "scene.yaml", *SMALL, "-o", "out")
     assert done.returncode == run("check", "scene.yaml").returncode == 1
@@ -78,7 +78,7 @@ def test_a_failed_expectation_is_in_the_row_of_its_scene(run, scene: Path, tmp_p
         assert f"scenecc view scene.yaml --seed {row['seed']} --scene {row['scene']}" in one["hint"], one
 
 
-def test_settings_of_the_project_and_comments_hold_as_in_check(run, scene: Path, tmp_path: Path) -> None:
+def test_sweep_applies_settings_and_comments_like_check(run, scene: Path, tmp_path: Path) -> None:
     heavy = "mass: 90000"
     scene.write_text(SCENE.replace("  cube: {", f"  cube: {{{heavy}, "))
     found = {one["code"] for one in json.loads(run("check", "scene.yaml", "--format", "json").stdout)["diagnostics"]}
@@ -103,7 +103,7 @@ def test_settings_of_the_project_and_comments_hold_as_in_check(run, scene: Path,
     assert codes(tmp_path / "5") == [[]] * 6
 
 
-def test_a_part_lacks_nothing_in_a_folder_of_its_users(run, tmp_path: Path) -> None:
+def test_a_part_swept_with_its_users_has_no_findings_of_a_part(run, tmp_path: Path) -> None:
     folder = tmp_path / "scenes"
     folder.mkdir()
     (folder / "scene.yaml").write_text(f"include: [part.yaml]\n{SCENE}")
@@ -114,7 +114,7 @@ def test_a_part_lacks_nothing_in_a_folder_of_its_users(run, tmp_path: Path) -> N
     assert run("sweep", "scenes/part.yaml", *SMALL, "-o", "alone").returncode == 1
 
 
-def test_a_pack_gives_the_rows_of_its_scene(run, scene: Path, tmp_path: Path) -> None:
+def test_a_swept_pack_gives_the_rows_of_its_scene(run, scene: Path, tmp_path: Path) -> None:
     assert run("pack", "scene.yaml", "-o", "scene.scn").returncode == 0
     assert run("sweep", "scene.yaml", *SMALL, "-o", "plain").returncode == 0
     scene.unlink()
@@ -128,11 +128,11 @@ def test_a_pack_gives_the_rows_of_its_scene(run, scene: Path, tmp_path: Path) ->
     ("arguments", "status", "told"),
     [
         ((), 2, "Missing option '--output'"),
-        (("-o", "out", "--do", "check,view"), 2, "'view' is none of check, render, state"),
-        (("-o", "out", "--seeds", "3"), 2, "'3' is not FIRST:END"),
-        (("-o", "out", "--shard", "3/2"), 2, "'3/2' is not I/N"),
+        (("-o", "out", "--do", "check,view"), 2, "'view' must be one of check, render, state"),
+        (("-o", "out", "--seeds", "3"), 2, "'3' must be FIRST:END"),
+        (("-o", "out", "--shard", "3/2"), 2, "'3/2' must be I/N"),
         (("-o", "out", "--jobs", "0"), 2, "--jobs"),
-        (("-o", "out", "--size", "640"), 2, "'640' is not a size"),
+        (("-o", "out", "--size", "640"), 2, "'640' must be WIDTHxHEIGHT"),
         (("-o", "out", "--set", "weight=1"), 2, "weight"),
         (("-o", "no/out"), 2, "SC904"),
         (("-o", "full"), 2, "SC940"),
@@ -143,7 +143,7 @@ def test_a_pack_gives_the_rows_of_its_scene(run, scene: Path, tmp_path: Path) ->
         (("-o", "out", "--ray-address", "127.0.0.1:1"), 3, "SC828"),
     ],
 )
-def test_what_cannot_be_swept_is_told(
+def test_wrong_usage_of_sweep_is_reported(
     run, scene: Path, tmp_path: Path, arguments: tuple[str, ...], status: int, told: str
 ) -> None:
     (tmp_path / "bad.yaml").write_text(CUBE.replace("half_size", "half_sizes"))
@@ -165,7 +165,7 @@ def test_what_cannot_be_swept_is_told(
         (("--ray",), signal.SIGTERM),
     ],
 )
-def test_a_signal_ends_it_and_it_goes_on(
+def test_a_sweep_resumes_after_a_signal(
     run, scene: Path, tmp_path: Path, how: tuple[str, ...], number: signal.Signals
 ) -> None:
     if "--ray" in how:
@@ -197,7 +197,7 @@ def test_a_signal_ends_it_and_it_goes_on(
     assert (tmp_path / "out/table.parquet").read_bytes() == (tmp_path / "alone/table.parquet").read_bytes()
 
 
-def test_a_full_disk_is_told_and_the_sweep_goes_on(run, scene: Path, tmp_path: Path) -> None:
+def test_a_sweep_resumes_after_a_full_disk(run, scene: Path, tmp_path: Path) -> None:
     # A limit for the size of files stands for the disk.
     limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (6000, 6000)); import signal; "
     limited += "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); from scenecc.cli import main; main()"

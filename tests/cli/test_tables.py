@@ -24,12 +24,12 @@ from scenecc.inspect import VaryingField
         ((0, 1, 2, 3, 8, 10, 11, 12), "0–3, 8, 10–12"),
     ],
 )
-def test_scene_indices_in_short(idxs: tuple[int, ...], shown: str) -> None:
+def test_scene_indices_are_abbreviated(idxs: tuple[int, ...], shown: str) -> None:
     assert index_ranges(idxs) == shown
 
 
 @given(st.sets(st.integers(0, 60)))
-def test_short_indices_say_the_same(idxs: set[int]) -> None:
+def test_abbreviated_indices_are_equivalent(idxs: set[int]) -> None:
     read: list[int] = []
     for part in filter(None, index_ranges(sorted(idxs)).split(", ")):
         first, _, last = part.partition("–")
@@ -37,13 +37,13 @@ def test_short_indices_say_the_same(idxs: set[int]) -> None:
     assert read == sorted(idxs)
 
 
-def test_stage_times_add_up() -> None:
+def test_stage_times_sum_to_the_total() -> None:
     assert stage_times({"read": 0.0021, "build": 1.5}) == "read 2.1 ms, build 1.50 s; 1.50 s in all"
 
 
 @given(st.lists(st.text(min_size=1), max_size=4))
 @example(["\x1b[2J", "a\n::error::x", "::error::x", " ::error::x", "##[error]x", "\x9b2J", "\u202ex", "\ud800"])
-def test_names_cannot_steer_a_terminal_or_a_runner(names: list[str]) -> None:
+def test_tables_escape_names_for_terminals_and_runners(names: list[str]) -> None:
     rows = [SummaryRow(name, "dynamic", 1, None, None, (0,)) for name in names]
     lines = built(rows, color=False).removesuffix("\n").split("\n")
     field = VaryingField("mass", "".join(names), at_reset=False)
@@ -56,7 +56,7 @@ def test_names_cannot_steer_a_terminal_or_a_runner(names: list[str]) -> None:
     assert escape_text("red.box-2 é") == "red.box-2 é"
 
 
-def test_a_plans_fields_stand_below_its_objects() -> None:
+def test_the_fields_of_a_plan_are_listed_below_its_objects() -> None:
     fields = (VaryingField("pose.p", "0 … 1 each", at_reset=True), VaryingField("mass", "1 | 2", at_reset=False))
     rows = [
         SummaryRow("ball", "dynamic", 2, None, (0.1, 0.2, 0.3), (0, 1), 5, fields),
@@ -73,7 +73,7 @@ def test_a_plans_fields_stand_below_its_objects() -> None:
     )
 
 
-def test_copies_that_are_told_alike_share_a_line() -> None:
+def test_equal_copies_share_a_line() -> None:
     pose = (VaryingField("pose.p", "0 … 1 each", at_reset=True),)
     rows = [SummaryRow(f"ball_{i}", "dynamic", 1, None, (0.1, 0.1, 0.1), (0, 1), 5, pose) for i in range(1000)]
     rows.append(replace(rows[0], name="ball_1000", size=(0.2, 0.1, 0.1)))
@@ -83,14 +83,14 @@ def test_copies_that_are_told_alike_share_a_line() -> None:
     ]  # fmt: skip
 
 
-def test_what_scenes_differ_in_is_marked() -> None:
+def test_differences_between_scenes_are_marked() -> None:
     row = SummaryRow("ball", "dynamic", 1, 0.05, (0.1, 0.1, 0.1), (0, 1), masses=(0.05, 0.12), size_differs=True)
     assert built([row], color=False).splitlines()[1].split("  ")[-3:] == ["0.05–0.12", "~ 0.1 × 0.1 × 0.1", "0, 1"]
     same = replace(row, masses=(0.05, 0.05), size_differs=False)
     assert built([same], color=False).splitlines()[1].split("  ")[-2] == "0.1 × 0.1 × 0.1"
 
 
-def test_articulations_and_what_is_fastened_are_told_in_short() -> None:
+def test_articulations_and_mounted_objects_are_summarised() -> None:
     fields = (VaryingField("color", "0 … 1", at_reset=False),)
     rows = [
         SummaryRow("robot", "articulation", 17, 17.45, None, (0, 1), masses=(17.45, 17.45), link_count=15, dof=9),
@@ -110,7 +110,7 @@ def test_articulations_and_what_is_fastened_are_told_in_short() -> None:
     assert planned(rows, color=False).endswith("\n             differs    values\nlights.lamp  color      0 … 1\n")
 
 
-def test_a_long_table_is_summarised_and_says_how_to_see_it_all() -> None:
+def test_a_long_table_is_cut_and_names_the_option_for_all_rows() -> None:
     cube = SummaryRow("", "dynamic", 1, 1.0, None, (0,), masses=(1.0, 1.0))
     copies = [replace(cube, name=f"cube_{i}") for i in range(31)]
     assert built(copies, color=False, whole=False).splitlines()[1].startswith("cube_0 … cube_30 (31)  dynamic")

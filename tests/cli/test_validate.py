@@ -15,12 +15,12 @@ TYPO = CUBE.replace("half_size", "half_sizes")
 UNUSED_MATERIAL = CUBE + "materials: {oak: {physical: {density: 700}}}\n"
 
 
-def test_a_good_file_is_0_and_silent_on_standard_output(run, cube: Path) -> None:
+def test_a_valid_file_gives_status_0_and_no_output(run, cube: Path) -> None:
     done = run("validate", cube)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "1 file checked\n")
 
 
-def test_a_bad_file_is_1_with_line_column_and_hint(run, tmp_path: Path) -> None:
+def test_a_bad_file_gives_status_1_with_line_column_and_hint(run, tmp_path: Path) -> None:
     (tmp_path / "bad.yaml").write_text(TYPO)
     done = run("validate", "bad.yaml")
     assert done.returncode == 1
@@ -28,7 +28,7 @@ def test_a_bad_file_is_1_with_line_column_and_hint(run, tmp_path: Path) -> None:
     assert "did you mean `half_size`?" in done.stdout
 
 
-def test_standard_input_is_a_file_too(run) -> None:
+def test_validate_reads_standard_input(run) -> None:
     assert run("validate", "-", stdin=CUBE).returncode == 0
     bad = run("validate", "-", stdin=TYPO)
     assert bad.returncode == 1
@@ -36,7 +36,7 @@ def test_standard_input_is_a_file_too(run) -> None:
 
 
 @pytest.mark.parametrize("junk", [b"", b"\x00\xff\xfe\x80", b"[" * 5000, b"a: &a [*a]\n", b"!!python/name:os.system\n"])
-def test_junk_is_a_diagnostic(run, junk: bytes) -> None:
+def test_junk_gives_a_diagnostic(run, junk: bytes) -> None:
     done = run("validate", "-", "--format", "json", stdin=junk)
     assert done.returncode == 1
     assert json.loads(done.stdout)["diagnostics"]
@@ -50,7 +50,7 @@ def test_a_warning_fails_only_a_strict_check(run, tmp_path: Path) -> None:
     assert lenient.stdout == strict.stdout
 
 
-def test_files_and_folders_make_one_document(run, tmp_path: Path, cube: Path) -> None:
+def test_several_paths_give_one_json_document(run, tmp_path: Path, cube: Path) -> None:
     folder = tmp_path / "scenes"
     folder.mkdir()
     for name in ("b.yaml", "a.yaml"):
@@ -73,7 +73,7 @@ def test_a_folder_without_scenes_is_an_error(run, tmp_path: Path) -> None:
     assert "SC902" in done.stdout
 
 
-def test_only_scenes_are_checked_for_a_commit_hook(run, tmp_path: Path, cube: Path) -> None:
+def test_scenes_only_skips_other_files(run, tmp_path: Path, cube: Path) -> None:
     (tmp_path / "compose.yaml").write_text("services: {}\n")
     assert run("validate", "compose.yaml").returncode == 1
     done = run("validate", "--scenes-only", "compose.yaml", cube)
@@ -82,7 +82,7 @@ def test_only_scenes_are_checked_for_a_commit_hook(run, tmp_path: Path, cube: Pa
     assert run("validate", "--scenes-only", "compose.yaml").returncode == 0
 
 
-def test_sarif_and_github(run, tmp_path: Path) -> None:
+def test_validate_prints_sarif_and_github(run, tmp_path: Path) -> None:
     (tmp_path / "bad.yaml").write_text(TYPO)
     sarif = json.loads(run("validate", "--format", "sarif", "bad.yaml").stdout)
     assert {result["ruleId"] for result in sarif["runs"][0]["results"]} >= {"SC101"}
@@ -90,7 +90,7 @@ def test_sarif_and_github(run, tmp_path: Path) -> None:
     assert re.search(r"^::error file=bad\.yaml,line=3,col=31", github.stdout, re.MULTILINE)
 
 
-def test_a_limit_can_be_raised_and_must_exist(run, tmp_path: Path) -> None:
+def test_limit_raises_a_limit_and_refuses_unknown_names(run, tmp_path: Path) -> None:
     (tmp_path / "deep.yaml").write_text(CUBE + "x-deep: " + "[" * 150 + "]" * 150 + "\n")
     assert run("validate", "deep.yaml").returncode == 1
     assert run("validate", "deep.yaml", "--limit", "depth=200").returncode == 0
@@ -100,7 +100,7 @@ def test_a_limit_can_be_raised_and_must_exist(run, tmp_path: Path) -> None:
         assert "--limit" in done.stderr
 
 
-def test_an_asset_outside_needs_leave(run, tmp_path: Path) -> None:
+def test_an_outside_asset_needs_permission(run, tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
     (tmp_path / "part.obj").write_text(obj)
@@ -114,7 +114,7 @@ def test_an_asset_outside_needs_leave(run, tmp_path: Path) -> None:
     assert "'--asset-root': there is no folder `nodir`" in done.stderr
 
 
-def test_colour_is_for_terminals(run, tmp_path: Path) -> None:
+def test_colour_is_used_only_on_terminals(run, tmp_path: Path) -> None:
     (tmp_path / "bad.yaml").write_text(TYPO)
     assert "\x1b[" not in run("validate", "bad.yaml").stdout
     assert "\x1b[" in on_terminal(tmp_path, "validate", "bad.yaml")
@@ -145,7 +145,7 @@ def on_terminal(folder: Path, *arguments: str, **changes: str) -> str:
     return shown.decode()
 
 
-def test_a_scene_without_meshes_loads_no_engine(run, cube: Path) -> None:
+def test_validating_a_scene_without_meshes_loads_no_engine(run, cube: Path) -> None:
     script = (
         "import sys\n"
         "from scenecc.cli.app import main\n"

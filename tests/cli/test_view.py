@@ -54,7 +54,7 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, str, str]:
         return status, process.stdout.read(), process.stderr.read()
 
 
-def test_it_serves_a_page_until_it_is_interrupted(scene: Path, tmp_path: Path) -> None:
+def test_view_serves_a_page_until_interrupted(scene: Path, tmp_path: Path) -> None:
     process = started(scene.name, "--port", "0", folder=tmp_path)
     assert process.stdout is not None
     url = process.stdout.readline().strip()
@@ -64,7 +64,7 @@ def test_it_serves_a_page_until_it_is_interrupted(scene: Path, tmp_path: Path) -
     assert ended(process) == (130, "", "Press Ctrl-C to stop.\n")
 
 
-def test_a_page_for_everybody_is_warned_of_and_a_token_protects_it(scene: Path, tmp_path: Path) -> None:
+def test_a_public_page_gives_a_warning_unless_it_has_a_token(scene: Path, tmp_path: Path) -> None:
     process = started(scene.name, "--port", "0", "--host", "0.0.0.0", folder=tmp_path)
     assert process.stdout is not None
     url = process.stdout.readline().strip()
@@ -88,7 +88,7 @@ def test_a_page_for_everybody_is_warned_of_and_a_token_protects_it(scene: Path, 
     assert ended(process) == (130, "", "Press Ctrl-C to stop.\n")
 
 
-def test_a_browser_that_goes_away_ends_no_viewer(scene: Path, tmp_path: Path) -> None:
+def test_the_viewer_survives_a_disconnected_browser(scene: Path, tmp_path: Path) -> None:
     process = started(scene.name, "--port", "0", folder=tmp_path)
     assert process.stdout is not None
     url = process.stdout.readline().strip()
@@ -109,7 +109,7 @@ def test_a_browser_that_goes_away_ends_no_viewer(scene: Path, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("after", [0, *(pytest.param(each, marks=pytest.mark.slow) for each in (0.2, 0.7, 1.2))])
-def test_an_interruption_at_any_time_ends_it_in_peace(scene: Path, tmp_path: Path, after: float) -> None:
+def test_an_interrupt_at_any_time_ends_the_viewer_cleanly(scene: Path, tmp_path: Path, after: float) -> None:
     process = started(scene.name, "--port", "0", folder=tmp_path)
     while process.poll() is None and not hears(process.pid):  # until then, Python is starting
         time.sleep(0.01)
@@ -119,7 +119,7 @@ def test_an_interruption_at_any_time_ends_it_in_peace(scene: Path, tmp_path: Pat
 
 
 @pytest.mark.parametrize(("text", "told"), [(CUBE.replace("box", "bx"), "SC105"), ("scenecc: [", "SC00")])
-def test_a_scene_at_fault_is_told_and_waited_for(scene: Path, tmp_path: Path, text: str, told: str) -> None:
+def test_the_viewer_reports_errors_and_waits_for_a_fix(scene: Path, tmp_path: Path, text: str, told: str) -> None:
     scene.write_text(text)
     process = started(scene.name, "--port", "0", folder=tmp_path)
     assert process.stdout is not None
@@ -130,7 +130,7 @@ def test_a_scene_at_fault_is_told_and_waited_for(scene: Path, tmp_path: Path, te
     assert "Traceback" not in errors
 
 
-def test_a_scene_that_is_mended_is_told(scene: Path, tmp_path: Path) -> None:
+def test_the_viewer_reports_a_fixed_scene(scene: Path, tmp_path: Path) -> None:
     good = scene.read_text()
     scene.write_text(good.replace("box", "bx"))
     process = started(scene.name, "--port", "0", folder=tmp_path)
@@ -144,14 +144,14 @@ def test_a_scene_that_is_mended_is_told(scene: Path, tmp_path: Path) -> None:
     assert ended(process)[0] == 130
 
 
-def test_a_scene_may_come_from_standard_input(tmp_path: Path) -> None:
+def test_view_reads_a_scene_from_standard_input(tmp_path: Path) -> None:
     process = started("-", "--port", "0", given=CUBE, folder=tmp_path)
     assert process.stdout is not None
     assert process.stdout.readline().startswith("http://")
     assert ended(process)[::2] == (130, "Press Ctrl-C to stop.\n")
 
 
-def test_an_export_is_one_file(run, scene: Path, tmp_path: Path) -> None:
+def test_view_export_writes_one_file(run, scene: Path, tmp_path: Path) -> None:
     done = run("view", scene, "--export", "page.html", "--steps", "5")
     assert done.returncode == 0, done.stderr
     assert re.fullmatch(r"page\.html: \d+\.\d\d MB\n", done.stdout)
@@ -159,7 +159,7 @@ def test_an_export_is_one_file(run, scene: Path, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["page.html", "scene.yaml"]
 
 
-def test_an_export_of_a_scene_at_fault_writes_nothing(run, scene: Path, tmp_path: Path) -> None:
+def test_view_export_of_a_bad_scene_writes_nothing(run, scene: Path, tmp_path: Path) -> None:
     scene.write_text(CUBE.replace("box", "bx"))
     done = run("view", scene, "--export", "page.html")
     assert (done.returncode, done.stdout) == (1, "")
@@ -171,40 +171,40 @@ def test_an_export_of_a_scene_at_fault_writes_nothing(run, scene: Path, tmp_path
     ("arguments", "told"),
     [
         (["--steps", "5"], "it needs --export"),
-        (["--export", "page.txt"], "'page.txt' does not end in .html"),
+        (["--export", "page.txt"], "'page.txt' must end in .html"),
         (["--export", "page.html", "--open"], "because no page is served"),
         (["--export", "page.html", "--host", "127.0.0.1"], "because no page is served"),
         (["--export", "page.html", "--port", "0"], "because no page is served"),
         (["--export", "no/page.html"], "SC904"),
         (["--export", "page.html", "--token", "auto"], "because no page is served"),
-        (["--token", ""], "a token is one or more ASCII characters"),
-        (["--port", "65536"], "a port is 0 to 65535, not 65536"),
+        (["--token", ""], "a token must have one or more ASCII characters"),
+        (["--port", "65536"], "a port must be from 0 to 65535, not 65536"),
         (["--scene", "1", "--port", "0"], "SC908"),
         (["--scene", "1", "--export", "page.html"], "SC908"),
-        (["--set", "size"], "is not name=value"),
+        (["--set", "size"], "must be name=value"),
     ],
 )
-def test_wrong_usage_is_2(run, scene: Path, tmp_path: Path, arguments: list[str], told: str) -> None:
+def test_wrong_usage_of_view_gives_status_2(run, scene: Path, tmp_path: Path, arguments: list[str], told: str) -> None:
     done = run("view", scene, *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert told in done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_a_file_that_is_not_there_is_2(run) -> None:
+def test_a_missing_file_gives_status_2(run) -> None:
     done = run("view", "nowhere.yaml")
     assert done.returncode == 2
     assert "SC901" in done.stderr
 
 
-def test_an_address_of_nobody_is_3(run, scene: Path) -> None:
+def test_an_unknown_host_gives_status_3(run, scene: Path) -> None:
     done = run("view", scene, "--host", "nowhere.invalid", "--port", "0")
     assert (done.returncode, done.stdout) == (3, "")
     assert "SC815: no page can be served at nowhere.invalid, port 0: " in done.stderr
     assert "Unknown error" not in done.stderr
 
 
-def test_a_port_in_use_is_3(run, scene: Path) -> None:
+def test_a_port_in_use_gives_status_3(run, scene: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         done = run("view", scene, "--port", port)

@@ -87,7 +87,7 @@ def test_settings_that_equal_those_of_the_environment_are_accepted(tmp_path: Pat
 
 
 def test_arguments_that_the_environment_determines_are_refused() -> None:
-    with pytest.raises(ValueError, match="not taken with scene"):
+    with pytest.raises(ValueError, match="cannot be combined with scene"):
         scenecc.load_scene({"scenecc": 1}, scene=new_scene(), num_scenes=3)  # pyright: ignore[reportCallIssue]
 
 

@@ -31,7 +31,7 @@ def test_no_folder_of_the_package_has_a_public_name(name: str) -> None:
     assert name in dir(scenecc)
 
 
-def test_every_function_can_be_called_twice() -> None:
+def test_every_public_function_can_be_called_twice() -> None:
     script = (
         "import sys, scenecc\n"
         "for _ in range(2):\n"
@@ -52,7 +52,7 @@ CUBE = {"scenecc": 1, "entities": {"cube": {"shapes": [{"type": "box", "half_siz
 
 @pytest.mark.parametrize("name", ["num_scenes", "seed"])
 @pytest.mark.parametrize("value", [True, np.True_, 2.0, "2", np.float64(2), [2], 1j])
-def test_numbers_are_integers(name: str, value: Any) -> None:
+def test_number_arguments_must_be_integers(name: str, value: Any) -> None:
     given: dict[str, Any] = {name: value}
     for function in (scenecc.validate, scenecc.compile_scene, scenecc.load_scene):
         with pytest.raises(TypeError, match=f"{name} must be an integer"):
@@ -60,12 +60,12 @@ def test_numbers_are_integers(name: str, value: Any) -> None:
 
 
 @pytest.mark.parametrize("value", [[True], [0.0], ["0"], "0", [None], np.array([0.5]), np.array([True])])
-def test_indices_are_integers(value: Any) -> None:
+def test_index_arguments_must_be_integers(value: Any) -> None:
     with pytest.raises(TypeError, match=r"scene_idxs must be (an integer|integers)"):
         scenecc.load_scene(CUBE, scene_idxs=value)
 
 
-def test_numbers_have_a_range() -> None:
+def test_number_arguments_are_range_checked() -> None:
     below: list[dict[str, Any]] = [{"num_scenes": 0}, {"seed": -1}, {"scene_idxs": [-1]}]
     for given in below:
         with pytest.raises(ValueError, match="must be at least"):
@@ -73,7 +73,7 @@ def test_numbers_have_a_range() -> None:
 
 
 @pytest.mark.parametrize("kind", [int, np.int8, np.uint64])
-def test_numpy_s_integers_are_integers(kind: Any) -> None:
+def test_numpy_integers_are_accepted(kind: Any) -> None:
     plan = scenecc.compile_scene(CUBE, num_scenes=kind(3), seed=kind(7))
     assert (plan.num_scenes, plan.seed) == (3, 7)
     assert type(plan.num_scenes) is type(plan.seed) is int
@@ -85,7 +85,7 @@ def test_numpy_s_integers_are_integers(kind: Any) -> None:
 @pytest.mark.parametrize(
     "codes", [["SC101"], ["SC801"], ["SC101", "SC801"], ["SC801", "SC101"], ["SC801", "SC907"]], ids=str
 )
-def test_who_is_at_fault_is_as_the_exit_status_says(codes: list[str]) -> None:
+def test_at_fault_agrees_with_the_exit_status(codes: list[str]) -> None:
     diagnostics = [Diagnostic(code, "error", "", Location(None)) for code in codes]
     assert (SceneError(diagnostics).at_fault == "machine") == (status(diagnostics) is Status.machine)
     warned = [dataclasses.replace(one, severity="warning") for one in diagnostics]
@@ -104,7 +104,7 @@ def _as_yaml(text: str) -> str:
 
 
 @pytest.mark.parametrize("rewritten", [str, _sorted, _as_yaml, lambda text: "\ufeff" + _sorted(text)])
-def test_a_plan_is_one_in_any_order_and_syntax(rewritten: Callable[[str], str], tmp_path: Path) -> None:
+def test_a_plan_is_recognised_in_any_key_order_and_syntax(rewritten: Callable[[str], str], tmp_path: Path) -> None:
     plan = scenecc.compile_scene({**CUBE, "description": "é"}, num_scenes=3)
     text = rewritten(plan_to_json(plan))
     file = tmp_path / "plan.json"
@@ -118,7 +118,7 @@ def test_a_plan_is_one_in_any_order_and_syntax(rewritten: Callable[[str], str], 
     assert [found.code[:3] for found in scenecc.validate(file)] == ["SC7"]
 
 
-def test_a_scene_that_only_speaks_of_plans_is_a_scene(tmp_path: Path) -> None:
+def test_a_scene_that_mentions_the_plan_key_is_a_scene(tmp_path: Path) -> None:
     for description in ('"scenecc_plan": 1', "scenecc_plan"):
         scene = {**CUBE, "description": description}
         assert scenecc.validate(scene) == []
@@ -128,7 +128,7 @@ def test_a_scene_that_only_speaks_of_plans_is_a_scene(tmp_path: Path) -> None:
     assert {found.code[:3] for found in scenecc.validate(broken)} == {"SC0"}
 
 
-def test_a_mesh_too_large_to_weigh_is_the_scenes_fault() -> None:
+def test_a_mesh_too_large_to_weigh_is_an_error_of_the_scene() -> None:
     shape = {"type": "convex_mesh", "file": str(GOOD.parents[2] / "scenes/assets/gem.stl"), "scale": 1e20}
     with pytest.raises(scenecc.SceneError) as caught:
         scenecc.load_scene(
@@ -138,14 +138,14 @@ def test_a_mesh_too_large_to_weigh_is_the_scenes_fault() -> None:
     assert caught.value.at_fault == "scene"
 
 
-def test_one_asset_root_may_be_given_alone() -> None:
+def test_a_single_asset_root_is_accepted() -> None:
     mug = {"scenecc": 1, "entities": {"mug": {"shapes": [{"type": "convex_parts", "file": "asset://mug.obj"}]}}}
     assert scenecc.validate(mug, asset_roots=str(GOOD.parents[2] / "scenes/assets")) == []
 
 
 @pytest.mark.parametrize("given", [1, "u", ["u"], [("u", [1, 2])], {1, 2}])
 @pytest.mark.parametrize("name", ["params", "draws"])
-def test_what_is_given_by_name_is_a_mapping(name: str, given: Any) -> None:
+def test_params_and_draws_must_be_mappings(name: str, given: Any) -> None:
     with pytest.raises(TypeError, match=f"{name} must be a mapping"):
         scenecc.validate(CUBE, **{name: given})
 
@@ -159,20 +159,20 @@ DRAWN: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("name", [1, None, ("half",), b"half", "half/x", ""])
-def test_a_draw_of_an_odd_name_is_not_there(name: Any) -> None:
+def test_an_invalid_draw_name_is_reported_as_unknown(name: Any) -> None:
     (found,) = scenecc.validate(DRAWN, draws={name: [1, 2]})
     assert found.code == "SC250"
     assert found.hint in {"known here: half", "did you mean `half`?"}
 
 
-def test_what_is_masked_is_not_given() -> None:
+def test_masked_draws_are_reported() -> None:
     assert scenecc.validate(DRAWN, draws={"half": np.ma.array([1.0, 2.0])}) == []
     found = scenecc.validate(DRAWN, draws={"half": np.ma.array([1.0, 2.0], mask=[False, True])})
     assert [diagnostic.code for diagnostic in found] == ["SC318"]
 
 
 @pytest.mark.parametrize("function", [scenecc.validate, scenecc.compile_scene])
-def test_neither_a_plan_nor_an_error_is_a_fault_of_scenecc(
+def test_a_compilation_without_plan_and_error_raises(
     function: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("scenecc.lower.lower", lambda *_args, **_given: None)

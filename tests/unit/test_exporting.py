@@ -27,18 +27,18 @@ BALL = {"scenecc": 1, "entities": {"ball": {"shapes": [{"type": "sphere", "radiu
         ("two words, ä", "two words, ä"),
     ],
 )
-def test_a_name_is_that_of_a_file_in_the_folder(name: str, stem: str, target: str) -> None:
+def test_a_name_becomes_a_safe_file_name(name: str, stem: str, target: str) -> None:
     paths = [PurePosixPath(path) for path in export_scene(BALL, target, name=name)]
     assert paths[0].stem == stem
     assert all(".." not in path.parts and not path.is_absolute() for path in paths)
 
 
-def test_a_scene_that_names_itself_so_is_no_other() -> None:
+def test_a_scene_name_cannot_leave_the_output_folder() -> None:
     assert list(export_scene(BALL | {"name": "../../evil"}, "mjcf")) == ["_.._evil.xml"]
 
 
 @pytest.mark.parametrize("name", ["a\ud800", "a\x1b"])
-def test_a_name_in_a_plan_that_xml_cannot_hold(name: str, tmp_path: Path) -> None:
+def test_characters_of_a_name_that_xml_cannot_hold_are_replaced(name: str, tmp_path: Path) -> None:
     file = tmp_path / "scene.json"
     file.write_text(json.dumps(json.loads(plan_to_json(compile_scene(BALL))) | {"name": name}))
     (text,) = export_scene(file, "mjcf").values()

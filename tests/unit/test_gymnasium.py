@@ -121,7 +121,7 @@ def written(*given: Any) -> tuple[Any, ...]:
 
 
 @pytest.mark.parametrize("scale", [0.1, 1.0])
-def test_it_is_what_gymnasium_makes_of_single_environments(scale: float) -> None:
+def test_it_behaves_like_a_vector_of_single_environments(scale: float) -> None:
     """Episodes are truncated with small actions, and end on their own with large ones."""
     ours = make(3)
     theirs = SyncVectorEnv([partial(OneEnv, i) for i in range(3)], autoreset_mode=AutoresetMode.SAME_STEP)
@@ -141,7 +141,7 @@ def test_it_is_what_gymnasium_makes_of_single_environments(scale: float) -> None
     theirs.close()
 
 
-def test_an_episode_is_that_of_its_seed(envs: SceneVectorEnv) -> None:
+def test_an_episode_equals_a_reset_with_its_seed(envs: SceneVectorEnv) -> None:
     first, infos = envs.reset(seed=5)
     assert [str(one) for one in infos.pop("passport")] == [envs.batch.passport(index) for index in range(3)]
     assert infos.pop("_passport").all()
@@ -157,7 +157,7 @@ def test_an_episode_is_that_of_its_seed(envs: SceneVectorEnv) -> None:
         assert (envs.reset(seed=seed)[0] == expected).all()
 
 
-def test_some_can_be_reset_alone(envs: SceneVectorEnv) -> None:
+def test_a_mask_resets_some_environments(envs: SceneVectorEnv) -> None:
     envs.reset(seed=1)
     for _ in range(3):
         before = envs.step(np.ones((3, 1), np.float32))[0]
@@ -169,7 +169,7 @@ def test_some_can_be_reset_alone(envs: SceneVectorEnv) -> None:
     assert (after[1] == envs.reset(seed=9)[0][1]).all()
 
 
-def test_an_end_gives_the_last_observation_and_the_first_of_the_next_episode() -> None:
+def test_the_end_of_an_episode_gives_its_last_and_the_next_first_observation() -> None:
     envs = make(2, max_episode_steps=3, terminated=lambda batch: [False, False])
     envs.reset(seed=0)
     still = np.zeros((2, 1), np.float32)
@@ -186,7 +186,7 @@ def test_an_end_gives_the_last_observation_and_the_first_of_the_next_episode() -
     envs.close()
 
 
-def test_wrappers_of_gymnasium_fit() -> None:
+def test_gymnasium_wrappers_work() -> None:
     envs = RecordEpisodeStatistics(make(2, max_episode_steps=4))
     envs.reset(seed=0)
     for _ in range(4):
@@ -195,7 +195,7 @@ def test_wrappers_of_gymnasium_fit() -> None:
     envs.close()
 
 
-def test_a_dict_of_observations() -> None:
+def test_observations_may_be_a_dict() -> None:
     box = partial(spaces.Box, -np.inf, np.inf, (1,), np.float32)
     envs = make(
         2,
@@ -210,7 +210,7 @@ def test_a_dict_of_observations() -> None:
     envs.close()
 
 
-def test_closing_closes_the_batch(envs: SceneVectorEnv) -> None:
+def test_closing_the_environment_closes_the_batch(envs: SceneVectorEnv) -> None:
     envs.close()
     envs.close()
     with pytest.raises(RuntimeError, match="the batch is closed"):
@@ -220,38 +220,44 @@ def test_closing_closes_the_batch(envs: SceneVectorEnv) -> None:
 WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "steps": (lambda: make(steps_per_action=0), "steps_per_action must be at least 1, not 0"),
     "length": (lambda: make(max_episode_steps=0), "max_episode_steps must be at least 1, not 0"),
-    "observation": (lambda: make(observation=lambda batch: np.zeros(4)), "`observation` must give a row for each of 3"),
+    "observation": (
+        lambda: make(observation=lambda batch: np.zeros(4)),
+        "`observation` must return one row for each of 3",
+    ),
     "no array": (lambda: make(observation=lambda batch: {"a": 1}), "it needs an `observation_space`"),
 }
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_cannot_be_made(case: str) -> None:
+def test_invalid_environments_are_refused(case: str) -> None:
     make_it, message = WRONG[case]
     with pytest.raises(ValueError, match=message):
         make_it()
 
 
 @pytest.mark.parametrize("name", ["reward", "terminated"])
-def test_a_function_that_gives_one_value_for_all(name: str) -> None:
+def test_a_callback_must_return_one_value_per_scene(name: str) -> None:
     options: dict[str, Any] = {name: lambda batch: 0}
     envs = make(**options)
     envs.reset(seed=0)
-    with pytest.raises(ValueError, match=rf"`{name}` must give a row for each of 3 scenes, and gave the shape \(\)"):
+    with pytest.raises(ValueError, match=rf"`{name}` must return one row for each of 3 scenes, not the shape \(\)"):
         envs.step(np.zeros((3, 1), np.float32))
 
 
 FAULTY: dict[str, tuple[dict[str, Any], str]] = {
-    "reward": ({"reward": lambda batch: [0, np.nan, 0]}, r"`reward` is not a number \(NaN\) in scene 1"),
-    "observation": ({"observation": lambda batch: np.full((3, 2), np.nan)}, "`observation` is not a number .* 0–2"),
-    "shape": ({"observation": lambda batch: np.zeros((3, 4))}, r"`observation` must give \(3, 2\), and gave \(3, 4\)"),
-    "ends": ({"terminated": lambda batch: [0.5] * 3}, "`terminated` must give true or false, and gave float64"),
-    "info": ({"info": lambda batch: {"success": [True]}}, r"`info\['success'\]` must give a row for each of 3"),
+    "reward": ({"reward": lambda batch: [0, np.nan, 0]}, r"`reward` is NaN in scene 1"),
+    "observation": ({"observation": lambda batch: np.full((3, 2), np.nan)}, "`observation` is NaN in scene 0–2"),
+    "shape": (
+        {"observation": lambda batch: np.zeros((3, 4))},
+        r"`observation` must return the shape \(3, 2\), not \(3, 4\)",
+    ),
+    "ends": ({"terminated": lambda batch: [0.5] * 3}, "`terminated` must return bool, not float64"),
+    "info": ({"info": lambda batch: {"success": [True]}}, r"`info\['success'\]` must return one row for each of 3"),
 }
 
 
 @pytest.mark.parametrize("case", FAULTY)
-def test_functions_that_give_no_numbers(case: str) -> None:
+def test_a_callback_must_return_numbers(case: str) -> None:
     functions, message = FAULTY[case]
     envs = make(observation_space=spaces.Box(-np.inf, np.inf, (2,), np.float32), **functions)
     with pytest.raises(ValueError, match=message):
@@ -265,7 +271,7 @@ def _run(envs: SceneVectorEnv) -> None:
 
 
 @pytest.mark.parametrize("check", [False, True])
-def test_a_simulation_that_diverges_is_told(check: bool) -> None:
+def test_a_diverging_simulation_raises(check: bool) -> None:
     ball = {"pose": [0, 0, 5], "linear_velocity": [2e6, 0, 0], "shapes": [{"type": "sphere", "radius": 0.1}]}
     source = {**SCENE, "entities": {**SCENE["entities"], "ball": ball}}
     functions: dict[str, Any] = {"observation": observe, "reward": reward, "terminated": at_the_end, "act": act}
@@ -276,7 +282,7 @@ def test_a_simulation_that_diverges_is_told(check: bool) -> None:
     envs.close()
 
 
-def test_infos_of_a_step_and_of_the_end_of_an_episode() -> None:
+def test_infos_contain_step_and_final_values() -> None:
     def info(batch: SceneBatch) -> dict[str, Any]:
         return {"position": batch.articulations["cart"].qpos[:, 0]}
 
@@ -292,24 +298,24 @@ def test_infos_of_a_step_and_of_the_end_of_an_episode() -> None:
     envs.close()
 
 
-def test_arguments_that_do_not_fit(envs: SceneVectorEnv) -> None:
+def test_invalid_arguments_are_refused(envs: SceneVectorEnv) -> None:
     with pytest.raises(gymnasium.error.ResetNeeded):
         envs.step(np.zeros((3, 1)))
     with pytest.raises(TypeError, match=r"seed must be an integer, not 1\.5"):
         envs.reset(seed=1.5)  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ValueError, match="the one option is reset_mask"):
+    with pytest.raises(ValueError, match="the only option is reset_mask"):
         envs.reset(options={"mask": [True] * 3})
     envs.reset()
-    with pytest.raises(ValueError, match=r"actions are \(3, 1\) here, not \(1,\)"):
+    with pytest.raises(ValueError, match=r"actions must have the shape \(3, 1\), not \(1,\)"):
         envs.step(np.zeros(1))
     with pytest.raises(ValueError, match="2 seeds for 3 environments"):
         envs.reset(seed=[1, 2])
     for mask in (np.zeros(3, bool), np.ones(2, bool), [1, 0, 1]):
-        with pytest.raises(ValueError, match=r"reset_mask is \(3,\) bool with a True in it"):
+        with pytest.raises(ValueError, match=r"reset_mask must be \(3,\) bool with at least one True"):
             envs.reset(options={"reset_mask": mask})
 
 
-def test_the_error_names_the_extra() -> None:
+def test_a_missing_gymnasium_names_the_extra() -> None:
     script = "import sys, scenecc\nsys.modules['gymnasium'] = None\nimport scenecc.gymnasium"
     done = subprocess.run([sys.executable, "-c", script], check=False, timeout=60, capture_output=True, text=True)
     last = done.stderr.strip().splitlines()[-1]
@@ -317,7 +323,7 @@ def test_the_error_names_the_extra() -> None:
     assert install_hint("gymnasium") in last
 
 
-def test_nobody_else_loads_it() -> None:
+def test_only_this_module_loads_gymnasium() -> None:
     script = "import sys, scenecc, scenecc.scene\nprint('gymnasium' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], check=True, timeout=60, capture_output=True, text=True)
     assert done.stdout == "False\n"

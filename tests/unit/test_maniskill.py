@@ -15,7 +15,7 @@ from scenecc import SceneError
 from scenecc.extras import install_hint
 
 
-def test_importing_it_loads_no_engine_and_no_extra() -> None:
+def test_importing_scenecc_maniskill_loads_no_engine_and_no_extra() -> None:
     script = (
         "import sys, scenecc.maniskill\n"
         "heavy = {'sapien', 'torch', 'mani_skill', 'gymnasium'}\n"
@@ -27,7 +27,7 @@ def test_importing_it_loads_no_engine_and_no_extra() -> None:
 
 
 @pytest.mark.parametrize("missing", ["mani_skill", "torch"])
-def test_what_is_missing_and_how_to_get_it(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_maniskill_gives_an_install_hint(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
     scene: Any = SimpleNamespace(num_envs=1, sub_scenes=[None])
     with pytest.raises(SceneError, match=re.escape(install_hint("maniskill", "torch"))) as caught:
@@ -37,12 +37,12 @@ def test_what_is_missing_and_how_to_get_it(missing: str, monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize("scene", [SimpleNamespace(num_envs=1), object()])
-def test_what_is_no_scene_of_an_environment(scene: Any) -> None:
+def test_an_invalid_environment_scene_is_refused(scene: Any) -> None:
     """As a `sapien.Scene`, or the environment itself."""
     from scenecc.maniskill import load_into
 
     for load in (lambda: scenecc.load_scene({"scenecc": 1}, scene=scene), lambda: load_into(scene, {"scenecc": 1})):
-        with pytest.raises(TypeError, match=f"`env.unwrapped.scene`, and this is of the type {type(scene).__name__};"):
+        with pytest.raises(TypeError, match=f"`env.unwrapped.scene`, not {type(scene).__name__}; "):
             load()
 
 
@@ -73,16 +73,16 @@ def test_a_wrong_argument_names_the_function_that_was_called(name: str, options:
         calls[name]()
 
 
-def test_a_scene_that_is_not_there_yet() -> None:
+def test_a_missing_environment_scene_is_refused() -> None:
     """Before ManiSkill made it, `self.scene` is None."""
     from scenecc.maniskill import load_into
 
     nothing: Any = None
-    with pytest.raises(TypeError, match="a scene of a ManiSkill environment is needed"):
+    with pytest.raises(TypeError, match="`scene` must be a ManiSkill environment's scene"):
         load_into(nothing, {"scenecc": 1})
 
 
-def test_settings_without_maniskill(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sim_config_without_torch_raises(monkeypatch: pytest.MonkeyPatch) -> None:
     from scenecc.maniskill import sim_config
 
     monkeypatch.setitem(sys.modules, "torch", None)
@@ -90,7 +90,7 @@ def test_settings_without_maniskill(monkeypatch: pytest.MonkeyPatch) -> None:
         sim_config({"scenecc": 1})
 
 
-def test_a_name_that_it_has_not() -> None:
+def test_an_unknown_name_of_scenecc_maniskill_raises() -> None:
     import scenecc.maniskill
 
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):

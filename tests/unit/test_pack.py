@@ -86,17 +86,17 @@ def packed(file: Path, home: Path, **options: Any) -> list[str]:
 OWN = ".scenecc"
 
 
-def test_the_scenes_own_files_lie_as_they_do_beside_it(home: Path) -> None:
+def test_files_of_the_scene_folder_keep_their_paths_in_a_pack(home: Path) -> None:
     file = write(home, scene(a="parts/a.obj"))
     assert packed(file, home) == ["parts/a.mtl", "parts/a.obj", "scene.yaml"]
 
 
-def test_robots_bring_what_they_name(home: Path) -> None:
+def test_files_of_robots_are_packed(home: Path) -> None:
     file = write(home, "scenecc: 1\nentities:\n  r: {urdf: robots/r.urdf}\n")
     assert packed(file, home) == ["parts/a.mtl", "parts/a.obj", "robots/r.urdf", "scene.yaml"]
 
 
-def test_packages_and_asset_roots_are_packed_and_need_no_option(home: Path) -> None:
+def test_packages_and_asset_roots_are_packed(home: Path) -> None:
     file = write(home, scene(a="pkg://acme_parts/parts/a.obj", b="asset://parts/a.obj", c="parts/a.obj"))
     (home / "nothing").mkdir()
     names = packed(file, home, asset_roots=[home / "nothing", home / "b"])
@@ -104,12 +104,12 @@ def test_packages_and_asset_roots_are_packed_and_need_no_option(home: Path) -> N
     assert names == [*(f"{folder}/a.{end}" for folder in folders for end in ("mtl", "obj")), "scene.yaml"]
 
 
-def test_a_root_above_the_scene_keeps_its_tree(home: Path) -> None:
+def test_an_asset_root_above_the_scene_keeps_its_tree(home: Path) -> None:
     file = write(home, scene(a="../b/parts/a.obj", c="asset://b/parts/a.obj"))
     assert packed(file, home, asset_roots=[home]) == ["a/scene.yaml", "b/parts/a.mtl", "b/parts/a.obj"]
 
 
-def test_files_outside_keep_their_places(home: Path) -> None:
+def test_outside_files_are_packed(home: Path) -> None:
     file = write(home, scene(a="../b/parts/a.obj"))
     names = packed(file, home, allow_outside_assets=True)
     assert names == ["a/scene.yaml", "b/parts/a.mtl", "b/parts/a.obj"]
@@ -150,7 +150,7 @@ def test_all_options_of_a_choice_are_packed(home: Path) -> None:
     assert not validate(home / "x.scn", params={"n": "b"})
 
 
-def test_what_other_values_may_name_is_told_and_can_be_added(home: Path) -> None:
+def test_files_of_other_values_are_reported_and_can_be_added(home: Path) -> None:
     (home / "a/parts/b.obj").write_text(MESH)
     file = write(home, "scenecc: 1\nparams: {n: a}\n" + scene(a='"parts/${n}.obj"').removeprefix("scenecc: 1\n"))
     made = pack_scene(file, home / "x.scn")
@@ -170,7 +170,7 @@ def test_what_other_values_may_name_is_told_and_can_be_added(home: Path) -> None
         assert not validate(home / "x.scn")
 
 
-def test_what_a_condition_leaves_out_is_told(home: Path) -> None:
+def test_files_behind_a_condition_are_reported(home: Path) -> None:
     (home / "a/parts/b.obj").write_text(MESH)
     text = "scenecc: 1\nparams: {k: 1}\n" + scene(a="parts/a.obj").removeprefix("scenecc: 1\n")
     text += '  e: {if: "${k > 2}", shapes: [{type: convex_mesh, file: parts/b.obj}]}\n'
@@ -178,7 +178,7 @@ def test_what_a_condition_leaves_out_is_told(home: Path) -> None:
     assert [(one.code, one.severity, one.line) for one in made.diagnostics] == [("SC429", "note", 5)]
 
 
-def test_the_same_scene_gives_the_same_bytes(home: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_packing_a_scene_twice_gives_the_same_bytes(home: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
     text = scene(a="pkg://acme_parts/parts/a.obj", b="asset://parts/a.obj", c="parts/a.obj")
     one = pack_scene(write(home, text), asset_roots=[home / "b"]).content
     other = tmp_path_factory.mktemp("elsewhere") / "deep"
@@ -188,7 +188,7 @@ def test_the_same_scene_gives_the_same_bytes(home: Path, tmp_path_factory: pytes
     assert pack_scene(other / "a/scene.yaml", asset_roots=[other / "b", home / "none"]).content == one
 
 
-def test_a_pack_that_cannot_be_written_is_named_as_it_was_given(home: Path) -> None:
+def test_an_unwritable_pack_is_reported_with_its_given_path(home: Path) -> None:
     target = home / "nofolder/x.scn"
     with pytest.raises(FileNotFoundError) as caught:
         pack_scene(write(home, scene(a="parts/a.obj")), target)
@@ -210,15 +210,15 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("text", "words"), REFUSED.values(), ids=REFUSED)
-def test_what_cannot_be_packed_is_refused(text: Any, words: str, home: Path) -> None:
+def test_unpackable_scenes_are_refused(text: Any, words: str, home: Path) -> None:
     with pytest.raises(SceneError, match=words):
         pack_scene(write(home, text(home)), home / "x.scn")
     assert not (home / "x.scn").exists()
 
 
-def test_names_that_differ_by_case_are_refused(home: Path) -> None:
+def test_packed_names_that_differ_only_in_case_are_refused(home: Path) -> None:
     (home / "a/parts/A.obj").write_text(MESH)
-    with pytest.raises(SceneError, match=r"SC428.*where case does not count"):
+    with pytest.raises(SceneError, match=r"SC428.*differ only in case"):
         pack_scene(write(home, scene(a="parts/a.obj", b="parts/A.obj")))
 
 
@@ -230,7 +230,7 @@ def test_a_pack_of_a_pack_is_refused(home: Path) -> None:
         pack_scene(home / "a/scene.yaml", home / "y.zip")
 
 
-def test_parameters_and_diagnostics_name_files_inside(home: Path) -> None:
+def test_parameters_and_diagnostics_of_a_pack_name_its_files(home: Path) -> None:
     text = "scenecc: 1\nparams: {n: 1}\nentities:\n  e: {shapes: [{type: sphere, radius: 0.1}]}\n"
     pack_scene(write(home, text), home / "x.scn")
     assert [row.name for row in list_params(home / "x.scn")] == ["n"]
@@ -262,7 +262,7 @@ with open(sys.argv[2], "wb") as file:
 """
 
 
-def test_building_reads_nothing_outside_and_moves_to_the_bit(home: Path) -> None:
+def test_a_packed_scene_builds_identically_without_outside_files(home: Path) -> None:
     text = scene(a="pkg://acme_parts/parts/a.obj", b="asset://parts/a.obj", c="parts/a.obj")
     text = text.replace("{shapes", "{pose: [{uniform: [0, 9]}, {uniform: [0, 9]}, 2], shapes")
     text += "  r: {urdf: robots/r.urdf}\n  ground: {body_type: static, shapes: [{type: plane}]}\nnum_scenes: 3\n"

@@ -44,7 +44,7 @@ def _built(file: Path) -> scenecc.SceneBatch:
         return load_scene(file, render=False)
 
 
-def test_scenes_are_built_again_in_another_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_passports_rebuild_scenes_in_another_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One scene of each file, at the start of the build or of a reset, and 30 steps later."""
     monkeypatch.chdir(SCENES.parent)
     random, expected, passports = Random(15), [], []
@@ -130,7 +130,7 @@ def test_a_passport_is_one_short_line(scene: Path) -> None:
         assert again.entities["ball"].pose[0, 2] == batch.plan.entities[1].pose.row(4)[2].astype(np.float32)
 
 
-def test_a_passport_is_of_the_last_reset(scene: Path) -> None:
+def test_a_passport_describes_the_last_reset(scene: Path) -> None:
     """Each scene has its own seed, and draws that it was given; sizes are of the seed of the build."""
     with load_scene(scene, render=False, seed=3) as batch:
         before = batch.passport(5)
@@ -166,7 +166,7 @@ def test_given_draws_are_in_the_passport(scene: Path) -> None:
         with replay(text, file=document, render=False) as again:
             assert again.state() == batch.state([1])
             assert again.passport(1) == text
-    assert _told(text) == ["SC931 the scene of this passport was no file"]
+    assert _told(text) == ["SC931 the scene of this passport was not a file"]
     assert "SC931 the scene file differs" in _told(text, file=scene)[0]
     with (
         load_scene(compile_scene(scene), render=False) as batch,
@@ -200,7 +200,7 @@ CHANGES: dict[str, tuple[Callable[[Path], object], list[str]]] = {
         lambda folder: (folder / "scene.yaml").write_text(SCENE.replace("0.02}", "0.025}")),
         [
             "SC931 the scene file differs: its SHA-256 was",
-            "SC932 the default of the parameter `half` was 0.02, and is 0.025",
+            "SC932 the default of the parameter `half` was 0.02, but is 0.025",
         ],
     ),
     "no mesh": (
@@ -221,7 +221,7 @@ CHANGES: dict[str, tuple[Callable[[Path], object], list[str]]] = {
 
 
 @pytest.mark.parametrize("name", CHANGES)
-def test_what_changed_is_named(scene: Path, name: str) -> None:
+def test_replay_names_the_changed_files(scene: Path, name: str) -> None:
     """Every file and default that differs, with what it was and is."""
     with load_scene(scene, render=False) as batch:
         passport = batch.passport(2)
@@ -233,7 +233,7 @@ def test_what_changed_is_named(scene: Path, name: str) -> None:
     assert all(found.startswith(wanted) for found, wanted in zip(told, expected, strict=True)), told
 
 
-def test_files_that_change_before_the_first_passport_are_noticed(scene: Path) -> None:
+def test_files_changed_before_the_first_passport_are_noticed(scene: Path) -> None:
     """A passport never has the hash of what was not built."""
     with load_scene(scene, render=False) as batch:
         (scene.parent / "bowl.obj").touch()
@@ -241,33 +241,33 @@ def test_files_that_change_before_the_first_passport_are_noticed(scene: Path) ->
             batch.passport(2)
 
 
-def test_another_version_or_state_is_named(scene: Path) -> None:
+def test_replay_names_a_different_version_or_state(scene: Path) -> None:
     """Versions alone can be let pass."""
     with load_scene(scene, render=False) as batch:
         content = json.loads(batch.passport(2))
     content["versions"] |= {"sapien": "3.0.1", "mujoco": "3.2.0"}
     text = json.dumps(content)
     assert _told(text) == [
-        "SC933 the version of sapien was 3.0.1, and is 3.0.3",
-        "SC933 the version of mujoco was 3.2.0, and now there is none",
+        "SC933 the version of sapien was 3.0.1, but is 3.0.3",
+        "SC933 the version of mujoco was 3.2.0, but no longer exists",
     ]
     replay(text, any_version=True, render=False).close()
     content["seed"] = 1
     told = _told(json.dumps(content), any_version=True)
-    assert told[-1].startswith("SC934 the start of scene 2 has the hash ")
-    assert told[-1].endswith(f", and had {content['state']}")
+    assert told[-1].startswith("SC934 the initial state of scene 2 has the hash ")
+    assert told[-1].endswith(f", but had {content['state']}")
 
 
 @pytest.mark.parametrize(
     ("name", "use", "packages"),
     [("a.dae", "hull", {"pycollada"}), ("a.obj", "decomposed", {"coacd", "trimesh"}), ("a.obj", "hull", set[str]())],
 )
-def test_the_libraries_that_read_a_mesh_are_in_the_versions(name: str, use: str, packages: set[str]) -> None:
+def test_a_passport_has_the_versions_of_mesh_libraries(name: str, use: str, packages: set[str]) -> None:
     found = set(build_versions(plan_of([Path(name)], use)))
     assert found - {"scenecc", "sapien", "numpy", "python", "platform"} == packages
 
 
-def test_a_scene_is_found_beside_another_current_folder(scene: Path, tmp_path: Path) -> None:
+def test_replay_finds_the_scene_from_another_folder(scene: Path, tmp_path: Path) -> None:
     """By `file`; the names of its files do not depend on the folder."""
     with load_scene(scene, render=False) as batch:
         passport = batch.passport(2)
@@ -297,7 +297,7 @@ PASSPORT = {
 
 
 @given(st.sampled_from([*PASSPORT, "params", "draws", "other"]), VALUES)
-def test_a_passport_of_a_stranger_is_refused(key: str, value: Any) -> None:
+def test_a_hostile_passport_is_refused(key: str, value: Any) -> None:
     """Any value at any key is a diagnostic and no other exception; of the right type, the file is missed."""
     assert all(found[:5] in {"SC930", "SC931"} for found in _told(json.dumps({**PASSPORT, key: value})))
 
@@ -316,6 +316,6 @@ def test_a_passport_of_a_stranger_is_refused(key: str, value: Any) -> None:
         json.dumps({**PASSPORT, "num_scenes": 4.0}),
     ],
 )
-def test_a_passport_that_is_none_is_told(text: str) -> None:
+def test_an_invalid_passport_is_reported(text: str) -> None:
     """With one code, whatever is wrong."""
     assert [found[:5] for found in _told(text)] == ["SC930"]

@@ -47,7 +47,7 @@ def test_a_plan_has_the_hashes_of_its_files(scene: Path) -> None:
 
 @pytest.mark.parametrize("name", ["thing.obj", "thing.mtl"])
 @pytest.mark.parametrize("kept", ["as JSON", "as an object"])
-def test_a_file_that_changed_since_is_not_built(name: str, kept: str, scene: Path) -> None:
+def test_a_file_that_has_changed_is_not_built(name: str, kept: str, scene: Path) -> None:
     plan = saved(scene) if kept == "as JSON" else compile_scene(scene)
     changed = scene.parent / name
     changed.write_text(changed.read_text() + "# more\n")
@@ -61,7 +61,7 @@ def test_a_file_that_changed_since_is_not_built(name: str, kept: str, scene: Pat
     assert codes(compile_scene(scene)) == []
 
 
-def test_a_file_that_is_gone_or_new_is_a_change(scene: Path) -> None:
+def test_a_removed_or_new_file_counts_as_changed(scene: Path) -> None:
     plan = saved(scene)
     (scene.parent / "thing.mtl").unlink()
     assert codes(plan) == ["SC716"]
@@ -78,7 +78,7 @@ def test_a_plan_without_hashes_is_built_with_a_warning(version: int, scene: Path
     assert (told.code, told.severity, told.path) == ("SC717", "warning", "files[0]")
 
 
-def test_a_plan_leads_to_no_file_outside_and_to_no_pipe(scene: Path) -> None:
+def test_a_plan_cannot_read_outside_files_or_pipes(scene: Path) -> None:
     plan = saved(scene)
     file = scene.parent / "thing.obj"
     file.rename(scene.parent.parent / "thing.obj")
@@ -106,9 +106,7 @@ def test_a_file_that_changes_between_check_and_engine_is_not_built(
     assert [one.code for one in error.value.diagnostics] == ["SC422"]
 
 
-def test_a_file_that_changes_after_the_engine_read_it_ends_the_build(
-    scene: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_changed_after_reading_stops_the_build(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = build.audit_scenes
 
     def late(*args: object, **options: object) -> object:

@@ -25,7 +25,7 @@ def kept(folder: Path, count: int) -> list[Path]:
     return paths
 
 
-def test_what_is_kept_is_read(tmp_path: Path) -> None:
+def test_a_cached_result_is_read_back(tmp_path: Path) -> None:
     (path,) = kept(tmp_path / "kind", 1)
     assert read_result(path) == b"x" * 35
     path.write_bytes(path.read_bytes() + b"y")
@@ -33,7 +33,9 @@ def test_what_is_kept_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("limit", "most"), [("MOST_RESULTS", 9), ("MOST_RESULT_BYTES", 999)])
-def test_the_oldest_half_is_removed(limit: str, most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_oldest_half_of_many_results_is_removed(
+    limit: str, most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     paths = kept(tmp_path, 10)
     monkeypatch.setattr(files, limit, most)
     monkeypatch.setattr(files, "_pruned", set())
@@ -43,6 +45,6 @@ def test_the_oldest_half_is_removed(limit: str, most: int, tmp_path: Path, monke
     assert len(list(tmp_path.iterdir())) == 7
 
 
-def test_few_results_stay(tmp_path: Path) -> None:
+def test_few_results_are_kept(tmp_path: Path) -> None:
     kept(tmp_path, 10)
     assert len(list(tmp_path.iterdir())) == 10

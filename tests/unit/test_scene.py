@@ -32,7 +32,7 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def test_it_is_compiled_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_opened_scene_is_compiled_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     compiled: list[object] = []
     real = pipeline._run_stages
     monkeypatch.setattr(pipeline, "_run_stages", lambda *a, **k: compiled.append(a) or real(*a, **k))
@@ -49,7 +49,7 @@ def test_it_is_compiled_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert len(compiled) == 1
 
 
-def test_what_is_at_fault_is_told_without_raising_and_raised_by_all_else(tmp_path: Path) -> None:
+def test_only_diagnostics_of_a_bad_scene_does_not_raise(tmp_path: Path) -> None:
     path = tmp_path / "bad.yaml"
     path.write_text(BAD)
     scene = open_scene(path)
@@ -71,12 +71,12 @@ def test_what_is_at_fault_is_told_without_raising_and_raised_by_all_else(tmp_pat
 
 
 @pytest.mark.parametrize("options", [{"num_scenes": 0}, {"seed": -1}, {"limits": {"nothing": 1}}])
-def test_options_are_checked_at_once(file: Path, options: dict[str, Any]) -> None:
+def test_open_scene_checks_options_at_once(file: Path, options: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=next(iter(options))[:-1]):
         open_scene(file, **options)
 
 
-def test_a_stream_is_read_once(file: Path) -> None:
+def test_an_opened_stream_is_read_once(file: Path) -> None:
     scene = open_scene(io.StringIO(SCENE), num_scenes=2)
     assert scene.plan == scene.plan
     assert scene.emit("python").text.startswith("# A script of plain SAPIEN calls")
@@ -84,7 +84,7 @@ def test_a_stream_is_read_once(file: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["scene.py", "scene.json", "scene.glb", "scene.xml", "scene.urdf"])
-def test_it_is_exported_by_the_suffix(file: Path, name: str) -> None:
+def test_the_suffix_selects_the_export_target(file: Path, name: str) -> None:
     scene, path = open_scene(file), file.parent / "out" / name
     path.parent.mkdir()
     choices: FileChoices = {"entity": "ball"} if path.suffix == ".urdf" else {}
@@ -106,7 +106,7 @@ def test_it_is_exported_by_the_suffix(file: Path, name: str) -> None:
         ("scene.usd", {}),
     ],
 )
-def test_the_files_of_an_export_are_those_that_were_written(file: Path, name: str, choices: dict[str, Any]) -> None:
+def test_an_export_lists_the_written_files(file: Path, name: str, choices: dict[str, Any]) -> None:
     if name.endswith("usd"):
         pytest.importorskip("pxr")
     made = open_scene(file).export(file.parent / name, **choices)
@@ -115,16 +115,16 @@ def test_the_files_of_an_export_are_those_that_were_written(file: Path, name: st
     assert [one.read_bytes() for one in made.paths] == [*made.files.values()]
 
 
-def test_a_suffix_can_stand_for_another_target_and_must_stand_for_one(file: Path) -> None:
+def test_export_target_may_differ_from_the_suffix_but_must_exist(file: Path) -> None:
     scene = open_scene(file)
     assert b"<robot" in next(iter(scene.export(file.with_suffix(".xml"), target="urdf", entity="ball").files.values()))
-    with pytest.raises(ValueError, match=r"scene\.txt ends in none of \.py, \.json"):
+    with pytest.raises(ValueError, match=r"scene\.txt must end in one of \.py, \.json"):
         scene.export(file.with_suffix(".txt"))
-    with pytest.raises(ValueError, match="glb takes no `entity`"):
+    with pytest.raises(ValueError, match="glb does not support `entity`"):
         scene.export(file.with_suffix(".glb"), entity="ball")
 
 
-def test_results_tell_what_the_scene_and_the_work_found(tmp_path: Path) -> None:
+def test_results_have_diagnostics_of_the_scene_and_their_own(tmp_path: Path) -> None:
     path = tmp_path / "warned.yaml"
     path.write_text(SCENE.replace("params: {", "params: {unread: 1, "))
     scene = open_scene(path)
@@ -138,7 +138,7 @@ def test_results_tell_what_the_scene_and_the_work_found(tmp_path: Path) -> None:
     assert scene.diagnostics == [unused]
 
 
-def test_an_engines_failure_is_a_scene_error(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_engine_failure_is_a_scene_error(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from scenecc.backends.sapien import build
 
     scene = open_scene(file)
@@ -150,10 +150,10 @@ def test_an_engines_failure_is_a_scene_error(file: Path, monkeypatch: pytest.Mon
         scene.build(scene_idxs=[7], render=False)
 
 
-def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
+def test_wrong_arguments_of_scene_methods_raise(file: Path) -> None:
     scene = open_scene(file, asset_roots=(root for root in [str(file.parent)]))
     assert scene._given.get("asset_roots") == (str(file.parent),)
-    with pytest.raises(TypeError, match="as `open_scene` gives it, not with str"):
+    with pytest.raises(TypeError, match="must be a scene from `open_scene`, not str"):
         scene.diff(str(file))  # pyright: ignore[reportArgumentType]
     with pytest.raises(TypeError, match="audit must be True or False, not 'some'"):
         scene.build(audit="some")  # pyright: ignore[reportArgumentType]
@@ -204,7 +204,7 @@ def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
         ("inspect", {"progress": 3}, "a function"),
     ],
 )
-def test_an_argument_of_another_type_is_named_with_what_is_wanted(
+def test_an_argument_of_the_wrong_type_is_named_with_the_expected_one(
     file: Path, method: str, given: dict[str, Any], wanted: str
 ) -> None:
     name, value = list(given.items())[-1]
@@ -229,21 +229,23 @@ def test_an_argument_of_another_type_is_named_with_what_is_wanted(
         ("emit_scene", {"target": "json", "base": 3}, "base must be a string or a path, not 3"),
         ("plan_text", {}, "plan must be a ScenePlan, not "),
         ("list_params", {"limits": 3}, "limits must be a mapping from names to values, not 3"),
-        ("open_scene", {"asset_roots": ["a", 3]}, "asset_roots must be folders, as paths, not ['a', 3]"),
+        ("open_scene", {"asset_roots": ["a", 3]}, "asset_roots must be paths of folders, not ['a', 3]"),
     ],
 )
-def test_a_function_names_itself_and_the_argument(file: Path, name: str, given: dict[str, Any], wanted: str) -> None:
+def test_type_errors_name_the_function_and_the_argument(
+    file: Path, name: str, given: dict[str, Any], wanted: str
+) -> None:
     with pytest.raises(TypeError, match=f"^{re.escape(f'{name}(): {wanted}')}"):
         getattr(scenecc, name)(file, **given)
 
 
-def test_what_an_iterator_gives_is_checked_when_it_is_read(file: Path) -> None:
+def test_items_of_an_iterator_are_checked_when_read(file: Path) -> None:
     roots: Any = (root for root in [3])
-    with pytest.raises(TypeError, match=r"^asset_roots must be folders, as paths, not 3$"):
+    with pytest.raises(TypeError, match=r"^asset_roots must be paths of folders, not 3$"):
         scenecc.validate(file, asset_roots=roots)
 
 
-def test_an_asset_root_that_is_no_folder_is_refused(file: Path) -> None:
+def test_an_asset_root_must_be_a_folder(file: Path) -> None:
     with pytest.raises(ValueError, match=r"^asset_roots: there is no folder `.*nodir`$"):
         scenecc.validate(file, asset_roots=[file.parent, file.parent / "nodir"])
     with pytest.raises(ValueError, match=r"^asset_roots: `.*` is not a folder$"):
@@ -253,16 +255,18 @@ def test_an_asset_root_that_is_no_folder_is_refused(file: Path) -> None:
 @pytest.mark.parametrize(
     ("function", "target", "writer"), [("emit_scene", "mjcf", "export_scene"), ("export_scene", "json", "emit_scene")]
 )
-def test_a_target_of_the_other_function_names_it(file: Path, function: str, target: str, writer: str) -> None:
-    with pytest.raises(ValueError, match=rf"^unknown target '{target}'; `{writer}` writes it; the targets are "):
+def test_a_target_of_another_function_names_that_function(file: Path, function: str, target: str, writer: str) -> None:
+    with pytest.raises(ValueError, match=rf"^unknown target '{target}'; use `{writer}` for it; the targets are "):
         getattr(scenecc, function)(file, target)
 
 
 @pytest.mark.parametrize("method", ["export", "render"])
 def test_a_path_with_a_null_character_is_refused_before_anything_is_built(file: Path, method: str) -> None:
-    with pytest.raises(ValueError, match=rf"^Scene\.{method}\(\): path must have no null character: 'a\\x00\.glb'$"):
+    with pytest.raises(
+        ValueError, match=rf"^Scene\.{method}\(\): path must not contain a null character: 'a\\x00\.glb'$"
+    ):
         getattr(open_scene(file), method)("a\0.glb")
-    with pytest.raises(ValueError, match="asset_roots must have no null character"):
+    with pytest.raises(ValueError, match="asset_roots must not contain a null character"):
         open_scene(file, asset_roots=["a\0"])
 
 
@@ -281,7 +285,7 @@ def test_names_are_compared_unless_they_follow_from_the_files(tmp_path: Path) ->
     assert found("name: na\n", "") == [("name", "na", "nb")]
 
 
-def test_the_thin_functions_give_the_same(file: Path) -> None:
+def test_functions_and_scene_methods_agree(file: Path) -> None:
     scene = open_scene(file)
     assert scenecc.emit_scene(file, "json", base=file.parent) == scene.emit("json", base=file.parent).text
     assert scenecc.export_scene(file, "mjcf", seed=3) == open_scene(file, seed=3).emit("mjcf").files
@@ -340,7 +344,7 @@ def test_an_unknown_keyword_of_a_function_names_a_public_function(
 
 
 @pytest.mark.parametrize("wrong", ["no", 1, None])
-def test_flags_are_true_or_false(file: Path, wrong: Any) -> None:
+def test_flag_arguments_must_be_true_or_false(file: Path, wrong: Any) -> None:
     uses = (
         lambda: scenecc.validate(file, allow_outside_assets=wrong),
         lambda: scenecc.export_scene(file, "glb", grid=wrong),
@@ -367,11 +371,11 @@ def test_an_unknown_target_is_refused_with_the_known_ones(file: Path, target: An
 
 
 @pytest.mark.parametrize("mode", ["r", "rb"])
-def test_a_stream_that_is_closed_too_early_is_refused_with_the_remedy(file: Path, mode: str) -> None:
+def test_a_stream_closed_too_early_is_refused_with_a_hint(file: Path, mode: str) -> None:
     with file.open(mode) as stream:
         scene = open_scene(stream)
     for use in (lambda: scene.diagnostics, lambda: scene.plan, lambda: scenecc.validate(stream)):
-        with pytest.raises(ValueError, match="closed before the scene was read: keep it open"):
+        with pytest.raises(ValueError, match="is closed: keep it open"):
             use()
 
 
@@ -384,16 +388,14 @@ def test_a_stream_that_is_closed_too_early_is_refused_with_the_remedy(file: Path
         ("film.gif", {}, "film needs at least 1 step"),
     ],
 )
-def test_a_picture_is_written_by_its_suffix_or_not_at_all(
-    file: Path, name: str, choices: dict[str, Any], words: str
-) -> None:
+def test_a_picture_suffix_must_fit_the_rendering(file: Path, name: str, choices: dict[str, Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         open_scene(file).render(file.parent / name, **choices)
     assert not (file.parent / name).exists()
 
 
 @pytest.mark.render
-def test_the_suffix_says_what_a_rendering_writes(file: Path) -> None:
+def test_the_suffix_selects_picture_or_video(file: Path) -> None:
     scene = open_scene(file)
     made = scene.render(file.parent / "picture.PNG", size=(16, 16), steps=2, film="gif")
     assert (file.parent / "picture.PNG").read_bytes() == made.png()

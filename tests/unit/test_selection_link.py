@@ -47,7 +47,7 @@ def ends(folder: Path) -> Iterator[tuple[End, End]]:
     editor.link.close()
 
 
-def test_each_tells_the_other_and_not_its_like(ends: tuple[End, End]) -> None:
+def test_each_end_sends_only_to_the_other_kind(ends: tuple[End, End]) -> None:
     page, editor = ends
     second = End("page")
     editor.link.send([CUBE])
@@ -78,7 +78,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("case", HOSTILE)
-def test_what_is_no_message_is_dropped(ends: tuple[End, End], folder: Path, case: str) -> None:
+def test_invalid_messages_are_dropped(ends: tuple[End, End], folder: Path, case: str) -> None:
     page, editor = ends
     (address,) = folder.glob("page-*")
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as stranger:
@@ -87,7 +87,7 @@ def test_what_is_no_message_is_dropped(ends: tuple[End, End], folder: Path, case
     assert page.hears() == [CUBE]
 
 
-def test_an_end_that_does_not_listen_is_not_waited_for(ends: tuple[End, End], folder: Path) -> None:
+def test_sending_does_not_wait_for_a_busy_end(ends: tuple[End, End], folder: Path) -> None:
     _, editor = ends
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as busy:
         busy.bind(str(folder / "page-busy"))
@@ -95,12 +95,12 @@ def test_an_end_that_does_not_listen_is_not_waited_for(ends: tuple[End, End], fo
             editor.link.send([CUBE])
 
 
-def test_only_its_user_can_enter_the_folder(ends: tuple[End, End], folder: Path) -> None:
+def test_only_the_user_can_enter_the_socket_folder(ends: tuple[End, End], folder: Path) -> None:
     assert folder.stat().st_mode & 0o777 == 0o700
     assert len([*folder.iterdir()]) == 2
 
 
-def test_a_folder_of_others_is_not_used(folder: Path) -> None:
+def test_a_socket_folder_of_another_user_is_not_used(folder: Path) -> None:
     folder.mkdir(mode=0o755)
     end = End("page")
     end.link.send([CUBE])
@@ -108,7 +108,7 @@ def test_a_folder_of_others_is_not_used(folder: Path) -> None:
     assert [*folder.iterdir()] == []
 
 
-def test_a_closed_end_leaves_nothing_and_tells_nothing(folder: Path) -> None:
+def test_a_closed_end_removes_its_socket_and_sends_nothing(folder: Path) -> None:
     page, editor = End("page"), End("editor")
     page.link.close()
     editor.link.close()
@@ -128,7 +128,7 @@ sys.stdin.read()
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
-def test_an_end_whose_process_was_ended_is_gone(folder: Path, number: int) -> None:
+def test_sockets_of_killed_processes_are_removed(folder: Path, number: int) -> None:
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", WAITING], stdin=pipe, stdout=pipe) as process:
         assert process.stdout is not None
@@ -142,7 +142,7 @@ def test_an_end_whose_process_was_ended_is_gone(folder: Path, number: int) -> No
     editor.link.close()
 
 
-def test_without_a_folder_for_running_programs_it_is_the_cache(
+def test_without_a_runtime_folder_the_cache_is_used(
     tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cache = tmp_path_factory.mktemp("cache")

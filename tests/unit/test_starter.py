@@ -36,7 +36,7 @@ def folder(template: str, robot: str | None, tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize(("template", "robot"), ALL)
-def test_its_own_test_passes(folder: Path) -> None:
+def test_the_test_of_a_starter_passes(folder: Path) -> None:
     spec = importlib.util.spec_from_file_location("starter_test", folder / "test_scenes.py")
     assert spec is not None
     assert spec.loader is not None
@@ -48,7 +48,7 @@ def test_its_own_test_passes(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(("template", "robot"), ALL)
-def test_every_file_is_valid_by_itself_and_by_the_schema_beside_it(folder: Path) -> None:
+def test_every_starter_file_is_valid_for_scenecc_and_its_schema(folder: Path) -> None:
     schema = json.loads((folder / "scene.schema.json").read_text())
     scenes = sorted(folder.glob("[!.]*.yaml"))
     for file in scenes:
@@ -74,7 +74,7 @@ def test_the_test_of_a_starter_fails_with_its_scene(tmp_path: Path) -> None:
         module.test_nothing_is_found_in_a_scene("scene.yaml")
 
 
-def test_every_file_of_the_templates_is_a_row() -> None:
+def test_every_template_file_is_listed() -> None:
     assert {file.stem for file in (FOLDER / "scenes").iterdir()} == set(TEMPLATES)
     assert {file.stem for file in (FOLDER / "robots").iterdir()} == set(ROBOTS)
     assert {robot for _, robot in PAIRS} == set(ROBOTS)
@@ -84,7 +84,7 @@ def test_every_file_of_the_templates_is_a_row() -> None:
 @pytest.mark.parametrize(
     ("robot", "extras", "package"), [("arm", "", "scenecc"), ("panda", "maniskill", "scenecc[maniskill]")]
 )
-def test_the_workflow_installs_what_the_robot_needs(robot: str, extras: str, package: str) -> None:
+def test_the_workflow_of_a_starter_installs_the_extra_of_the_robot(robot: str, extras: str, package: str) -> None:
     text = starter_files("pick_place", robot)[".github/workflows/scenes.yml"].decode()
     _, action, install = yaml.safe_load(text)["jobs"]["scenes"]["steps"]
     assert action == {"uses": f"OWNER/scenecc@v{VERSION}", "with": {"strict": "true", "extras": extras}}
@@ -93,7 +93,7 @@ def test_the_workflow_installs_what_the_robot_needs(robot: str, extras: str, pac
     assert set(action["with"]) <= set(inputs)
 
 
-def test_the_commit_hook_is_ours() -> None:
+def test_the_commit_hook_of_a_starter_is_that_of_scenecc() -> None:
     config = yaml.safe_load(starter_files("empty", None)[".pre-commit-config.yaml"])
     ((hook,),) = [repo["hooks"] for repo in config["repos"]]
     (ours,) = yaml.safe_load((FOLDER.parents[1] / ".pre-commit-hooks.yaml").read_text())

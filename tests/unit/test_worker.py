@@ -23,7 +23,7 @@ from scenecc.worker import Worker, WorkerError
 PATIENCE = 60.0
 """No test waits so long, unless it fails [s]."""
 
-ENDED = "the reader ended: the file needs too much memory, or crashes it"
+ENDED = "the reader ended: the file needs too much memory, or crashes the library"
 
 MakeWorker = Callable[..., Worker]
 
@@ -52,7 +52,7 @@ def pid_of(worker: Worker) -> int:
     return worker.ask({"pid": None}, [])[0]["pid"]
 
 
-def test_half_a_message_is_none() -> None:
+def test_a_truncated_message_is_none() -> None:
     whole = io.BytesIO()
     worker_process.write_message(whole, {"a": 1}, [b"one", b"", b"three"])
     data = whole.getvalue()
@@ -70,12 +70,12 @@ def test_one_process_answers_all_requests(worker: Worker) -> None:
     assert pid_of(worker) == first
 
 
-def test_what_a_library_prints_is_no_answer(worker: Worker) -> None:
+def test_output_of_a_library_is_not_an_answer(worker: Worker) -> None:
     assert worker.ask({"print": "words\n" * 10_000}, [b"a"])[1] == [b"a"]
     assert worker.ask({"echo": 1}, [])[0]["echo"] == 1
 
 
-def test_requests_and_answers_larger_than_a_pipe(worker: Worker) -> None:
+def test_requests_and_answers_may_be_larger_than_a_pipe(worker: Worker) -> None:
     part = bytes(range(256)) * 2**14
     assert worker.ask({"echo": "x" * 2**20}, [part, part])[1] == [part, part]
 
@@ -84,16 +84,16 @@ def test_requests_and_answers_larger_than_a_pipe(worker: Worker) -> None:
 
 
 @pytest.mark.parametrize("request_", [{"sleep": 2 * PATIENCE}, {"drip": 0.02}], ids=["no answer", "a slow one"])
-def test_a_request_that_takes_too_long(request_: dict[str, float], make_worker: MakeWorker) -> None:
+def test_a_request_that_takes_too_long_is_stopped(request_: dict[str, float], make_worker: MakeWorker) -> None:
     worker = make_worker(seconds=0.2)
-    with pytest.raises(WorkerError, match=r"^the reader takes more than 0\.2 s$"):
+    with pytest.raises(WorkerError, match=r"^the reader took more than 0\.2 s$"):
         worker.ask(request_, [])
     assert worker._process is None
     worker._seconds = PATIENCE
     assert worker.ask({"echo": 1}, [])[0]["echo"] == 1
 
 
-def test_a_request_that_takes_too_much_memory(make_worker: MakeWorker) -> None:
+def test_a_request_that_needs_too_much_memory_fails(make_worker: MakeWorker) -> None:
     """The process needs some itself."""
     worker = make_worker(memory=2**28)
     assert worker.ask({"allocate": 2**25}, [])[0]["size"] == 2**25
@@ -102,20 +102,20 @@ def test_a_request_that_takes_too_much_memory(make_worker: MakeWorker) -> None:
     assert worker.ask({"echo": 1}, [])[0]["echo"] == 1
 
 
-def test_a_request_that_is_larger_than_the_memory(make_worker: MakeWorker) -> None:
+def test_a_request_larger_than_the_memory_limit_fails(make_worker: MakeWorker) -> None:
     worker = make_worker(memory=2**26)
     with pytest.raises(WorkerError, match=ENDED):
         worker.ask({"echo": 1}, [bytes(2**26)])
 
 
-def test_files_are_opened_only_where_that_is_allowed(make_worker: MakeWorker, tmp_path: Path) -> None:
+def test_workers_open_files_only_if_allowed(make_worker: MakeWorker, tmp_path: Path) -> None:
     path = tmp_path / "a"
     path.write_text("content")
     assert make_worker().ask({"open": str(path)}, [])[0]["error"] == "Too many open files"
     assert make_worker(opens_files=True).ask({"open": str(path)}, [])[0]["content"] == "content"
 
 
-def test_a_process_that_crashes_leaves_no_core(worker: Worker) -> None:
+def test_a_crashed_worker_leaves_no_core_dump(worker: Worker) -> None:
     assert worker.ask({"limits": None}, [])[0]["core"] == 0
 
 
@@ -134,7 +134,7 @@ HALVES: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("request_", HALVES.values(), ids=HALVES.keys())
-def test_a_process_that_dies_in_the_middle_of_its_answer(request_: dict[str, Any], worker: Worker) -> None:
+def test_a_worker_that_crashes_during_its_answer_raises(request_: dict[str, Any], worker: Worker) -> None:
     with pytest.raises(WorkerError, match=ENDED):
         worker.ask(request_, [b"some"])
     assert worker._process is None
@@ -155,7 +155,7 @@ GARBAGE: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("request_", GARBAGE.values(), ids=GARBAGE.keys())
-def test_an_answer_that_is_none(request_: dict[str, Any], worker: Worker) -> None:
+def test_an_invalid_answer_raises(request_: dict[str, Any], worker: Worker) -> None:
     with pytest.raises(WorkerError, match=r"^the answer of the reader cannot be read$"):
         worker.ask(request_, [])
     assert worker._process is None
@@ -163,14 +163,16 @@ def test_an_answer_that_is_none(request_: dict[str, Any], worker: Worker) -> Non
 
 
 @pytest.mark.parametrize("request_", [{"send": "ffffffff"}, {"send header": {"sizes": [2**29, 2**29, 2**29]}}])
-def test_an_answer_that_is_too_large(request_: dict[str, Any], worker: Worker, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_answer_above_the_maximum_size_raises(
+    request_: dict[str, Any], worker: Worker, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(workers, "MAX_ANSWER", 2**20)
     with pytest.raises(WorkerError, match=r"^the answer of the reader has more than 1048576 bytes$"):
         worker.ask(request_, [])
     assert worker.ask({"echo": 1}, [bytes(2**10)])[0]["echo"] == 1
 
 
-def test_a_process_that_dies_before_it_has_read_everything(worker: Worker) -> None:
+def test_a_worker_that_crashes_while_reading_raises(worker: Worker) -> None:
     """The request fills the pipe, and nobody reads it."""
     pid = pid_of(worker)
     os.kill(pid, signal.SIGSTOP)
@@ -180,9 +182,7 @@ def test_a_process_that_dies_before_it_has_read_everything(worker: Worker) -> No
 
 
 @pytest.mark.parametrize("before", [0, 1])
-def test_a_process_that_served_before_is_given_another_try(
-    before: int, make_worker: MakeWorker, tmp_path: Path
-) -> None:
+def test_a_worker_that_crashed_while_idle_is_restarted(before: int, make_worker: MakeWorker, tmp_path: Path) -> None:
     """It may have ended with the thread that started it. One that was just started dies of the request."""
     worker = make_worker(opens_files=True)
     for _ in range(before):
@@ -192,13 +192,13 @@ def test_a_process_that_served_before_is_given_another_try(
     assert (tmp_path / "count").read_text() == "asked\n" * (1 + before)
 
 
-def test_a_process_that_was_killed_is_started_again(worker: Worker) -> None:
+def test_a_killed_worker_is_restarted(worker: Worker) -> None:
     pid = pid_of(worker)
     os.kill(pid, signal.SIGKILL)
     assert pid_of(worker) != pid
 
 
-def test_a_worker_that_was_stopped_starts_again(worker: Worker) -> None:
+def test_a_stopped_worker_starts_again(worker: Worker) -> None:
     pid = pid_of(worker)
     worker.stop()
     worker.stop()
@@ -207,7 +207,7 @@ def test_a_worker_that_was_stopped_starts_again(worker: Worker) -> None:
     assert pid_of(worker) != pid
 
 
-def test_an_answer_that_was_interrupted_is_not_taken_for_the_next(
+def test_an_interrupted_answer_is_not_used_for_the_next_request(
     worker: Worker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pid_of(worker)
@@ -225,13 +225,13 @@ def test_an_answer_that_was_interrupted_is_not_taken_for_the_next(
 # --- threads and processes ------------------------------------------------------------------------------------------
 
 
-def test_threads_get_their_own_answers(worker: Worker) -> None:
+def test_concurrent_requests_get_their_own_answers(worker: Worker) -> None:
     with ThreadPoolExecutor(8) as pool:
         answers = pool.map(lambda number: worker.ask({"echo": number}, [bytes([number]) * 70_000]), range(40))
         assert [(header["echo"], parts[0][:1]) for header, parts in answers] == [(n, bytes([n])) for n in range(40)]
 
 
-def test_a_thread_that_started_the_process_may_end(worker: Worker) -> None:
+def test_a_worker_survives_the_thread_that_started_it(worker: Worker) -> None:
     """Linux ends the process with it."""
     for number in range(3):
         with ThreadPoolExecutor(1) as pool:
@@ -258,7 +258,7 @@ print(first, ask(), *eval(os.read(reading, 100)))
 
 
 @pytest.mark.parametrize("end", ["exit", "_exit"])
-def test_a_forked_process_has_a_process_of_its_own(end: str) -> None:
+def test_a_forked_process_starts_its_own_worker(end: str) -> None:
     """And leaves that of its parent alone, also when it ends."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(
@@ -275,7 +275,7 @@ def test_a_forked_process_has_a_process_of_its_own(end: str) -> None:
     assert child == child_again != first
 
 
-def test_the_process_ends_with_the_one_that_asks() -> None:
+def test_a_worker_ends_with_its_parent() -> None:
     script = (
         "import os\nfrom scenecc.worker import Worker\n"
         "worker = Worker('plugins.worker_answers', memory=2**30, seconds=60, name='')\n"

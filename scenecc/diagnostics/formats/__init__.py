@@ -1,6 +1,6 @@
-"""Diagnostics as text: one small file a format, loaded when the format is first asked for.
+"""Formats of diagnostics: one file per format, loaded at its first use.
 
-Every renderer is total: it takes any diagnostics, and what it returns can be encoded as UTF-8.
+A renderer never fails: it accepts any diagnostics, and its result can be encoded as UTF-8.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic
 
 Renderer = Callable[[Sequence["Diagnostic"], Style], str]
-"""Diagnostics as one text that ends with a line break, or "" where there is nothing to say."""
+"""Returns diagnostics as one text that ends with a line break; "" if there are none."""
 
 FORMATS: dict[str, str] = {
     "text": "scenecc.diagnostics.formats.text",
@@ -26,11 +26,11 @@ FORMATS: dict[str, str] = {
     "junit": "scenecc.diagnostics.formats.junit",
     "sarif": "scenecc.diagnostics.formats.sarif",
 }
-"""Every format, by the name that `--format` takes: the module whose `render` is its `Renderer`."""
+"""Name of a format in `--format` → the module whose `render` is its `Renderer`."""
 
 
 def renderer(format_name: str) -> Renderer:
-    """The renderer of a key of `FORMATS`; any other name raises `KeyError`."""
+    """Returns the renderer of a key of `FORMATS`; any other name raises `KeyError`."""
     found: Renderer = import_module(FORMATS[format_name]).render
     return found
 
@@ -44,15 +44,15 @@ def render(
     files: Sequence[str] = (),
     corrections: Sequence[Diagnostic] | None = None,
 ) -> str:
-    """Diagnostics as one text that ends with a line break, or "" where there is nothing to say.
+    """Returns diagnostics as one text that ends with a line break; "" if there are none.
 
     Args:
         diagnostics: what to show, in this order.
         format_name: a key of `FORMATS`; another raises `KeyError`.
         color: whether `text` uses terminal colours (see `wants_color`).
-        root: what file names in the formats of services are relative to; None: the working directory.
-        files: that were checked, for `junit`.
-        corrections: the findings that were corrected in files, for `json`; None: nothing was to be corrected.
+        root: folder to which file names in the formats of services are relative; None: the working directory.
+        files: checked files, for `junit`.
+        corrections: corrected findings, for `json`; None: no correction was requested.
     """
     made = None if corrections is None else tuple(corrections)
     return renderer(format_name)(diagnostics, Style(color=color, root=root, files=tuple(files), corrections=made))

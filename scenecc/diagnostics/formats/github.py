@@ -16,7 +16,7 @@ _COMMANDS: Final[dict[Severity, str]] = {"error": "error", "warning": "warning",
 
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    """One `::error file=…,line=…::message` line a diagnostic; file names relative to `style.root`."""
+    """Returns one line `::error file=…,line=…::message` per diagnostic; file names are relative to `style.root`."""
     return "".join(_command(d, style.root) + "\n" for d in diagnostics)
 
 
@@ -52,7 +52,7 @@ def _message(diagnostic: Diagnostic) -> str:
 
 
 def _data(text: str) -> str:
-    """Escaped as GitHub's runner unescapes it; its only line breaks are CR and LF."""
+    """Returns the text escaped for GitHub's runner, whose only line breaks are CR and LF."""
     lines = text.replace("%", "%25").replace("\r\n", "\n").replace("\r", "\n").split("\n")
     return "%0A".join(visible(line) for line in lines)
 

@@ -17,9 +17,9 @@ _SEVERITIES: Final[dict[Severity, str]] = {"error": "major", "warning": "minor",
 
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    """A JSON list, one issue a diagnostic; file names relative to `style.root`.
+    """Returns a JSON list with one issue per diagnostic; file names are relative to `style.root`.
 
-    The fingerprint is of file, code, path and message, so that an edit elsewhere does not make an issue new.
+    The fingerprint covers file, code, path and message, so that an edit elsewhere does not create a new issue.
     """
     issues: list[dict[str, object]] = []
     seen: dict[str, int] = {}

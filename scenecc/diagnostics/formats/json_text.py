@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class RelatedRecord(TypedDict):
-    """A related place; None where it is not known."""
+    """A related place; None for unknown values."""
 
     message: str
     file: str | None
@@ -23,7 +23,7 @@ class RelatedRecord(TypedDict):
 
 
 class DiagnosticRecord(TypedDict):
-    """One diagnostic; None where something is not known."""
+    """A diagnostic; None for unknown values."""
 
     code: str
     severity: str
@@ -38,14 +38,14 @@ class DiagnosticRecord(TypedDict):
 
 
 def records(diagnostics: Iterable[Diagnostic]) -> list[DiagnosticRecord]:
-    """Diagnostics as plain data: the value of `diagnostics` in every JSON report."""
+    """Returns diagnostics as plain data: the value of `diagnostics` in every JSON report."""
     return [_record(d) for d in diagnostics]
 
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    """`{"diagnostics": [...]}` with a line break at the end, and with `corrections` where files were corrected.
+    """Returns `{"diagnostics": [...]}` with a line break at the end, and with `corrections` if any were requested.
 
-    ASCII only: it passes through any pipe, and no escape sequence of a stranger's file survives.
+    It is ASCII, so it passes through any pipe, and cannot contain escape sequences of an untrusted file.
     """
     report: dict[str, list[Any]] = {"diagnostics": records(diagnostics)}
     if style.corrections is not None:

@@ -1,4 +1,4 @@
-"""The `junit` format: XML that CI services show as a list of tests, one a file."""
+"""The `junit` format: XML that CI services show as a list of tests, one per file."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _NOT_XML = re.compile("[\ufffe\uffff]")
 
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    """One test case for each file that was checked or has a finding; file names relative to `style.root`.
+    """Returns one test case per file that was checked or has a finding; file names are relative to `style.root`.
 
-    A file with errors or warnings is a failure, whose text lists them; notes are its output.
+    A file with errors or warnings is a failure that lists them; notes are its output.
     """
     by_file: dict[str, list[Diagnostic]] = {file: [] for file in style.files}
     for diagnostic in diagnostics:
@@ -52,5 +52,5 @@ def _attribute(text: str) -> str:
 
 
 def _clean(text: str) -> str:
-    """The text with what XML cannot hold spelled out."""
+    """Returns the text with characters that XML does not allow spelled out."""
     return _NOT_XML.sub("\ufffd", "\n".join(visible(line) for line in encodable(text).split("\n")))

@@ -21,10 +21,9 @@ SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sar
 
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    """A SARIF 2.1.0 log of one run. File names are relative to `style.root`, the log's `%SRCROOT%`.
+    """Returns a SARIF 2.1.0 log of one run. File names are relative to `style.root`, the log's `%SRCROOT%`.
 
-    The rules are the codes that occur, in their own order. A file outside of the root is named by
-    an absolute URI.
+    The rules are the occurring codes in their own order. A file outside the root has an absolute URI.
     """
     rules = {code: i for i, code in enumerate(sorted({encodable(d.code) for d in diagnostics}))}
     run: Json = {
@@ -70,7 +69,7 @@ def _result(diagnostic: Diagnostic, rules: dict[str, int], root: PurePath | None
 
 
 def _message(diagnostic: Diagnostic) -> str:
-    """Message and hint: SARIF has no place for advice that is about this result alone."""
+    """Returns message and hint, because SARIF has no field for the hint of a single result."""
     hint = f"\nHint: {diagnostic.hint}" if diagnostic.hint else ""
     return encodable(diagnostic.message + hint)
 

@@ -1,4 +1,4 @@
-"""Common parts of the formats: the caller's options, safe text for a terminal, and file names relative to a root."""
+"""Common parts of the formats: options, safe text for a terminal, and file names relative to a root."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Style:
 
     Attributes:
         color: whether the text format uses terminal colours; the others never do.
-        root: directory that the file names of `github`, `gitlab`, `junit` and `sarif` are relative to; None: the
-            working directory.
+        root: folder to which the file names of `github`, `gitlab`, `junit` and `sarif` are relative; None: the working
+            directory.
         width: terminal cells of a source line before the text format cuts it around the caret.
-        files: that were checked, with findings or without; only `junit` names them.
-        corrections: the findings that were corrected in files; only `json` lists them. None: nothing was to be.
+        files: checked files, with or without findings; only `junit` names them.
+        corrections: corrected findings; only `json` lists them. None: no correction was requested.
     """
 
     color: bool = False
@@ -36,25 +36,25 @@ class Style:
 
 
 _KEPT = "\u200c\u200d"
-"""The joiners: invisible, but Persian words and emoji families fall apart without them."""
+"""The joiners: invisible, but Persian words and emoji families need them."""
 
 _HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
-"""Unicode categories that steer a terminal, hide in a line, reorder or break it, or cannot be encoded."""
+"""Unicode categories that control a terminal, are invisible, reorder or break a line, or cannot be encoded."""
 
 
 class HasIsatty(Protocol):
     """The part of a text stream that decides about colour."""
 
     def isatty(self) -> bool:
-        """Whether people read it."""
+        """Returns whether it is a terminal."""
         ...
 
 
 def wants_color(stream: HasIsatty, environ: Mapping[str, str] | None = None) -> bool:
-    """Whether to colour what is written to `stream`.
+    """Returns whether to colour output to `stream`.
 
-    `NO_COLOR`, then `FORCE_COLOR` decide if they are set and not empty; otherwise a terminal that
-    is not `TERM=dumb` gets colours. `environ`: None is the process's own.
+    `NO_COLOR`, then `FORCE_COLOR` decide if they are set and not empty; otherwise a terminal that is not `TERM=dumb`
+    gets colours. `environ`: None: the process's own.
     """
     env = os.environ if environ is None else environ
     if env.get("NO_COLOR"):
@@ -65,10 +65,10 @@ def wants_color(stream: HasIsatty, environ: Mapping[str, str] | None = None) -> 
 
 
 def visible(text: str) -> str:
-    """The text with every control, bidirectional, invisible or unencodable character spelled out.
+    """Returns the text with control, bidirectional, invisible and unencodable characters spelled out.
 
-    A scene file may come from a stranger, and its lines are printed: an escape sequence must show,
-    not act. C0 controls become their pictures (ESC is ␛), others `<U+202E>`.
+    A scene file is untrusted, and its lines are printed: an escape sequence must be visible and have no effect. C0
+    controls become their pictures (ESC is ␛), others `<U+202E>`.
     """
     if text.isascii() and text.isprintable():
         return text
@@ -84,15 +84,15 @@ def _visible(char: str) -> str:
 
 
 def encodable(text: str) -> str:
-    """The text with lone surrogates, which no encoding can write, as U+FFFD."""
+    """Returns the text with lone surrogates, which no encoding supports, as U+FFFD."""
     return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
 
 
 def relative_file(file: str, root: PurePath | None) -> tuple[str, bool]:
-    """The name of `file` with forward slashes, and whether it is relative to `root`.
+    """Returns the name of `file` with forward slashes, and whether it is relative to `root`.
 
-    Purely lexical, since the name may be of no file (`<stdin>`) or hold anything at all. A file
-    outside of the root keeps its absolute name. `root`: None is the working directory.
+    Purely lexical, because the name may be any text (`<stdin>`). A file outside the root keeps its absolute name.
+    `root`: None: the working directory.
     """
     base = PurePath(Path.cwd()) if root is None else root
     path = PurePath(os.path.normpath(base / file))
@@ -102,7 +102,7 @@ def relative_file(file: str, root: PurePath | None) -> tuple[str, bool]:
 
 
 def uri(file: str, root: PurePath | None) -> tuple[str, bool]:
-    """The file as a URI reference, percent-encoded, and whether it is relative to `root`."""
+    """Returns the file as a percent-encoded URI reference, and whether it is relative to `root`."""
     name, relative = relative_file(file, root)
     try:
         data = name.encode("utf-8", "surrogateescape")

@@ -1,4 +1,4 @@
-"""The `text` format, for people: location, message, the source line with the place underlined, and the hint."""
+"""The `text` format for terminals: location, message, the source line with the place underlined, and the hint."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
 _TAB = 4
 _ONE_LINE = 140
-"""Characters of a message and its hint that stand in the first line together, which says what to do."""
+"""Maximum characters of a message and its hint on one line."""
 
 _CUT = "…"
 
 
 @dataclass(frozen=True, slots=True)
 class Excerpt:
-    """A source line as shown.
+    """An excerpt of a source line.
 
     Attributes:
-        shown: printable text, at most the asked width in cells.
+        shown: printable text, at most the requested width in cells.
         indent: cells before the underline.
         length: cells of the underline, at least 1.
     """
@@ -38,9 +38,9 @@ class Excerpt:
 
 
 def excerpt(text: str, column: int | None, end_column: int | None, *, width: int) -> Excerpt:
-    """The part of `text` around [column, end_column) that fits into `width` cells.
+    """Returns the part of `text` around [column, end_column) that fits into `width` cells.
 
-    Columns count from 1; one behind the last character underlines the cell after it.
+    Columns count from 1; one past the last character underlines the cell after it.
     """
     start = min(max((column or 1) - 1, 0), len(text))
     end = min(max((end_column or 0) - 1, start + 1), len(text))
@@ -54,7 +54,7 @@ def excerpt(text: str, column: int | None, end_column: int | None, *, width: int
 
 
 def _window(text: str, start: int, width: int) -> tuple[int, int]:
-    """Indices of what is shown: from the line's start where that fits, else a third ahead of the caret."""
+    """Returns the range to show: from the line's start if that fits, else a third of the width before the caret."""
     whole = len(text) <= width and _cells("", text) <= width
     if whole:
         return 0, len(text)
@@ -73,7 +73,7 @@ def _cells(head: str, text: str) -> int:
 
 
 def _printable_line(head: str, text: str) -> str:
-    """Printable text: tabs as blanks up to the next stop, everything else harmless."""
+    """Returns printable text: tabs become blanks up to the next stop, other characters are escaped."""
     first, *rest = text.split("\t")
     line = head + visible(first)
     for part in rest:
@@ -96,9 +96,9 @@ _SEVERITIES: Final[tuple[Severity, ...]] = ("error", "warning", "note")
 
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    """Diagnostics for people, a blank line between them and a count at the end; "" for none.
+    """Returns diagnostics separated by blank lines, with a count at the end; "" if there are none.
 
-    Errors are last, nearest to the prompt, and notes first; those of one severity keep their order.
+    Notes come first and errors last, nearest to the prompt; the order within one severity is kept.
     """
     if not diagnostics:
         return ""
@@ -109,13 +109,13 @@ def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
 
 
 class _Page:
-    """The choices that all lines of one report share."""
+    """The options shared by all lines of a report."""
 
     def __init__(self, style: Style) -> None:
         self._style = style
 
     def block(self, diagnostic: Diagnostic) -> list[str]:
-        """The lines of one diagnostic."""
+        """Returns the lines of one diagnostic."""
         severity = diagnostic.severity
         head = self._paint(severity, f"{severity} {visible(diagnostic.code)}")
         indent = " " * _gutter(diagnostic)
@@ -135,13 +135,13 @@ class _Page:
         return lines
 
     def _hint(self, hint: str, indent: str) -> list[str]:
-        """A hint may show some YAML: its lines stay below one another, blank ones left out."""
+        """Returns the lines of a hint, which may contain YAML: lines stay separate, without blank ones."""
         shown = [visible(line) for line in hint.splitlines() if line.strip()]
         head = f"{indent} {self._paint('gutter', '=')} {self._paint('hint', 'hint')}: "
         return [(head if i == 0 else f"{indent}         ") + line for i, line in enumerate(shown)]
 
     def summary(self, diagnostics: Sequence[Diagnostic]) -> str:
-        """`2 errors, 1 warning`; errors are named even where there are none."""
+        """Returns `2 errors, 1 warning`; errors are always counted."""
         counts = Counter(d.severity for d in diagnostics)
         return ", ".join(
             self._paint(s, f"{counts[s]} {s}" + ("" if counts[s] == 1 else "s"))
@@ -170,6 +170,6 @@ class _Page:
 
 
 def _gutter(diagnostic: Diagnostic) -> int:
-    """Cells for the line numbers of this diagnostic and its related places."""
+    """Returns the width of the line numbers of this diagnostic and its related places."""
     locations = (diagnostic.location, *(related.location for related in diagnostic.related))
     return max((len(str(location.line)) for location in locations if location.line is not None), default=1)

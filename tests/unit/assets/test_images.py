@@ -185,7 +185,7 @@ def test_a_grey_texture_that_is_also_used_elsewhere_is_reported(tmp_path: Path) 
     place = "entities.ball.visuals[0].material"
     assert found == {
         f"{place}.visual.base_color_texture": "base_color_texture, the shape is invisible",
-        place: "emission_texture, nothing glows",
+        place: "emission_texture, there is no emission",
     }
 
 

@@ -27,7 +27,7 @@ from scenecc.worker_process import Message
 REFUSED = TETRA + "p 9\n"
 """A missing point, which only SAPIEN's reader minds."""
 
-CRASH = "SAPIEN's reader ended: the file needs too much memory, or crashes it"
+CRASH = "SAPIEN's reader ended: the file needs too much memory, or crashes the library"
 
 
 def deep() -> bytes:

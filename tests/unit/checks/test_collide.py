@@ -24,7 +24,7 @@ def entity(name: str, scenes: tuple[int, ...], *bodies: BodyStructure, pick: Val
     return Entity(name, scenes, constant([0.0, 0, 0, 1, 0, 0, 0]), bodies, pick)
 
 
-def test_each_scene_has_its_own_row() -> None:
+def test_collision_groups_are_read_per_scene() -> None:
     a, b = body([FREE, GHOST, FREE]), body([GHOST, FREE, GHOST])
     for shift, expected in ((0, False), (1, True)):
         first = entity("a", (0, 1, 2), a)
@@ -32,28 +32,28 @@ def test_each_scene_has_its_own_row() -> None:
         assert may_collide(first, a, second, b) is expected
 
 
-def test_only_the_structure_that_a_scene_has_counts() -> None:
+def test_only_the_structure_of_the_scene_counts_for_collision() -> None:
     a, other, b = body(), body([GHOST]), body()
     picked = entity("a", (0, 1), a, other, pick=indices(1, 0))
     for scene, expected in ((0, False), (1, True), (2, False)):
         assert may_collide(picked, a, entity("b", (scene,), b), b) is expected
 
 
-def test_what_is_the_same_everywhere() -> None:
+def test_constant_groups_collide_in_common_scenes() -> None:
     for groups, scenes in product((FREE, GHOST), ((0, 2), (1,))):
         a, b = body(), body([groups])
         expected = groups == FREE and scenes == (0, 2)
         assert may_collide(entity("a", (0, 2), a), a, entity("b", scenes, b), b) is expected
 
 
-def test_any_pair_of_shapes_is_enough() -> None:
+def test_one_colliding_pair_of_shapes_is_enough() -> None:
     ghost, free = (CollisionShape(Sphere(constant(0.1)), collision_groups=constant(one, INT)) for one in (GHOST, FREE))
     mixed, still = BodyStructure("dynamic", (ghost, free)), BodyStructure("dynamic", (ghost, ghost))
     for a, b, expected in ((mixed, mixed, True), (mixed, body(), True), (mixed, still, False), (still, body(), False)):
         assert may_collide(entity("a", (0,), a), a, entity("b", (0,), b), b) is expected
 
 
-def test_many_scenes_take_no_long_time() -> None:
+def test_collision_of_many_scenes_is_fast() -> None:
     count = 65_536
     a, b = body([GHOST] * (count - 1) + [FREE]), body([GHOST] * count)
     scenes = tuple(range(count))

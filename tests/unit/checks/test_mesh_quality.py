@@ -63,7 +63,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("code", FAULTS)
-def test_a_fault_is_found_at_the_file_of_the_shape(code: str, tmp_path: Path) -> None:
+def test_a_mesh_fault_is_reported_at_the_file_of_the_shape(code: str, tmp_path: Path) -> None:
     assert found(tmp_path, *FAULTS[code]) == [(code, 6)]
 
 
@@ -83,13 +83,13 @@ def test_a_fault_is_found_at_the_file_of_the_shape(code: str, tmp_path: Path) ->
         (box(move=lambda vertices: np.vstack([vertices, [0, 0, 0.05]])), HULL, "body_type: dynamic"),
     ],
 )
-def test_what_does_not_matter_for_a_use_is_not_found(
+def test_mesh_faults_without_effect_on_a_use_are_not_reported(
     mesh: trimesh.Trimesh, shape: str, body: str, tmp_path: Path
 ) -> None:
     assert found(tmp_path, mesh, shape, body) == []
 
 
-def test_parts_that_are_filled_are_found(tmp_path: Path) -> None:
+def test_convex_parts_that_fill_hollows_are_reported(tmp_path: Path) -> None:
     parts = COLLIDES.format("convex_parts", "")
     two = trimesh.util.concatenate([box(), box(move=lambda vertices: vertices + 1)])
     assert found(tmp_path, cup(), parts, "body_type: dynamic") == [("SC439", 6)]
@@ -97,16 +97,16 @@ def test_parts_that_are_filled_are_found(tmp_path: Path) -> None:
     assert found(tmp_path, two, HULL, "body_type: dynamic") == [("SC439", 6)]
 
 
-def test_neighbours_that_face_opposite_sides_are_found(tmp_path: Path) -> None:
+def test_inconsistent_winding_is_reported(tmp_path: Path) -> None:
     turned = box(faces=lambda faces: np.vstack([faces[:1, ::-1], faces[1:]]))
     assert found(tmp_path, turned, TRIANGLES) == [("SC435", 6)]
 
 
-def test_a_mesh_of_micrometres_is_found(tmp_path: Path) -> None:
+def test_a_mesh_of_micrometres_is_reported(tmp_path: Path) -> None:
     assert found(tmp_path, box(move=lambda vertices: vertices / 2500), SEEN) == [("SC437", 6)]
 
 
-def test_a_body_that_is_seen_elsewhere_is_found_in_each_scene(tmp_path: Path) -> None:
+def test_visuals_away_from_collision_are_reported_in_each_scene(tmp_path: Path) -> None:
     shape = "collisions: [{type: convex_mesh, file: mesh.ply}], visuals: [{type: mesh, file: mesh.ply, pose: %s}]"
     for pose, expected in (
         ("[0.3, 0, 0]", ["SC441"]),
@@ -122,7 +122,7 @@ def test_a_body_that_is_seen_elsewhere_is_found_in_each_scene(tmp_path: Path) ->
         assert all((d.line, d.column) == (4, 3) for d in diagnostics)
 
 
-def test_loose_vertices_count_as_the_engine_counts_them(tmp_path: Path) -> None:
+def test_loose_vertices_count_as_in_the_engine(tmp_path: Path) -> None:
     """SAPIEN's hull goes around those of a PLY; the reader of other formats leaves them out."""
     mesh = FAULTS["SC440"][0]
     heights: dict[str, float] = {}
@@ -137,7 +137,7 @@ def test_loose_vertices_count_as_the_engine_counts_them(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("away", "size", "codes"), [(0.15, 0.1, []), (0.5, 0.1, ["SC442"]), (0.5, 0.01, [])])
-def test_a_large_part_that_does_not_collide_is_found(
+def test_a_large_visual_without_collision_is_reported(
     away: float, size: float, codes: list[str], tmp_path: Path
 ) -> None:
     box().export(tmp_path / "mesh.ply")
@@ -150,7 +150,7 @@ def test_a_large_part_that_does_not_collide_is_found(
     assert [(d.code, d.line) for d in found] == [(code, 8) for code in codes]
 
 
-def test_file_names_that_differ_in_case_are_found(tmp_path: Path) -> None:
+def test_file_names_that_differ_only_in_case_are_reported(tmp_path: Path) -> None:
     for name in ("mesh.ply", "Mesh.ply"):
         box().export(tmp_path / name)
     shapes = "collisions: [{type: convex_mesh, file: mesh.ply}, {type: convex_mesh, file: Mesh.ply}]"
@@ -160,7 +160,7 @@ def test_file_names_that_differ_in_case_are_found(tmp_path: Path) -> None:
     assert [(d.code, d.line) for d in check_scene(tmp_path / "scene.yaml", settle=0)] == [("SC443", 3)]
 
 
-def test_measures_of_a_box(tmp_path: Path) -> None:
+def test_surface_measures_of_a_box_are_exact(tmp_path: Path) -> None:
     box().export(tmp_path / "mesh.ply")
     text = f"scenecc: 1\nentities:\n  thing: {{body_type: static, {HULL}}}\n"
     (tmp_path / "scene.yaml").write_text(text, encoding="utf-8")

@@ -62,7 +62,7 @@ def body(*shapes: CollisionShape, kind: Any = "dynamic", **knobs: Any) -> BodySt
     return BodyStructure(kind, tuple(shapes) or (BALL,), **knobs)
 
 
-def test_the_defaults_are_the_engines() -> None:
+def test_default_materials_and_offsets_are_those_of_sapien() -> None:
     from sapien import physx
 
     config = physx.get_shape_config()
@@ -74,7 +74,7 @@ def test_a_good_body_passes_every_rule(sink: Any) -> None:
     assert len({*BODY_RULES, *NUMBER_RULES}) == len(BODY_RULES) + len(NUMBER_RULES)
 
 
-def test_plans_without_origins_have_paths(sink: Any) -> None:
+def test_findings_of_a_plan_without_origins_have_paths(sink: Any) -> None:
     check(sink, entity("a", BodyStructure("dynamic")), physical_materials=(rubbing(0.1, 0.2, 3),))
     sink.take("SC501", path="entities.a")
     sink.take("SC504", path="physical_materials[0]")
@@ -97,13 +97,13 @@ def test_plans_without_origins_have_paths(sink: Any) -> None:
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_each_rule(structure: BodyStructure, code: str, sink: Any) -> None:
+def test_each_body_rule_reports_its_code(structure: BodyStructure, code: str, sink: Any) -> None:
     check(sink, entity("a", structure))
     sink.take(code)
 
 
 @pytest.mark.parametrize("kind", ["static", "kinematic"])
-def test_what_stands_still_may_be_seen_alone(kind: Any, sink: Any) -> None:
+def test_a_body_that_does_not_move_may_have_only_visuals(kind: Any, sink: Any) -> None:
     check(sink, entity("a", BodyStructure(kind, (), (SEEN,))))
 
 
@@ -113,36 +113,36 @@ MESHED = CollisionShape(ConvexMesh(constant(0, np.int64), constant([1, 1, 1])))
 
 @pytest.mark.parametrize("kind", ["dynamic", "kinematic"])
 @pytest.mark.parametrize("others", [(), (BALL,), (MESHED,)], ids=["alone", "ball", "mesh"])
-def test_one_huge_shape_is_enough(kind: Any, others: tuple[CollisionShape, ...], sink: Any) -> None:
+def test_one_huge_shape_makes_a_mass_invalid(kind: Any, others: tuple[CollisionShape, ...], sink: Any) -> None:
     check(sink, entity("a", body(*others, LONG, kind=kind)))
     sink.take("SC512")
 
 
-def test_what_a_mesh_adds_may_be_enough_and_nobody_minds_a_kinematic_milligram(sink: Any) -> None:
+def test_a_mesh_may_add_enough_mass_and_a_kinematic_body_needs_none(sink: Any) -> None:
     tiny = CollisionShape(Sphere(constant(1e-5)))
     check(sink, entity("a", body(tiny, MESHED)))
     check(sink, entity("b", body(tiny, kind="kinematic")))
     check(sink, entity("c", body(CollisionShape(Sphere(constant(1.0)), density=constant(0.0)), kind="kinematic")))
 
 
-def test_an_inertial_is_enough_for_a_body_that_is_only_seen(sink: Any) -> None:
+def test_a_purely_visual_body_may_have_an_inertial(sink: Any) -> None:
     given = Inertial(constant(1.0), IDENTITY, constant([1, 1, 1]))
     check(sink, entity("a", BodyStructure("dynamic", (), (SEEN,), inertial=given)))
 
 
 @pytest.mark.parametrize("moments", [[1, 1, 2], [2, 1, 1], [1, 2, 1], [1, 1, 1e-6], [0.1, 0.2, 0.3]], ids=str)
-def test_flat_and_long_bodies_obey_the_triangle(moments: list[float], sink: Any) -> None:
+def test_inertias_of_flat_and_long_bodies_are_valid(moments: list[float], sink: Any) -> None:
     """[1, 1, 2] is a disc, and 0.1 + 0.2 is not 0.3 to the bit."""
     check(sink, entity("a", body(inertial=Inertial(constant(1.0), IDENTITY, constant(moments)))))
 
 
 @pytest.mark.parametrize("moments", sorted(set(itertools.permutations([1, 1, 2.01]))), ids=str)
-def test_every_moment_is_looked_at(moments: tuple[float, ...], sink: Any) -> None:
+def test_every_principal_moment_is_checked(moments: tuple[float, ...], sink: Any) -> None:
     check(sink, entity("a", body(inertial=Inertial(constant(1.0), IDENTITY, constant(list(moments))))))
     sink.take("SC506")
 
 
-def test_one_bad_scene_of_many_is_enough(sink: Any) -> None:
+def test_one_bad_scene_of_many_is_reported(sink: Any) -> None:
     moments = per_scene([[1, 1, 1], [1, 1, 5]])
     check(sink, entity("a", body(inertial=Inertial(constant(1.0), IDENTITY, moments))))
     sink.take("SC506")
@@ -165,14 +165,14 @@ def test_one_bad_scene_of_many_is_enough(sink: Any) -> None:
     ],
     ids=str,
 )
-def test_offsets_left_out_are_those_of_the_scene(physics: Any, shape: Any, bad: bool, sink: Any) -> None:
+def test_missing_offsets_come_from_the_scene(physics: Any, shape: Any, bad: bool, sink: Any) -> None:
     given: dict[str, Any] = {f"{key}_offset": constant(value) for key, value in shape.items()}
     check(sink, entity("a", body(CollisionShape(Box(constant([1, 1, 1])), **given))), physics=Physics(**physics))
     if bad:
         sink.take("SC507")
 
 
-def test_offsets_of_the_scene_itself(sink: Any) -> None:
+def test_contact_offsets_of_the_scene_are_checked(sink: Any) -> None:
     check(sink, physics=Physics(contact_offset=0.001, rest_offset=0.001))
     sink.take("SC507", path="physics.rest_offset")
     check(sink, physics=Physics(rest_offset=0.5))
@@ -183,7 +183,7 @@ GROUPS = [None, [0, 0, 0, 0], [2, 2, 0, 0], [1, 1, 4, 7], [1, 1, 4, 8], [3, 1, 0
 
 
 @pytest.mark.parametrize(("a", "b"), list(itertools.product(GROUPS, repeat=2)), ids=str)
-def test_meet_is_sapiens_rule(a: Any, b: Any) -> None:
+def test_may_collide_agrees_with_physx(a: Any, b: Any) -> None:
     """Two balls, one in the other: PhysX makes a contact exactly where they may collide."""
     import sapien
     from sapien import physx
@@ -202,7 +202,7 @@ def test_meet_is_sapiens_rule(a: Any, b: Any) -> None:
     assert groups_collide(a or [1, 1, 0, 0], b or [1, 1, 0, 0]) == touching
 
 
-def test_a_field_meets_a_plane_in_a_scene_of_both_with_the_structures_of_both(sink: Any) -> None:
+def test_an_sdf_above_a_plane_is_reported_only_in_common_scenes(sink: Any) -> None:
     floor = body(PLANE, kind="static")
     check(sink, entity("f", body(FIELD)), entity("p", floor))
     sink.take("SC509")
@@ -217,7 +217,7 @@ def test_a_field_meets_a_plane_in_a_scene_of_both_with_the_structures_of_both(si
     sink.take("SC509")
 
 
-def test_bodies_of_one_reach_meet_the_same() -> None:
+def test_equal_collision_keys_collide_with_the_same_bodies() -> None:
     groups = [None, constant([0, 0, 0, 0], np.int64), constant([2, 2, 0, 0], np.int64)]
     made = [
         entity(f"{i}{scenes}", body(collision_groups=g), scenes=scenes)
@@ -230,7 +230,7 @@ def test_bodies_of_one_reach_meet_the_same() -> None:
             assert of_a == of_b
 
 
-def test_hundreds_of_fields_and_planes_give_a_diagnostic_each(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hundreds_of_sdfs_and_planes_give_one_diagnostic_each(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(GOOD)
     count = 300
     planes = {f"p{i}": {"body_type": "static", "shapes": [{"type": "plane"}]} for i in range(count)}

@@ -39,18 +39,18 @@ def told(scene: dict[str, Any], **options: Any) -> list[str]:
     ("size", "heights", "words"),
     [
         ([4, 4, 1e38], [[0, 0], [0, 1e38]], "reaches 1e+76 m"),
-        ([4, 4, {"uniform": [1, 1e7]}], [[0, 0], [0, 1]], "reaches 1e+07 m"),
+        ([4, 4, {"uniform": [1, 1e7]}], [[0, 0], [0, 1]], "reaches 2.4e+06 m"),
         ([1e-20, 1, 1], [[0, 0], [0, 1]], "is smaller than"),
         ([1, 1, 1], [[0, 0], [0]], "row 0 has 2 heights, and row 1 has 1"),
     ],
 )
-def test_terrain_that_the_engine_does_not_hold_is_refused(size: Any, heights: Any, words: str) -> None:
+def test_terrain_beyond_the_engines_range_is_refused(size: Any, heights: Any, words: str) -> None:
     (found,) = told(terrain(size=size, heights=heights))
     assert found.startswith("SC529")
     assert words in found
 
 
-def test_terrain_of_one_picture_counts_as_often_as_it_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_use_of_a_height_picture_counts_towards_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "hill.png").write_bytes(picture(512, 512))
     assert told(terrain(16, file="hill.png")) == []
@@ -60,7 +60,7 @@ def test_terrain_of_one_picture_counts_as_often_as_it_is_used(tmp_path: Path, mo
 
 
 @pytest.mark.parametrize("columns", [0, 513])
-def test_a_picture_without_pixels_or_with_too_many_is_refused_by_its_header(
+def test_a_height_picture_of_bad_size_is_refused_by_its_header(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, columns: int
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -84,7 +84,7 @@ def test_the_lightest_ring_has_the_widest_hole() -> None:
         ({"file": {"choice": ["a.png", "b.png"]}}, "use `variants` of the entity"),
     ],
 )
-def test_heights_that_vary_are_refused_with_what_varies_them(shape: dict[str, Any], hint: str) -> None:
+def test_varying_terrain_heights_are_refused(shape: dict[str, Any], hint: str) -> None:
     (found,) = scenecc.validate(terrain(**shape))
     assert found.code == "SC116"
     assert found.hint is not None
@@ -98,14 +98,14 @@ def test_a_link_with_terrain_cannot_be_made_static() -> None:
     assert (found.code, found.hint) == ("SC508", "use convex shapes")
 
 
-def test_terrain_by_expressions_is_judged_before_it_is_drawn() -> None:
+def test_terrain_from_expressions_is_checked_before_drawing() -> None:
     scene = terrain(size=[4, 4, "${x}"], heights=[[0, 0], [0, 1]])
     (found,) = scenecc.validate({**scene, "draws": {"x": {"uniform": [1, 1e7]}}})
     assert found.code == "SC514"
-    assert "reaches 1e+07 m" in found.message
+    assert "reaches 2.4e+06 m" in found.message
 
 
-def test_each_ring_of_a_plan_without_origins_is_judged() -> None:
+def test_each_ring_of_a_plan_without_origins_is_checked() -> None:
     shape = {"type": "ring", "outer_radius": 0.1, "half_length": 0.1}
     rings = [{**shape, "inner_radius": 0.2}, {**shape, "inner_radius": 0.3}, {**shape, "inner_radius": 0.05}]
     found = told({"scenecc": 1, "entities": {"tube": {"shapes": rings}}})

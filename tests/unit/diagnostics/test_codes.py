@@ -26,7 +26,7 @@ def reported() -> dict[str, set[str]]:
     return found
 
 
-def test_each_entry_is_well_formed() -> None:
+def test_each_code_entry_is_well_formed() -> None:
     for row in CODES.values():
         assert re.fullmatch(r"SC\d{3}", row.code)
         assert row.code[2] in BANDS, row.code
@@ -39,7 +39,7 @@ def test_each_entry_is_well_formed() -> None:
         assert row.cure.strip(), row.code
 
 
-def test_each_example_is_a_scene_or_a_command() -> None:
+def test_each_code_example_is_a_scene_or_a_command() -> None:
     for row in CODES.values():
         band = row.code[2]
         assert "\t" not in row.example.replace("\\t", "") or band == "0", f"{row.code}: a tab is YAML's own mistake"
@@ -47,7 +47,7 @@ def test_each_example_is_a_scene_or_a_command() -> None:
             assert "scenecc" in row.example or band in {"0", "1"}, f"{row.code}: a scene file says `scenecc: 1`"
 
 
-def test_every_entry_of_the_file_is_found_and_has_these_keys_alone() -> None:
+def test_every_code_entry_has_only_known_keys() -> None:
     written = [line[:-1] for line in TABLE.read_text(encoding="utf-8").splitlines() if re.match(r"SC", line)]
     assert written == sorted(set(written)) == list(CODES)
     entries = yaml.safe_load(TABLE.read_text(encoding="utf-8"))
@@ -58,12 +58,12 @@ def test_every_entry_of_the_file_is_found_and_has_these_keys_alone() -> None:
         assert entry.get("at_fault", row.at_fault) == row.at_fault
 
 
-def test_every_code_that_is_reported_has_a_row() -> None:
+def test_every_reported_code_has_an_entry() -> None:
     unknown = {code: files for code, files in reported().items() if code not in CODES}
     assert not unknown
 
 
-def test_every_row_is_reported_somewhere() -> None:
+def test_every_code_entry_is_reported_somewhere() -> None:
     dead = sorted(set(CODES) - set(reported()))
     assert not dead
 
@@ -73,14 +73,14 @@ SCENES = [row for row in CODES.values() if not row.example.startswith(("$ ", "{"
 
 
 @pytest.mark.parametrize("row", PLANS, ids=lambda row: row.code)
-def test_the_plan_gives_its_code(row: Code, tmp_path: Path) -> None:
+def test_each_example_plan_gives_its_code(row: Code, tmp_path: Path) -> None:
     sink = Sink()
     assert plan_from_json(row.example, base=tmp_path, sink=sink, file="plan.json") is None
     assert {diagnostic.code for diagnostic in sink.diagnostics()} == {row.code}
 
 
 @pytest.mark.parametrize("row", SCENES, ids=lambda row: row.code)
-def test_the_scene_gives_its_code(row: Code, tmp_path: Path) -> None:
+def test_each_example_scene_gives_its_code(row: Code, tmp_path: Path) -> None:
     from scenecc import check_scene, validate
 
     # A folder below the temporary one: an example may name a file outside of its own folder.

@@ -38,7 +38,7 @@ def underlined(text: str, column: int, end_column: int | None = None) -> tuple[s
     return lines[1][4:], lines[2][4:]
 
 
-def test_whole_report(typo: Diagnostic, bare: Diagnostic) -> None:
+def test_a_text_report_is_complete(typo: Diagnostic, bare: Diagnostic) -> None:
     assert render([typo, bare]) == (
         "<dict>: warning SC501: the mass is tiny\n"
         "  --> entities.cube.mass\n"
@@ -55,25 +55,25 @@ def test_whole_report(typo: Diagnostic, bare: Diagnostic) -> None:
     )
 
 
-def test_errors_stand_last_in_text_and_by_their_places_elsewhere() -> None:
+def test_errors_come_last_in_text_and_by_place_in_other_formats() -> None:
     said: list[tuple[Severity, int]] = [("error", 1), ("note", 2), ("warning", 3), ("error", 4), ("note", 5)]
     found = [Diagnostic("SC101", severity, "x", Location("s.yaml", line)) for severity, line in said]
     assert re.findall(r"(?m)^s\.yaml:(\d)", render(found)) == ["2", "5", "3", "1", "4"]
     assert [each["line"] for each in json.loads(render(found, "json"))["diagnostics"]] == [1, 2, 3, 4, 5]
 
 
-def test_nothing_to_say_is_an_empty_text() -> None:
+def test_no_diagnostics_give_an_empty_text() -> None:
     assert render([]) == ""
 
 
-def test_the_last_line_counts(typo: Diagnostic, bare: Diagnostic) -> None:
+def test_the_last_line_counts_errors_and_warnings(typo: Diagnostic, bare: Diagnostic) -> None:
     note = Diagnostic("SC502", "note", "so it is", Location(None))
     last = render([typo, typo, bare, note, note]).splitlines()[-1]
     assert last == "2 errors, 1 warning, 2 notes"
     assert render([bare]).splitlines()[-1] == "0 errors, 1 warning"
 
 
-def test_order_is_kept(typo: Diagnostic, bare: Diagnostic) -> None:
+def test_the_order_within_a_severity_is_kept(typo: Diagnostic, bare: Diagnostic) -> None:
     text = render([bare, typo])
     assert text.index("SC501") < text.index("SC101")
 
@@ -109,7 +109,7 @@ def test_a_message_cannot_start_a_line_of_its_own() -> None:
         ("a: \u202egnp.exe", 5, 8, "gnp"),
     ],
 )
-def test_the_underline_is_below_what_it_means(text: str, column: int, end_column: int | None, under: str) -> None:
+def test_the_underline_is_below_its_text(text: str, column: int, end_column: int | None, under: str) -> None:
     shown, marks = underlined(text, column, end_column)
     indent = len(marks) - len(marks.lstrip())
     before = shown[: shown.rindex(under)]
@@ -118,7 +118,7 @@ def test_the_underline_is_below_what_it_means(text: str, column: int, end_column
     assert set(marks.strip()) == {"^"}
 
 
-def test_a_place_after_the_last_character() -> None:
+def test_a_location_after_the_last_character_is_underlined() -> None:
     assert underlined("mass:", 6) == ("mass:", "     ^")
     assert underlined("mass:", 600) == ("mass:", "     ^")
     assert underlined("", 1) == ("", "^")
@@ -126,7 +126,7 @@ def test_a_place_after_the_last_character() -> None:
 
 @pytest.mark.parametrize("column", [1, 30, 5_000, 9_990, 10_001])
 @pytest.mark.parametrize("unit", ["a", "箱", "\t", "\x00", "e\u0301", "\u202e"])
-def test_a_long_line_is_cut_around_the_place(column: int, unit: str) -> None:
+def test_a_long_line_is_cut_around_the_caret(column: int, unit: str) -> None:
     text = (unit * 10_000)[:10_000]
     part = excerpt(text[: column - 1] + "X" + text[column:], column, column + 1, width=80)
     assert cell_len(part.shown) <= 80
@@ -136,7 +136,7 @@ def test_a_long_line_is_cut_around_the_place(column: int, unit: str) -> None:
     assert part.length == 1
 
 
-def test_an_underline_that_runs_out_of_the_cut_line_ends_with_it() -> None:
+def test_an_underline_ends_with_the_cut_line() -> None:
     part = excerpt("x" * 1_000, 500, 900, width=80)
     assert part.indent + part.length <= cell_len(part.shown) <= 80
     assert part.length > 20
@@ -147,12 +147,12 @@ def test_a_line_that_fits_is_not_cut() -> None:
     assert excerpt(text, 80, 81, width=80).shown == text
 
 
-def test_a_line_of_sixteen_mebibytes_is_quick() -> None:
+def test_a_line_of_sixteen_mebibytes_is_rendered_quickly() -> None:
     part = excerpt("ab " * 5_000_000, 7_000_000, 7_000_001, width=80)
     assert cell_len(part.shown) <= 80
 
 
-def test_colour_only_when_asked(typo: Diagnostic) -> None:
+def test_text_is_coloured_only_on_request(typo: Diagnostic) -> None:
     plain, coloured = render([typo]), render([typo], color=True)
     assert "\x1b" not in plain
     assert "\x1b[1;31merror SC101\x1b[0m" in coloured
@@ -177,7 +177,7 @@ def _without_colour(text: str) -> str:
         ("👩\u200d🔬", "👩\u200d🔬"),
     ],
 )
-def test_what_would_steer_a_terminal_shows(text: str, shown: str) -> None:
+def test_control_characters_are_spelled_out(text: str, shown: str) -> None:
     assert visible(text) == shown
 
 
@@ -199,12 +199,12 @@ class Terminal(io.StringIO):
         ({"TERM": "dumb", "FORCE_COLOR": "1"}, True, True),
     ],
 )
-def test_who_decides_about_colour(environ: dict[str, str], terminal: bool, pipe: bool) -> None:
+def test_no_color_force_color_and_term_decide_about_colour(environ: dict[str, str], terminal: bool, pipe: bool) -> None:
     assert wants_color(Terminal(), environ) is terminal
     assert wants_color(io.StringIO(), environ) is pipe
 
 
-def test_the_process_environment_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wants_color_reads_the_process_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("NO_COLOR", raising=False)
     monkeypatch.setenv("FORCE_COLOR", "1")
     assert wants_color(io.StringIO())
@@ -223,7 +223,7 @@ def sarif(diagnostics: list[Diagnostic]) -> dict[str, Any]:
     return log["runs"][0]
 
 
-def test_json_says_everything_in_a_fixed_order(typo: Diagnostic, bare: Diagnostic) -> None:
+def test_json_has_all_fields_in_a_fixed_order(typo: Diagnostic, bare: Diagnostic) -> None:
     text = render([typo, bare], "json")
     first, second = json.loads(text)["diagnostics"]
     assert list(first.items()) == [
@@ -248,11 +248,11 @@ def test_json_says_everything_in_a_fixed_order(typo: Diagnostic, bare: Diagnosti
     assert text.isascii()
 
 
-def test_json_of_nothing_is_still_a_report() -> None:
+def test_json_without_diagnostics_is_a_report() -> None:
     assert json.loads(render([], "json")) == {"diagnostics": []}
 
 
-def test_github_commands(typo: Diagnostic, bare: Diagnostic) -> None:
+def test_github_prints_workflow_commands(typo: Diagnostic, bare: Diagnostic) -> None:
     note = Diagnostic("SC502", "note", "so it is", Location("a.yaml", 3))
     message = (
         "`half_sise` is not a key of a box%0Aat entities.cube.shapes[0].half_sise"
@@ -283,11 +283,11 @@ def test_github_escapes_what_its_runner_unescapes() -> None:
         ("<stdin>", "<stdin>", True),
     ],
 )
-def test_files_are_named_from_the_root(file: str, name: str, relative: bool) -> None:
+def test_file_names_are_relative_to_the_root(file: str, name: str, relative: bool) -> None:
     assert relative_file(file, ROOT) == (name, relative)
 
 
-def test_the_root_is_the_working_directory_unless_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_default_root_is_the_working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert relative_file(str(tmp_path / "a" / "s.yaml"), None) == ("a/s.yaml", True)
 
@@ -308,7 +308,7 @@ def test_uris_are_percent_encoded(file: str, expected: str) -> None:
     assert uri(file, ROOT)[0] == expected
 
 
-def test_sarif_result(typo: Diagnostic) -> None:
+def test_a_sarif_result_has_all_fields(typo: Diagnostic) -> None:
     run = sarif([typo])
     assert run["columnKind"] == "unicodeCodePoints"
     assert run["tool"]["driver"]["name"] == "scenecc"
@@ -336,25 +336,25 @@ def test_sarif_result(typo: Diagnostic) -> None:
     ]
 
 
-def test_sarif_without_a_file_names_the_path_alone(bare: Diagnostic) -> None:
+def test_sarif_without_a_file_has_only_the_path(bare: Diagnostic) -> None:
     (result,) = sarif([bare])["results"]
     assert result["locations"] == [{"logicalLocations": [{"fullyQualifiedName": "entities.cube.mass"}]}]
 
 
-def test_sarif_outside_of_the_root_is_absolute() -> None:
+def test_sarif_uris_outside_the_root_are_absolute() -> None:
     (result,) = sarif([Diagnostic("SC101", "note", "x", Location("/etc/a b.yaml", 1))])["results"]
     assert result["locations"] == [
         {"physicalLocation": {"artifactLocation": {"uri": "file:///etc/a%20b.yaml"}, "region": {"startLine": 1}}}
     ]
 
 
-def test_sarif_of_nothing_is_a_run_without_results() -> None:
+def test_sarif_without_diagnostics_is_a_run_without_results() -> None:
     run = sarif([])
     assert run["results"] == []
     assert run["tool"]["driver"]["rules"] == []
 
 
-def test_sarif_holds_each_rule_that_occurs_once() -> None:
+def test_sarif_lists_each_rule_once() -> None:
     rows = list(CODES.values())
     found = [Diagnostic(row.code, row.severity, "x", Location("s.yaml")) for row in reversed(rows)] * 2
     run = sarif(found)
@@ -381,7 +381,7 @@ def test_every_format_is_found_by_name() -> None:
         render([], "html")
 
 
-def test_asking_for_the_formats_loads_none_of_them() -> None:
+def test_listing_the_formats_loads_none_of_them() -> None:
     script = "import sys, scenecc.diagnostics.formats as r; print([m for m in r.FORMATS.values() if m in sys.modules])"
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert run.stdout == "[]\n"
@@ -418,14 +418,14 @@ reports = st.lists(diagnostics, max_size=4)
 
 @pytest.mark.parametrize("name", FORMATS)
 @given(found=reports)
-def test_output_can_be_written(name: str, found: list[Diagnostic]) -> None:
+def test_every_format_can_be_encoded(name: str, found: list[Diagnostic]) -> None:
     text = render(found, name, root=ROOT)
     text.encode("utf-8")
     assert text.endswith("\n") or not found
 
 
 @given(found=reports)
-def test_text_steers_no_terminal(found: list[Diagnostic]) -> None:
+def test_text_has_no_control_characters(found: list[Diagnostic]) -> None:
     plain = render(found)
     assert not [c for c in plain if c != "\n" and unicodedata.category(c) in {"Cc", "Cs", "Zl", "Zp"}]
     assert not set(plain) & set("\u202a\u202b\u202d\u202e\u2066\u2067\u2068\u2069\ufeff")
@@ -434,7 +434,7 @@ def test_text_steers_no_terminal(found: list[Diagnostic]) -> None:
 
 
 @given(found=reports)
-def test_text_starts_a_line_for_each_finding_and_no_other(found: list[Diagnostic]) -> None:
+def test_text_starts_one_line_per_finding(found: list[Diagnostic]) -> None:
     blocks = render(found).split("\n\n")
     starts = [line for line in render(found).split("\n")[:-2] if line and not re.match(r" |\d+ \|", line)]
     assert len(starts) <= len(found)
@@ -442,7 +442,7 @@ def test_text_starts_a_line_for_each_finding_and_no_other(found: list[Diagnostic
 
 
 @given(found=reports)
-def test_json_parses_back(found: list[Diagnostic]) -> None:
+def test_json_can_be_parsed(found: list[Diagnostic]) -> None:
     back = json.loads(render(found, "json"))["diagnostics"]
     assert len(back) == len(found)
     for record, diagnostic in zip(back, found, strict=True):
@@ -454,7 +454,7 @@ def test_json_parses_back(found: list[Diagnostic]) -> None:
 
 
 @given(found=reports)
-def test_github_has_one_line_a_diagnostic(found: list[Diagnostic]) -> None:
+def test_github_has_one_line_per_diagnostic(found: list[Diagnostic]) -> None:
     text = render(found, "github", root=ROOT)
     assert len(text.splitlines()) == len(found)
     for line, diagnostic in zip(text.splitlines(), found, strict=True):
@@ -468,7 +468,7 @@ def test_github_has_one_line_a_diagnostic(found: list[Diagnostic]) -> None:
 
 
 @given(found=reports)
-def test_sarif_is_sarif(found: list[Diagnostic]) -> None:
+def test_sarif_follows_its_schema(found: list[Diagnostic]) -> None:
     log = json.loads(render(found, "sarif", root=ROOT))
     SARIF.validate(log)
     assert len(log["runs"][0]["results"]) == len(found)

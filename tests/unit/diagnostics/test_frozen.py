@@ -44,7 +44,7 @@ class Single:
 
 
 @pytest.mark.parametrize("cls", [Quick, Plain])
-def test_instances_are_compared_hashed_and_shown(cls: Any) -> None:
+def test_frozen_instances_have_eq_hash_and_repr(cls: Any) -> None:
     one = cls(1)
     assert (one.a, one.b, one.c) == (1, "x", None)
     assert one == cls(1, "x", object())
@@ -59,7 +59,7 @@ def test_instances_are_compared_hashed_and_shown(cls: Any) -> None:
 
 
 @pytest.mark.parametrize("cls", [Quick, Plain])
-def test_instances_cannot_be_changed(cls: Any) -> None:
+def test_frozen_instances_cannot_be_changed(cls: Any) -> None:
     one = cls(1)
     with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'a'"):
         one.a = 2
@@ -72,13 +72,13 @@ def test_instances_cannot_be_changed(cls: Any) -> None:
 
 
 @pytest.mark.parametrize("item", [Quick(1, "y", (2,)), Empty(), Single(None)])
-def test_instances_are_copied_and_pickled(item: Any) -> None:
+def test_frozen_instances_can_be_copied_and_pickled(item: Any) -> None:
     assert pickle.loads(pickle.dumps(item)) == item
     assert copy.deepcopy(item) == item
     assert repr(copy.copy(item)) == repr(item)
 
 
-def test_any_count_of_fields_will_do() -> None:
+def test_frozen_classes_may_have_any_number_of_fields() -> None:
     assert Empty() == Empty()
     assert hash(Empty()) == hash(Empty())
     assert Empty() != Single(())

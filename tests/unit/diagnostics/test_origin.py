@@ -20,7 +20,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("text", "part"), CASES)
-def test_the_part_itself_is_underlined(text: str, part: str) -> None:
+def test_the_given_part_of_a_scalar_is_underlined(text: str, part: str) -> None:
     sink = Sink()
     document = read_text(text, "a.yaml", sink, make_limits(), None)
     assert document is not None
@@ -34,7 +34,7 @@ def test_the_part_itself_is_underlined(text: str, part: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["a: >-\n  ${x}\n", 'a: "first line\n  ${x}"\n', "a: first line\n  ${x}\n"])
-def test_elsewhere_than_on_the_first_line_it_is_the_scalar(text: str) -> None:
+def test_a_part_beyond_the_first_line_underlines_the_scalar(text: str) -> None:
     sink = Sink()
     document = read_text(text, "a.yaml", sink, make_limits(), None)
     assert document is not None
@@ -45,7 +45,7 @@ def test_elsewhere_than_on_the_first_line_it_is_the_scalar(text: str) -> None:
     assert (found.line, found.column) == (1, 4)
 
 
-def test_a_dict_has_no_places() -> None:
+def test_an_origin_in_a_dict_has_no_line() -> None:
     sink = Sink()
     sink.report("SC118", "wrong", Origin(None, ("a",)), span=(3, 4))
     assert sink.diagnostics()[0].line is None

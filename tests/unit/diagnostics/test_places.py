@@ -41,7 +41,7 @@ def raised(call: Callable[[], object]) -> Diagnostic:
     return found
 
 
-def test_a_fault_of_the_machine_is_in_no_file(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_of_the_machine_has_no_file(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sapien_build, "render_problem", lambda: "no driver")
     found = raised(lambda: scenecc.load_scene(scene, render=True))
     assert (found.code, found.location, found.path) == ("SC803", Location(None), "")
@@ -54,7 +54,7 @@ def test_a_fault_of_the_machine_is_in_no_file(scene: Path, monkeypatch: pytest.M
     assert "locations" not in result
 
 
-def test_a_machine_that_fails_at_a_part_of_a_scene_is_told_there() -> None:
+def test_an_error_of_the_machine_at_an_entity_is_reported_there() -> None:
     sink = Sink()
     sink.report("SC806", "CoACD is not there", Origin("scene.yaml", ("entities", "mug")))
     sink.report("SC806", "CoACD is not there", Origin("scene.yaml"))
@@ -80,7 +80,7 @@ CALLS: dict[str, tuple[str, Callable[[Path], object]]] = {
 
 
 @pytest.mark.parametrize("call", CALLS)
-def test_a_fault_of_the_caller_names_the_argument(scene: Path, call: str) -> None:
+def test_wrong_usage_names_the_argument(scene: Path, call: str) -> None:
     argument, function = CALLS[call]
     found = raised(lambda: function(scene))
     assert (found.location, found.path) == (Location(None), argument)
@@ -90,6 +90,6 @@ def test_a_fault_of_the_caller_names_the_argument(scene: Path, call: str) -> Non
     assert "file" not in render([found], "github").partition("::error ")[2].partition("::")[0]
 
 
-def test_a_fault_of_a_dict_is_in_the_dict() -> None:
+def test_an_error_in_a_dict_names_its_path() -> None:
     found = scenecc.validate({"scenecc": 1, "entities": {"a": {"shape": []}}})
     assert render(found).startswith("<dict>: error SC101: ")

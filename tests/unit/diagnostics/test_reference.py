@@ -14,7 +14,7 @@ from scenecc.diagnostics.reference import explain_code, main, nearest_codes, pag
 ROOT = Path(__file__).parents[3]
 
 
-def test_every_code_is_explained() -> None:
+def test_explain_describes_every_code() -> None:
     for code, row in CODES.items():
         text = explain_code(code)
         assert text is not None, code
@@ -27,7 +27,7 @@ def test_every_code_is_explained() -> None:
         assert text.endswith("\n"), code
 
 
-def test_a_code_is_found_however_it_is_written() -> None:
+def test_codes_are_found_in_any_notation() -> None:
     code = next(iter(CODES))
     assert explain_code(code.lower()) == explain_code(code[2:]) == explain_code(f" {code} ") == explain_code(code)
 
@@ -47,20 +47,20 @@ def test_the_nearest_codes_come_first() -> None:
     assert nearest_codes("banana") == []
 
 
-def test_the_committed_pages_are_what_the_table_gives() -> None:
+def test_the_committed_pages_match_the_table() -> None:
     folder = ROOT / "docs/reference/diagnostics"
     committed = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
     assert committed == pages(), "run `python -m scenecc.diagnostics.reference docs/reference/diagnostics`"
 
 
-def test_the_page_of_its_digit_has_a_code_once_in_the_table_and_once_as_an_entry() -> None:
+def test_each_code_is_once_in_the_table_and_once_as_an_entry() -> None:
     for code in CODES:
         text = pages()[f"sc{code[2]}.md"]
         assert text.count(f"\n## {code}\n") == 1
         assert text.count(f"\n| [{code}](#{code.lower()}) |") == 1
 
 
-def test_the_index_leads_to_every_page() -> None:
+def test_the_index_links_to_every_page() -> None:
     index, *others = pages().items()
     assert index[0] == "index.md"
     assert all(f"]({name})" in index[1] for name, _ in others)

@@ -42,7 +42,7 @@ CODE_QUALITY = {
 }
 
 
-def test_gitlab_issues_hold_what_code_quality_requires() -> None:
+def test_gitlab_issues_have_the_fields_of_code_quality() -> None:
     bare = Diagnostic("SC101", "error", "wrong", Location(None))
     issues = json.loads(render([FOUND, FOUND, bare], "gitlab", root=PurePosixPath("/r")))
     jsonschema.validate(issues, CODE_QUALITY)
@@ -58,7 +58,7 @@ def test_a_gitlab_issue_stays_the_same_when_lines_above_it_change() -> None:
     assert first == second
 
 
-def test_junit_has_a_case_a_file() -> None:
+def test_junit_has_one_case_per_file() -> None:
     note = Diagnostic("SC222", "note", "empty <repeat> & \x1b]0;x\ufffe", Location("n.yaml", 1))
     text = render([FOUND, note], "junit", files=["good.yaml", "a/s.yaml", "n.yaml"])
     (suite,) = ET.fromstring(text)

@@ -31,7 +31,7 @@ def locate(origin: Origin, at: At) -> Location:
     return Location(origin.file, line, {"key": 1, "value": 5}[at] if line else None)
 
 
-def test_findings_come_in_the_order_of_their_places() -> None:
+def test_findings_are_sorted_by_place() -> None:
     sink = Sink(locate)
     sink.report(ERROR, "last", Origin("z.yaml", ("a",)))
     sink.report(ERROR, "third", Origin("s.yaml", ("b",)))
@@ -40,7 +40,7 @@ def test_findings_come_in_the_order_of_their_places() -> None:
     assert [d.message for d in sink.diagnostics()] == ["first", "second", "third", "last"]
 
 
-def test_the_same_finding_twice_is_one() -> None:
+def test_equal_findings_are_merged() -> None:
     sink = Sink()
     for _ in range(2):
         sink.report(ERROR, "wrong", Origin("s.yaml", ("a",)))
@@ -48,7 +48,7 @@ def test_the_same_finding_twice_is_one() -> None:
     assert len(sink.diagnostics()) == 2
 
 
-def test_only_errors_fail() -> None:
+def test_only_errors_make_a_sink_fail() -> None:
     sink = Sink()
     assert not sink.failed
     for row in CODES.values():
@@ -73,7 +73,7 @@ def test_a_document_that_was_used_names_its_users() -> None:
     ]
 
 
-def test_paths_as_people_write_them() -> None:
+def test_dotted_quotes_unusual_keys() -> None:
     assert dotted(("entities", "cube", "shapes", 0, "half_size", 1)) == "entities.cube.shapes[0].half_size[1]"
     assert dotted(("entities", "a.b", 'say "x"', "")) == 'entities["a.b"]["say \\"x\\""][""]'
     assert dotted(()) == ""
@@ -93,7 +93,7 @@ def run_tests(folder: Path, text: str) -> str:
     return run.stdout + run.stderr
 
 
-def test_the_fixture_fails_what_leaves_a_diagnostic(tmp_path: Path) -> None:
+def test_the_sink_fixture_fails_a_test_that_leaves_a_diagnostic(tmp_path: Path) -> None:
     out = run_tests(
         tmp_path,
         f"""
@@ -121,7 +121,7 @@ def test_takes_what_is_not_there(sink):
     assert "1 failed, 3 passed, 2 errors" in out
 
 
-def test_a_thousand_findings_are_told_and_that_there_are_more() -> None:
+def test_findings_beyond_the_maximum_are_announced() -> None:
     warning = next(row.code for row in CODES.values() if row.severity == "warning")
     for code, last in ((ERROR, "SC016"), (warning, warning)):
         sink = Sink()
@@ -134,7 +134,7 @@ def test_a_thousand_findings_are_told_and_that_there_are_more() -> None:
         assert sink.failed is (code == ERROR)
 
 
-def test_warnings_do_not_take_the_place_of_errors() -> None:
+def test_many_warnings_do_not_hide_errors() -> None:
     warning = next(row.code for row in CODES.values() if row.severity == "warning")
     sink = Sink()
     for index in range(2000):
@@ -144,7 +144,7 @@ def test_warnings_do_not_take_the_place_of_errors() -> None:
     assert ERROR in {found.code for found in sink.diagnostics()}
 
 
-def test_one_copy_is_told_and_the_others_are_counted() -> None:
+def test_one_copy_is_reported_and_the_others_are_counted() -> None:
     sink = Sink()
     for i in range(5):
         sink.report(ERROR, f"wrong by {i}", Origin("s.yaml", ("a",), copy=f"i={i}"))
@@ -157,7 +157,7 @@ def test_one_copy_is_told_and_the_others_are_counted() -> None:
     ]
 
 
-def test_the_chain_of_uses_is_told_for_the_first_use() -> None:
+def test_the_chain_of_uses_is_shown_for_the_first_use() -> None:
     sink = Sink()
     for name in ("one", "two"):
         inner = Origin("mid.yaml", ("entities", "x", "use"), parent=Origin("top.yaml", ("entities", name, "use")))
@@ -181,7 +181,7 @@ def test_origins_are_traced_when_they_are_reported() -> None:
     assert after.related[0].message == "other (i=1)"
 
 
-def test_what_is_taken_is_expected(sink: TakingSink) -> None:
+def test_take_removes_an_expected_diagnostic(sink: TakingSink) -> None:
     sink.report(ERROR, "one", Origin("s.yaml", ("a",)))
     sink.report(ERROR, "two", Origin("s.yaml", ("b",)))
     assert sink.take(ERROR, path="b").message == "two"

@@ -77,7 +77,7 @@ def test_places_of_copies(expanded: Expander) -> None:
         (f"{{if: '${{scene == 0}}', name: x, {JOINT}}}", "SC203", "`if`"),
         (f"{{repeat: {{i: '${{scene}}'}}, name: x, {JOINT}}}", "SC203", "`repeat`"),
         (f"{{repeat: {{i: [a b]}}, name: '${{i}}', {JOINT}}}", "SC107", "'a b' is not a name"),
-        (f"{{repeat: {{i: [1, 1]}}, name: 'x${{i}}', {JOINT}}}", "SC326", "two links are called `x1`"),
+        (f"{{repeat: {{i: [1, 1]}}, name: 'x${{i}}', {JOINT}}}", "SC326", "two links have the name `x1`"),
         (f"{{repeat: {{i: {{count: 200000}}}}, name: x, {JOINT}}}", "SC604", "objects"),
         (f"{{repeat: {{i: [1]}}, prefix: x, name: x, {JOINT}}}", "SC101", "unknown key `prefix`"),
     ],

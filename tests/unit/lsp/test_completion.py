@@ -72,7 +72,7 @@ def editor(folder, text):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_what_is_offered(case, tmp_path):
+def test_completions_fit_the_position(case, tmp_path):
     text, offered, others = CASES[case]
     labels = set(editor(tmp_path, text).labels())
     assert offered <= labels
@@ -86,12 +86,12 @@ def test_keys_come_with_their_description_and_default(tmp_path):
     assert "Default: `[0, 0, 0]`" in offers["linear_velocity"].description
 
 
-def test_what_is_typed_is_replaced(tmp_path):
+def test_a_completion_replaces_the_typed_text(tmp_path):
     offers = editor(tmp_path, SCENE + "    body_type: sta¦").offers()
     assert {offer.start for offer in offers} == {len("    body_type: ")}
 
 
-def test_a_value_behind_a_colon_gets_its_blank(tmp_path):
+def test_a_value_after_a_colon_gets_its_space(tmp_path):
     assert " static" in {offer.text for offer in editor(tmp_path, SCENE + "    body_type:¦").offers()}
 
 
@@ -122,7 +122,7 @@ def test_names_come_from_included_files_as_they_are_typed(tmp_path):
     assert "lamp" not in made.labels()
 
 
-def test_folders_outside_are_not_listed(tmp_path):
+def test_completion_lists_no_outside_folders(tmp_path):
     (tmp_path / "secret").mkdir()
     (tmp_path / "secret" / "hidden.yaml").write_text(HEAD)
     (tmp_path / "in").mkdir()
@@ -130,13 +130,13 @@ def test_folders_outside_are_not_listed(tmp_path):
         assert Editor(tmp_path / "in", {"a.yaml": SCENE + f"  b:\n    use: {reference}¦"}).labels() == []
 
 
-def test_of_many_names_those_that_begin_so_come_first(tmp_path):
+def test_names_with_the_typed_prefix_come_first(tmp_path):
     many = "".join(f"  b{i}: {{pose: [0, 0, {i}]}}\n" for i in range(1500))
     offers = editor(tmp_path, SCENE + many + "  x: {pose: {relative_to: b149¦").labels()
     assert offers[0] == "b149"
     assert set(offers[:11]) == {"b149", *(f"b149{i}" for i in range(10))}
 
 
-def test_a_long_text_is_not_searched(tmp_path):
+def test_a_long_text_gets_no_completions(tmp_path):
     text = SCENE + "# " + "x" * 2**20 + "\n" + "    ¦"
     assert editor(tmp_path, text).labels() == []

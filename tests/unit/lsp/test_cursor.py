@@ -49,7 +49,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_what_is_typed(case):
+def test_the_cursor_finds_the_typed_node(case):
     text, path, kinds, typed = CASES[case]
     lines = text.removesuffix("¦").split("\n")
     found = cursor_at(lines, len(lines) - 1, len(lines[-1]))
@@ -59,7 +59,7 @@ def test_what_is_typed(case):
         assert lines[-1][found.start :] == typed
 
 
-def test_the_keys_before_are_known():
+def test_the_cursor_knows_earlier_keys():
     lines = ["entities:", "  cube:", "    body_type: static", "    shapes: [{type: box, "]
     found = cursor_at(lines, 3, len(lines[3]))
     assert found.seen[("entities", "cube")]["body_type"] == "static"
@@ -67,7 +67,7 @@ def test_the_keys_before_are_known():
 
 
 @pytest.mark.parametrize("part", ["[", "{a: ", "- ", " ", "'", "a:", "&a ", "a b", "? "])
-def test_hostile_lines_take_no_time(part):
+def test_hostile_lines_are_parsed_fast(part):
     line = part * 50_001 + ":"
     before = process_time()
     cursor_at([line], 0, len(line))

@@ -24,7 +24,7 @@ CUTS = 40
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.stem)
-def test_a_scene_cut_off_anywhere(scene):
+def test_a_scene_truncated_anywhere_is_analysed(scene):
     load_language()
     editor = Editor(scene.parent, {})
     text, random = scene.read_text(), Random(scene.stem)
@@ -52,7 +52,7 @@ def ask_everything(view, scene, random):
 
 
 @pytest.mark.parametrize("scene", SCENES[::5], ids=lambda scene: scene.stem)
-def test_findings_of_what_is_cut_off(scene):
+def test_a_truncated_scene_reports_only_its_syntax_error(scene):
     """The mistake of a text that is no YAML is told alone; corrections are looked for in whatever is found."""
     text, random = scene.read_text(), Random(scene.stem)
     editor = Editor(scene.parent, {})

@@ -14,25 +14,25 @@ UNITS = {"utf-8": [0, 1, 3, 6, 10, 11], "utf-16": [0, 1, 2, 3, 5, 6], "utf-32": 
 
 
 @pytest.mark.parametrize("encoding", UNITS)
-def test_columns_there_and_back(encoding):
+def test_columns_convert_both_ways(encoding):
     columns = Columns(encoding)
     assert [columns.to_client(LINE, column) for column in range(6)] == UNITS[encoding]
     assert [columns.from_client(LINE, units) for units in UNITS[encoding]] == [*range(6)]
     assert columns.from_client(LINE, 10**9) == len(LINE)
 
 
-def test_a_place_in_the_middle_of_a_character_is_behind_it():
+def test_a_position_inside_a_character_is_after_it():
     assert Columns("utf-16").from_client("😀b", 1) == 1
 
 
-def test_places_past_the_end_are_at_the_end(tmp_path):
+def test_positions_past_the_end_are_at_the_end(tmp_path):
     text, columns = SceneText(tmp_path, "ab\r\ncd"), Columns()
     assert text.lines == ["ab", "cd"]
     assert columns.place(text, types.Position(0, 99)) == (0, 2)
     assert columns.place(text, types.Position(2**31 - 1, 7)) == (2**31 - 1, 0)
 
 
-def test_paths_of_uris(tmp_path):
+def test_file_uris_are_converted_to_paths(tmp_path):
     path = tmp_path / "a b é#?.yaml"
     assert path_of(path.as_uri()) == str(path)
     assert path_of("untitled:Untitled-1") is None
@@ -40,7 +40,7 @@ def test_paths_of_uris(tmp_path):
     assert path_of("file://[::1/a.yaml") is None
 
 
-def test_lines_are_those_of_yaml(tmp_path):
+def test_line_breaks_are_those_of_yaml(tmp_path):
     """Not those of `str.splitlines`, of which there are more."""
     text = SceneText(tmp_path, "b: 1\rc: 2\r\nd: 3")
     assert text.key_span(("d",)) == (2, 0, 1)
@@ -49,7 +49,7 @@ def test_lines_are_those_of_yaml(tmp_path):
     assert SceneText(tmp_path, "a: 'x\u2028y'\nb: 1").leaves == []
 
 
-def test_a_text_with_half_a_character_has_no_places(tmp_path):
+def test_a_text_with_a_lone_surrogate_has_no_nodes(tmp_path):
     assert SceneText(tmp_path, "a: '\ud83d'\nb: 1").leaves == []
 
 
@@ -57,7 +57,7 @@ PREFAB = "scenecc: 1\nparams: {mass: {type: number, default: 1}}\nentities:\n  a
 BOX = "    shapes: [{type: box, half_size: [1, 1, 1]}]\n"
 
 
-def test_what_is_wrong_in_a_prefab_shows_where_it_is_used(tmp_path):
+def test_an_error_in_a_prefab_is_shown_at_its_use(tmp_path):
     prefab = (PREFAB + BOX).replace("${mass}", '"${mass}"')
     text = "scenecc: 1\nentities:\n  b: {use: part.yaml, with: {mass: -1}}\n"
     editor = Editor(tmp_path, {"a.yaml": text}, {"part.yaml": prefab})
@@ -101,16 +101,16 @@ cameras:
         (99, 99, ("cameras",)),
     ],
 )
-def test_what_a_place_belongs_to(tmp_path, line, column, path):
+def test_a_position_gives_the_path_of_its_node(tmp_path, line, column, path):
     assert SceneText(tmp_path, CUBES).path_at(line, column) == path
 
 
-def test_a_place_before_everything_belongs_to_nothing(tmp_path):
+def test_a_position_before_all_nodes_has_an_empty_path(tmp_path):
     assert SceneText(tmp_path, "# note\na: 1").path_at(0, 3) == ()
     assert SceneText(tmp_path, "").path_at(0, 0) == ()
 
 
-def test_a_node_that_is_none_has_no_place(tmp_path):
+def test_a_missing_node_has_no_span(tmp_path):
     text = SceneText(tmp_path, CUBES)
     assert text.key_span(("entities", "table")) == (1, 2, 7)
     for path in ((), ("entities", -1), ("entities", "table", "shapes", -1), ("entities", "table", "shapes", 1), (0, 0)):

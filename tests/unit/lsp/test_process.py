@@ -21,7 +21,7 @@ SPHERE = "{shapes: [{type: sphere, radius: 1}]}"
 SCENE = f"scenecc: 1\nentities: {{a: {SPHERE}}}\n"
 
 
-def test_a_fault_is_told_and_a_crash_survived(tmp_path):
+def test_the_worker_reports_bugs_and_restarts_after_a_crash(tmp_path):
     path = tmp_path / "a.yaml"
     good = worker.CheckRequest(worker.OpenScene(path, {path: SCENE}, Options()))
     many = "scenecc: 1\nentities:\n" + "".join(f"  b{i}: {SPHERE}\n" for i in range(9000))
@@ -59,7 +59,7 @@ def test_a_fault_is_told_and_a_crash_survived(tmp_path):
     assert not crashed
 
 
-def test_an_answer_names_files_and_places(tmp_path):
+def test_a_check_result_names_files_and_places(tmp_path):
     path, part = tmp_path / "a.yaml", tmp_path / "part.yaml"
     part.write_text(SCENE)
     text = "scenecc: 1\nentities:\n  b: {use: part.yaml, repeat: {i: [1, 2]}}\n"
@@ -76,7 +76,7 @@ BAD = Path(__file__).parents[2] / "scenes" / "bad"
 
 
 @pytest.mark.parametrize("scene", sorted(BAD.glob("*/*.yaml"))[::12], ids=lambda scene: scene.stem)
-def test_findings_are_those_of_validate(scene):
+def test_findings_of_the_language_server_are_those_of_validate(scene):
     assert checked(scene, scene.read_bytes().decode()).diagnostics == validate(scene)
 
 
@@ -89,7 +89,7 @@ def test_comments_silence_findings(tmp_path):
     assert found.code == "SC313"
 
 
-def test_an_entity_is_described_as_inspect_does(tmp_path):
+def test_an_entity_is_described_as_by_inspect(tmp_path):
     path = tmp_path / "a.yaml"
     answer = worker.answer(worker.Describe(worker.OpenScene(path, {path: SCENE}, Options()), "a"))
     assert isinstance(answer, worker.EntityFacts)

@@ -46,7 +46,7 @@ def chi_squared(a: np.ndarray, b: np.ndarray, edges: list[np.ndarray]) -> tuple[
     return float((((first - second) ** 2)[used] / both[used]).sum()), int(used.sum()) - 1
 
 
-def test_positions_are_those_of_sequential_rejection() -> None:
+def test_positions_equal_those_of_sequential_rejection() -> None:
     ours, theirs = placed(), rejected()
     x, y = (np.linspace(-half, half, 11) for half in HALF - RADIUS)
     far = np.linspace(-0.5, 0.5, 13)

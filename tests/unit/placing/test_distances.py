@@ -49,13 +49,13 @@ def one(kind: str, size: Any, p: Any, q: Any = (1, 0, 0, 0)) -> Cores:
         (one("box", [0.1, 0.1, 0.1], [0, 0, 0]), one("box", [0.1, 0.1, 0.1], [0.05, 0, 0]), 0.0),
     ],
 )
-def test_distances_that_are_known(a: Cores, b: Cores, distance: float) -> None:
+def test_known_distances_are_computed(a: Cores, b: Cores, distance: float) -> None:
     assert distances(a, b)[0] == pytest.approx(distance, abs=1e-7)
     assert are_apart(a, b, np.array([distance - 1e-5]))[0] == (distance > 0)
     assert not are_apart(a, b, np.array([distance + 1e-5]))[0]
 
 
-def test_a_decision_is_that_of_the_distance() -> None:
+def test_are_apart_agrees_with_the_distance() -> None:
     a, b = cores(*some(2000, 1)), cores(*some(2000, 2))
     found = distances(a, b)
     for least in (0.001, 0.01, 0.1):
@@ -63,7 +63,7 @@ def test_a_decision_is_that_of_the_distance() -> None:
         assert (are_apart(a, b, np.full(2000, least)) == (found >= least))[clear].all()
 
 
-def test_distances_are_those_of_coal() -> None:
+def test_distances_agree_with_coal() -> None:
     coal = pytest.importorskip("coal")
     mine, theirs = some(500, 3), some(500, 4)
     found = distances(cores(*mine), cores(*theirs))
@@ -87,7 +87,7 @@ def test_distances_are_those_of_coal() -> None:
         assert max(judged, 0.0) == pytest.approx(found[row], abs=1e-5)
 
 
-def test_a_mesh_outside_of_another_is_as_near_as_its_hull() -> None:
+def test_the_distance_of_a_distant_mesh_is_that_of_its_hull() -> None:
     corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
     count = 300

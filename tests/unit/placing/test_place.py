@@ -49,17 +49,17 @@ def code_of(source: Any) -> list[str]:
     return [code for code, _ in errors_of(source)]
 
 
-def test_a_scene_is_the_same_in_every_batch() -> None:
+def test_a_placed_scene_is_the_same_in_every_batch() -> None:
     few, many = poses(clutter(8)), poses(clutter(300))
     assert all(few[name].tobytes() == many[name][: len(few[name])].tobytes() for name in few)
 
 
-def test_what_is_added_at_the_end_moves_nothing() -> None:
+def test_an_entity_added_at_the_end_moves_no_other() -> None:
     before, after = poses(clutter(50, 5)), poses(clutter(50, 6))
     assert all(before[name].tobytes() == after[name].tobytes() for name in before)
 
 
-def test_what_is_placed_stands_on_its_target_and_within_its_top() -> None:
+def test_a_placed_entity_is_on_its_target_and_within_its_top() -> None:
     cube = poses(scene(200, cube=thing(0, gap=0.002)))["cube"]
     assert np.allclose(cube[:, 2], 0.42 + 0.002 + 0.015)
     assert np.abs(cube[:, 0]).max() <= 0.47
@@ -67,7 +67,7 @@ def test_what_is_placed_stands_on_its_target_and_within_its_top() -> None:
     assert np.ptp(cube[:, 0]) > 0.8
 
 
-def test_a_reset_places_as_a_build_does_and_in_its_scenes_alone() -> None:
+def test_a_reset_places_like_a_build_and_only_in_its_scenes() -> None:
     batch = load_scene(clutter(6))
     first = {name: batch.entities[name].pose.copy() for name in ("thing_0", "thing_5")}
     batch.reset(seed=3, scene_idxs=[1, 4])
@@ -79,7 +79,7 @@ def test_a_reset_places_as_a_build_does_and_in_its_scenes_alone() -> None:
         assert not np.array_equal(now[[1, 4]], before[[1, 4]])
 
 
-def test_a_plan_places_anew_from_its_json() -> None:
+def test_a_plan_from_json_places_at_a_reset() -> None:
     plan = compile_scene(clutter(4, 3))
     again = compile_scene(emit_scene(plan, "json"))
     assert again == plan
@@ -88,7 +88,7 @@ def test_a_plan_places_anew_from_its_json() -> None:
     assert np.array_equal(batch.entities["thing_2"].pose, fresh.entities["thing_2"].pose)
 
 
-def test_planks_have_one_top() -> None:
+def test_coplanar_planks_form_one_top() -> None:
     planks = [{"type": "box", "half_size": [0.4, 0.1, 0.02], "pose": [0, 0.2 * i, 0]} for i in (-1, 0, 1)]
     table = {"body_type": "static", "pose": {"p": [1, 0, 0.4], "rpy_deg": [0, 0, 30]}, "shapes": planks}
     cube = poses({**scene(100), "entities": {"table": table, "cube": thing(0)}})["cube"]
@@ -103,7 +103,7 @@ def test_a_note_among_the_distances_is_ignored() -> None:
     assert placement.near == ()
 
 
-def test_inside_above_near_and_facing() -> None:
+def test_inside_above_near_and_facing_place_as_specified() -> None:
     walls = [
         {"type": "box", "half_size": size, "pose": at}
         for size, at in (
@@ -134,7 +134,7 @@ def test_inside_above_near_and_facing() -> None:
     assert np.allclose(ahead, away / np.hypot(*away.T)[:, None])
 
 
-def test_an_instance_is_placed_as_one(tmp_path: Any) -> None:
+def test_a_prefab_instance_is_placed_as_a_whole(tmp_path: Any) -> None:
     part = {
         "scenecc": 1,
         "entities": {
@@ -154,7 +154,7 @@ def test_an_instance_is_placed_as_one(tmp_path: Any) -> None:
     assert np.ptp(low[:, 0]) > 0.5
 
 
-def test_where_nothing_fits_scene_and_tries_are_named() -> None:
+def test_a_failed_placement_names_the_scene_and_the_tries() -> None:
     crowded = scene(3, cube=thing(0, region=[[0.49, 0], [0.5, 0.1]], tries=50))
     assert not [one for one in validate(crowded) if one.severity == "error"]
     with pytest.raises(SceneError, match="in scene 0: `cube` fits nowhere in 50 tries, nor in 2 other scenes"):
@@ -163,20 +163,20 @@ def test_where_nothing_fits_scene_and_tries_are_named() -> None:
 
 
 @pytest.mark.parametrize(("key", "value"), [("near", {"first": [3, 4]}), ("apart", 3)])
-def test_a_distance_beyond_the_size_of_the_target_is_told(key: str, value: Any) -> None:
+def test_a_distance_larger_than_the_target_is_reported(key: str, value: Any) -> None:
     wide = scene(1, first=thing(0), second=thing(0, **{key: value}))
     with pytest.raises(SceneError, match=f"`{key}` asks for 3 m, and the top of `table` is"):
         compile_scene(wide)
 
 
-def test_where_nothing_fits_what_most_tries_failed_at_is_named() -> None:
-    with pytest.raises(SceneError, match=r"of the last tries in scene 0, 50 of 50 are not whole on `table`"):
+def test_a_failed_placement_names_the_main_reason() -> None:
+    with pytest.raises(SceneError, match=r"of the last tries in scene 0, 50 of 50 are not completely on `table`"):
         compile_scene(scene(3, cube=thing(0, region=[[0.49, 0], [0.5, 0.1]], tries=50)))
-    with pytest.raises(SceneError, match=r"of the last tries in scene 0, 5 of 5 are too near to `mug`"):
+    with pytest.raises(SceneError, match=r"of the last tries in scene 0, 5 of 5 are too close to `mug`"):
         compile_scene(scene(1, mug=thing(0, at=[0, 0]), cube=thing(0, at=[0.01, 0], tries=5)))
 
 
-def test_a_reset_that_finds_no_place_changes_nothing() -> None:
+def test_a_reset_with_a_failed_placement_changes_nothing() -> None:
     narrow = {**scene(2, cube=thing(0, at=["${x}", 0], tries=3)), "draws": {"x": {"uniform": [0, 0.1]}}}
     batch = load_scene(narrow)
     before = batch.entities["cube"].pose.copy()
@@ -196,16 +196,14 @@ def test_a_reset_that_finds_no_place_changes_nothing() -> None:
         (0.481 + 0.0262, 0.001, []),
     ],
 )
-def test_a_pose_that_a_reset_draws_keeps_away_from_what_is_placed_for_good(
-    height: float, apart: float, told: list[str]
-) -> None:
+def test_a_pose_drawn_at_reset_avoids_kept_placements(height: float, apart: float, told: list[str]) -> None:
     post = {**thing(2, at=[0, 0], apart=apart), "body_type": "static"}
     ball = {"pose": {"p": [{"uniform": [0, 0.001]}, 0, height]}, "shapes": [SHAPES[1]]}
     assert errors_of(scene(1, ball=ball, post=post)) == [("SC356", message) for message in told]
 
 
 @pytest.mark.parametrize("kind", ["box", "triangle_mesh"])
-def test_a_drawn_body_may_touch_what_is_placed_with_apart_0(kind: str, tmp_path: Path) -> None:
+def test_a_drawn_body_may_touch_a_placement_with_apart_0(kind: str, tmp_path: Path) -> None:
     corners = [(x, y, z) for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.01, 0.01)]
     sides = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"]
     lines = [*(f"v {x} {y} {z}" for x, y, z in corners), *(f"f {side}" for side in sides)]
@@ -220,12 +218,12 @@ def test_a_drawn_body_may_touch_what_is_placed_with_apart_0(kind: str, tmp_path:
         assert code_of(file) == codes
 
 
-def test_a_shape_of_unknown_distance_is_an_error() -> None:
+def test_a_shape_without_known_distances_is_an_error() -> None:
     ring = {"type": "ring", "inner_radius": {"uniform": [0.02, 0.03]}, "outer_radius": 0.05, "half_length": 0.1}
     assert code_of(scene(2, cube=thing(0), pipe={"pose": [0, 0, 3], "shapes": [ring]})) == ["SC357"]
 
 
-def test_the_hand_of_a_robot_is_avoided_where_its_joints_start() -> None:
+def test_placement_avoids_a_robot_at_its_initial_joint_positions() -> None:
     tip = {
         "name": "tip",
         "joint": {"type": "prismatic", "axis": "x", "origin": [0, 0, 0.05], "limits": [-1, 1]},
@@ -239,7 +237,7 @@ def test_the_hand_of_a_robot_is_avoided_where_its_joints_start() -> None:
     assert not over.any()
 
 
-def test_meshes_are_as_far_apart_as_the_engine_cooks_them(tmp_path: Any) -> None:
+def test_placement_uses_meshes_as_cooked_by_the_engine(tmp_path: Any) -> None:
     corners = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\n"
     (tmp_path / "tetra.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n", encoding="utf-8")
     entities: dict[str, Any] = {"table": TABLE}
@@ -269,7 +267,7 @@ def test_meshes_are_as_far_apart_as_the_engine_cooks_them(tmp_path: Any) -> None
     assert min(standing) == pytest.approx(0.001, abs=1e-5)
 
 
-def test_an_instance_that_places_is_not_placed(tmp_path: Any) -> None:
+def test_an_instance_with_placements_cannot_be_placed(tmp_path: Any) -> None:
     (tmp_path / "part.yaml").write_text(repr(scene(1, cube=thing(0))), encoding="utf-8")
     document = {"scenecc": 1, "entities": {"table": TABLE, "two": {"use": "part.yaml", "place": {"on": "table"}}}}
     (tmp_path / "scene.yaml").write_text(repr(document), encoding="utf-8")
@@ -291,14 +289,14 @@ def test_an_instance_is_placed_beside_one_that_places_and_whose_name_begins_alik
     assert not [one for one in validate(tmp_path / "scene.yaml") if one.severity == "error"]
 
 
-def test_what_does_not_collide_stands_with_its_origin_and_carries_nothing() -> None:
+def test_a_body_without_collision_is_placed_by_its_origin_and_supports_nothing() -> None:
     mark = {"place": {"on": "table"}, "body_type": "none", "visuals": [{"type": "sphere", "radius": 0.1}]}
     found = poses(scene(50, cube=thing(0), mark=mark))
     assert np.allclose(found["mark"][:, 2], 0.421)
     assert code_of(scene(1, mark=mark, cube={**thing(0), "place": {"on": "mark"}})) == ["SC359"]
 
 
-def test_a_long_chain_and_hopeless_tries_are_bounded() -> None:
+def test_long_chains_and_hopeless_placements_end_quickly() -> None:
     tower = {f"thing_{i}": thing(0, on=f"thing_{i - 1}" if i else "table", at=[0, 0]) for i in range(30)}
     found = poses(scene(1, **dict(reversed(tower.items()))))
     assert found["thing_29"][0, 2] == pytest.approx(0.42 + 30 * 0.001 + 59 * 0.015, abs=1e-5)
@@ -306,7 +304,7 @@ def test_a_long_chain_and_hopeless_tries_are_bounded() -> None:
     assert code_of(scene(1, huge=huge)) == ["SC355", "SC354"]
 
 
-def test_corners_of_a_region_are_in_any_order() -> None:
+def test_corners_of_a_region_may_be_in_any_order() -> None:
     """The first above the second put everything at [0, 0]."""
     corners = [[0.3, 0.2, 0.1], [0.1, 0.1, -0.1]]
     found = [poses(scene(20, cube=thing(0, region=region))) for region in (corners, corners[::-1])]
@@ -325,13 +323,13 @@ def test_corners_of_a_region_are_in_any_order() -> None:
         ({"region": {"center": [0.9, 0], "radius": 0.6}}, False),
     ],
 )
-def test_a_region_outside_of_its_target_is_told(at: dict[str, Any], told: bool) -> None:
+def test_a_region_outside_its_target_is_reported(at: dict[str, Any], told: bool) -> None:
     codes = [one.code for one in validate(scene(1, cube=thing(0, **at)))]
     assert codes == ["SC355"] * told
 
 
 @pytest.mark.parametrize("name", ["heap", "regions"])
-def test_recipes_that_place(name: str) -> None:
+def test_shipped_placement_recipes_place_as_described(name: str) -> None:
     plan = compile_scene(ROOT / "scenes" / "recipes" / f"{name}.yaml", num_scenes=64)
     at = {entity.name: entity.pose.data for entity in plan.entities}
     if name == "heap":
@@ -344,7 +342,7 @@ def test_recipes_that_place(name: str) -> None:
         assert (at["milk"][:, 1] < 0).all()
 
 
-def test_a_body_that_a_reset_draws_onto_a_fixed_one_is_an_error_of_that_reset() -> None:
+def test_a_body_drawn_onto_a_kept_placement_fails_the_reset() -> None:
     post = {**thing(2, at=[0.2, 0]), "body_type": "static"}
     ball = {"pose": {"p": ["${x}", 0, 0.45]}, "shapes": [SHAPES[1]]}
     batch = load_scene({**scene(2, post=post, ball=ball), "draws": {"x": {"uniform": [0, 0.01]}}})
@@ -355,7 +353,7 @@ def test_a_body_that_a_reset_draws_onto_a_fixed_one_is_an_error_of_that_reset() 
     batch.reset(draws={"x": [0.0, 0.1]})
 
 
-def test_a_link_is_a_target_where_its_joints_start() -> None:
+def test_a_link_is_a_target_at_its_initial_joint_positions() -> None:
     tray = {
         "name": "tray",
         "joint": {"name": "lift", "type": "prismatic", "axis": "z", "limits": [0, 1]},

@@ -56,13 +56,13 @@ def built(plan: ScenePlan) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", ["mixed", "placing", "recipes/heap", "recipes/regions", "recipes/stack_cube"])
-def test_what_is_placed_does_not_overlap(name: str, tmp_path: Path) -> None:
+def test_placed_bodies_do_not_overlap(name: str, tmp_path: Path) -> None:
     file = mixed(tmp_path) if name == "mixed" else ROOT / "scenes" / f"{name}.yaml"
     plan = compile_scene(file, num_scenes=60)
     assert overlap(plan, built(plan)) is None
 
 
-def test_what_a_reset_places_does_not_overlap(tmp_path: Path) -> None:
+def test_bodies_placed_at_a_reset_do_not_overlap(tmp_path: Path) -> None:
     plan = compile_scene(mixed(tmp_path))
     with load_scene(plan, render=False) as batch:
         batch.reset(seed=5)
@@ -72,7 +72,7 @@ def test_what_a_reset_places_does_not_overlap(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("broken", ["place.are_apart", "distances._bounds"])
-def test_the_proof_finds_what_a_broken_sampler_misses(broken: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_proof_detects_a_broken_sampler(broken: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def all_apart(a: Any, b: Any, _least: Any) -> Any:
         far = np.full(len(a.p), 1.0)
         return far > 0 if broken == "place.are_apart" else (far, far, a.p - b.p)

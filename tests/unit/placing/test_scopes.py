@@ -41,19 +41,19 @@ def at(plan: ScenePlan, name: str) -> Any:
     return next(one for one in plan.entities if one.name == name).pose.data[0, :3]
 
 
-def test_an_entity_is_that_of_the_file_that_gives_it(tmp_path: Path) -> None:
+def test_names_in_place_are_resolved_in_their_own_file(tmp_path: Path) -> None:
     plan = built(tmp_path, {"use": "middle.yaml", "with": {"target": "table"}, "pose": [0, 0.05, 0]})
     assert np.allclose(at(plan, "it/inner/ball"), [0.15, 0.15, 1.02 + 0.001 + 0.02])
     assert np.allclose(at(plan, "it/inner/own"), [0.05, 0.05, 3.02 + 0.001 + 0.02]), "its own table, and its own world"
 
 
-def test_an_unknown_entity_is_an_error_where_it_is_used(tmp_path: Path) -> None:
+def test_an_unknown_entity_in_place_is_reported_at_its_use(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="there is no entity `tabel`") as caught:
         built(tmp_path, {"use": "inner.yaml", "with": {"target": "tabel"}})
     assert [one.code for one in caught.value.diagnostics] == ["SC330"]
 
 
-def test_an_override_places_on_what_its_own_file_has(tmp_path: Path) -> None:
+def test_names_in_an_override_of_place_are_resolved_in_its_own_file(tmp_path: Path) -> None:
     place = {"on": "plate", "at": [0, 0], "near": {"cube": [0, 5]}, "facing": "cube"}
     others = {
         "plate": {**TABLE, "pose": [0, 0, -1]},
@@ -65,7 +65,7 @@ def test_an_override_places_on_what_its_own_file_has(tmp_path: Path) -> None:
     assert [one.near[0].entity for one in plan.placements if one.near] == ["cube"]
 
 
-def test_a_removed_target_is_an_error_that_names_what_stands_on_it(tmp_path: Path) -> None:
+def test_removing_a_placement_target_is_an_error(tmp_path: Path) -> None:
     instance = {"use": "inner.yaml", "with": {"target": "table"}, "override": {"table": "remove"}}
     with pytest.raises(SceneError, match="own"):
         built(tmp_path, instance)

@@ -91,7 +91,7 @@ def test_eyes_are_read_from_the_command_line() -> None:
 
     assert point("1,-0.5,2e-1") == (1, -0.5, 0.2)
     for text in ("1,2", "1,2,x", "1,2,3,4", ""):
-        with pytest.raises(typer.BadParameter, match="is not X,Y,Z in metres"):
+        with pytest.raises(typer.BadParameter, match="must be X,Y,Z in metres"):
             point(text)
 
 

@@ -92,8 +92,8 @@ def test_a_partnet_robot_builds_with_repair(cabinet: tuple[Path, dict[str, float
     scene, volumes = cabinet
     told = scenecc.validate(scene)
     assert [(d.code, d.message) for d in told] == [
-        ("SC488", "textured_objs/original-3.obj names `../images/texture_3.png`, which is missing: it is left out"),
-        ("SC488", "textured_objs/original-7.obj names `original-7.mtl`, which is missing: it is left out"),
+        ("SC488", "textured_objs/original-3.obj references `../images/texture_3.png`, which is missing; it is ignored"),
+        ("SC488", "textured_objs/original-7.obj references `original-7.mtl`, which is missing; it is ignored"),
     ]
     with scenecc.load_scene(scene, render=False) as batch:
         robot: Any = batch.articulations["cabinet"].objs[0]

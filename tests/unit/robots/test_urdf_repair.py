@@ -221,7 +221,7 @@ def test_files_that_are_not_needed_to_collide_may_be_missing(tmp_path: Path) -> 
     built = build(tmp_path, content, "files")
     assert len(built.links) == 2
     found = [f"{d.code} {d.message}" for d in scenecc.validate(tmp_path / "scene.yaml")]
-    assert "SC488 there.obj names `gone.mtl`, which is missing: it is left out" in found
+    assert "SC488 there.obj references `gone.mtl`, which is missing; it is ignored" in found
     # A plan that is written out knows of the repair, too.
     plan = tmp_path / "plan.json"
     plan.write_text(scenecc.emit_scene(tmp_path / "scene.yaml", "json"), encoding="utf-8")
@@ -235,7 +235,7 @@ def test_files_that_meshes_refer_to_and_that_are_left_out_are_counted(tmp_path: 
         shapes += shape("visual", f'mesh filename="{name}.obj"')
     build(tmp_path, f'<link name="a">{shapes}{BOX}</link><link name="b"/>' + joint("fixed"), "files")
     (found,) = [d for d in scenecc.validate(tmp_path / "scene.yaml") if d.code == "SC488"]
-    assert found.message == "one.obj names `one.mtl`, which is missing: it is left out (and 2 others like it)"
+    assert found.message == "one.obj references `one.mtl`, which is missing; it is ignored (and 2 others like it)"
 
 
 def test_an_image_that_a_gltf_lacks_is_an_error(tmp_path: Path) -> None:
@@ -259,7 +259,7 @@ def test_an_image_that_a_gltf_lacks_is_an_error(tmp_path: Path) -> None:
         build(tmp_path, f'<link name="a">{mesh}{BOX}</link><link name="b"/>' + joint("fixed"), "files")
     (error,) = scenecc.validate(tmp_path / "scene.yaml")
     assert "gone.png" in error.message
-    assert "OBJ meshes only" in (error.hint or "")
+    assert "ignores only images of OBJ meshes" in (error.hint or "")
 
 
 def test_a_visual_with_an_unknown_uri_scheme_may_be_left_out(tmp_path: Path) -> None:
@@ -267,8 +267,8 @@ def test_a_visual_with_an_unknown_uri_scheme_may_be_left_out(tmp_path: Path) -> 
     content = f'<link name="a">{mesh}{BOX}</link>'
     links, told = read(tmp_path, content, "files")
     assert links is not None
-    assert told == ["SC488 `file://` is not read, in `file:///usr/arm.obj`: the <visual> is left out"]
-    assert read(tmp_path, content)[1] == ["SC403 `file://` is not read, in `file:///usr/arm.obj`"]
+    assert told == ["SC488 `file://` is not supported, in `file:///usr/arm.obj`: the <visual> is left out"]
+    assert read(tmp_path, content)[1] == ["SC403 `file://` is not supported, in `file:///usr/arm.obj`"]
     links, told = read(tmp_path, content.replace("visual", "collision"), "files")
     assert (links, [line[:5] for line in told]) == (None, ["SC403"])
     # What is there and may not be read stays an error.
@@ -402,15 +402,15 @@ def pictured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_an_image_that_cannot_be_read_is_left_out(tmp_path: Path, pictured: str) -> None:
     assert len(build(tmp_path, pictured, "files").links) == 2
     found = {each.message for each in scenecc.validate(tmp_path / "scene.yaml") if each.code == "SC488"}
-    why = "cannot be used (`.gif` is not an image format that is read)"
+    why = "cannot be used (`.gif` is not an image format that SAPIEN reads)"
     assert found == {
-        f"part.obj names `moving.gif`, which {why}: it is left out",
-        "part.obj names `gone.png`, which is missing: it is left out",
+        f"part.obj references `moving.gif`, which {why}; it is ignored",
+        "part.obj references `gone.png`, which is missing; it is ignored",
     }
     (tmp_path / "scene.yaml").write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf}}\n", encoding="utf-8")
     errors = [each for each in scenecc.validate(tmp_path / "scene.yaml") if each.severity == "error"]
     assert [each.code for each in errors] == ["SC410", "SC418"]
-    assert all("with `repair: [files]` in the scene it is left out" in (each.hint or "") for each in errors)
+    assert all("add `repair: [files]` to ignore it" in (each.hint or "") for each in errors)
 
 
 def test_a_copy_without_the_unreadable_image_is_rendered(tmp_path: Path, pictured: str) -> None:

@@ -57,19 +57,19 @@ def test_a_scene_with_a_deep_contact_is_in_doubt(seed: int) -> None:
     ("pose", "doubt"),
     [([0, 0, 0.1], []), ([0, 0, 0.0996], []), ([0, 0, 0.099], [0]), ([0.4, 0.2, 0.1], []), ([0, 0, 0.4], [])],
 )
-def test_a_plane_is_no_box(pose: list[float], doubt: list[int]) -> None:
+def test_a_plane_is_not_treated_as_a_box(pose: list[float], doubt: list[int]) -> None:
     table = {"body_type": "static", "pose": [2, 0, 0.1], "shapes": [BOX]}
     assert doubted({"ground": GROUND, "table": table, "box": {"pose": pose, "shapes": [BOX]}}) == doubt
 
 
-def test_a_turned_plane_is_judged_along_its_normal() -> None:
+def test_a_rotated_plane_is_tested_along_its_normal() -> None:
     plane = {"type": "plane", "normal": [1, 0, 0]}
     wall = {"body_type": "static", "pose": {"p": [1, 0, 0], "rpy_deg": [0, 0, 180]}, "shapes": [plane]}
     for x, doubt in ((0.9, []), (0.902, [0])):
         assert doubted({"wall": wall, "box": {"pose": [x, 0, 0.1], "shapes": [BOX]}}) == doubt, x
 
 
-def test_links_that_a_joint_connects_settle_by_themselves() -> None:
+def test_links_connected_by_a_joint_cause_no_doubt() -> None:
     link = {"shapes": [BOX], "joint": {"type": "revolute", "origin": [0, 0, 0.15]}}
     tree = {"name": "base", "shapes": [BOX], "children": [{"name": "upper", **link}]}
     robot = {"root": tree, "fix_root_link": True, "pose": [0, 0, 1]}
@@ -81,6 +81,6 @@ def test_a_plane_beside_a_box_in_one_body_leaves_doubt() -> None:
     assert doubted({"both": both, "box": {"pose": [0, 0, 0.1], "shapes": [BOX]}}) == [0]
 
 
-def test_only_the_scenes_of_an_overlap_are_in_doubt() -> None:
+def test_only_scenes_with_an_overlap_are_in_doubt() -> None:
     height = {"per_scene": [[0, 0, 0.1], [0, 0, 0.05], [0, 0, 0.2]]}
     assert doubted({"ground": GROUND, "box": {"pose": height, "shapes": [BOX]}}, num_scenes=3) == [1]

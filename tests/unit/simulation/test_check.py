@@ -27,7 +27,7 @@ def codes(diagnostics: list[Diagnostic]) -> list[str]:
     return [one.code for one in diagnostics]
 
 
-def test_bodies_that_stand_and_that_fall_upright_are_fine() -> None:
+def test_standing_and_upright_falling_bodies_have_no_findings() -> None:
     stack = {f"box_{i}": {"pose": [0, 0, 0.1 + 0.2 * i], **BOX} for i in range(3)}
     assert found({**stack, "falls": {"pose": [1, 0, 0.6], **BOX}}) == []
 
@@ -40,7 +40,7 @@ def test_bodies_that_stand_and_that_fall_upright_are_fine() -> None:
         ({"type": "cylinder", "radius": 0.1, "half_length": 0.1}, 0.02),
     ],
 )
-def test_an_overlap_has_its_depth(shape: dict[str, Any], depth: float) -> None:
+def test_an_overlap_is_reported_with_its_depth(shape: dict[str, Any], depth: float) -> None:
     bodies = {"a": {"pose": [0, 0, 0.5], **BOX}, "b": {"pose": [0.2 - depth, 0, 0.5], "shapes": [shape]}}
     (one,) = found({name: {**body, "gravity": False} for name, body in bodies.items()}, settle=0)
     assert one.code == "SC850"
@@ -50,17 +50,17 @@ def test_an_overlap_has_its_depth(shape: dict[str, Any], depth: float) -> None:
 
 
 @pytest.mark.parametrize("gap", [-0.0004, 0, 0.001])
-def test_what_touches_does_not_overlap(gap: float) -> None:
+def test_touching_bodies_do_not_overlap(gap: float) -> None:
     assert found({"a": {"pose": [0, 0, 0.1 + gap], **BOX}}, settle=0) == []
 
 
-def test_what_never_collides_does_not_overlap() -> None:
+def test_bodies_that_never_collide_do_not_overlap() -> None:
     a, b = ({"pose": [0, 0, 0.5], **BOX, "gravity": False, "collision_bits": [1, 1, bit, 7]} for bit in (4, 4))
     assert found({"a": a, "b": b}, settle=0) == []
     assert codes(found({"a": a, "b": {**b, "collision_bits": [1, 1, 2, 7]}}, settle=0)) == ["SC850"]
 
 
-def test_the_scenes_of_an_overlap_are_told_and_the_worst_is_shown(tmp_path: Path) -> None:
+def test_an_overlap_lists_its_scenes_and_shows_the_worst(tmp_path: Path) -> None:
     file = tmp_path / "scene.yaml"
     file.write_text(
         "scenecc: 1\nnum_scenes: 4\nentities:\n"
@@ -75,7 +75,7 @@ def test_the_scenes_of_an_overlap_are_told_and_the_worst_is_shown(tmp_path: Path
     assert one.hint == f"`scenecc view {file} --seed 0 --scene 2` shows it"
 
 
-def test_seeds_are_checked_each_and_told() -> None:
+def test_each_seed_is_checked_and_named() -> None:
     moving = {"pose": {"p": [{"uniform": [0.1, 0.4]}, 0, 0.1]}, **BOX}
     document = scene({"a": {"pose": [0, 0, 0.1], **BOX}, "b": moving}, num_scenes=5)
     (one,) = check_scene(document, settle=0, seeds=range(4))
@@ -101,7 +101,7 @@ def test_a_stream_is_checked_with_several_seeds() -> None:
     assert codes(check_scene(StringIO(text), settle=0, seeds=[0, 1])) == ["SC852"]
 
 
-def test_a_body_over_nothing_falls_for_ever() -> None:
+def test_a_body_above_nothing_falls_forever() -> None:
     shapes = [{"type": "sphere", "radius": 0.1}]
     table = {"body_type": "static", "pose": [0, 0, -1], "shapes": [{"type": "box", "half_size": [0.5, 0.5, 0.1]}]}
     document = {
@@ -117,7 +117,7 @@ def test_a_body_over_nothing_falls_for_ever() -> None:
     assert check_scene(document, settle=0) == []
 
 
-def test_the_links_of_a_robot_hold_it_not() -> None:
+def test_a_robot_is_not_supported_by_its_own_links() -> None:
     link = {"type": "box", "half_size": [0.1, 0.1, 0.1]}
     joint = {"type": "fixed", "origin": [0, 0, -0.5]}
     root = {"name": "top", "shapes": [link], "children": [{"name": "low", "joint": joint, "shapes": [link]}]}
@@ -128,7 +128,7 @@ def test_the_links_of_a_robot_hold_it_not() -> None:
 
 
 @pytest.mark.parametrize("weightless", [[], ["base"], ["base", "arm"]])
-def test_a_robot_falls_whose_root_has_no_shape(weightless: list[str]) -> None:
+def test_a_robot_whose_root_has_no_shape_falls(weightless: list[str]) -> None:
     inertial = {"mass": 1, "inertia": [0.1, 0.1, 0.1]}
     arm: dict[str, Any] = {"name": "arm", "joint": {"type": "revolute", "limits": [-1, 1]}, **BOX}
     root: dict[str, Any] = {"name": "base", "inertial": inertial, "children": [arm]}
@@ -146,10 +146,10 @@ def test_a_robot_falls_whose_root_has_no_shape(weightless: list[str]) -> None:
         ({"type": "weld", "pose_in_child": [0, 0, 0], "pose_in_parent": [0, 0, 0.25]}, "its frames are 50 mm apart"),
         ({"type": "connection", "pose_in_child": [0, 0, 0], "pose_in_parent": [0, 0, 0.25]}, "50 mm apart"),
         ({"type": "distance", "limits": [0, 0.1], "pose_in_child": [0, 0, 0], "pose_in_parent": [0, 0, 0]}, "200 mm"),
-        ({"type": "weld", "pose_in_child": {"rpy_deg": [0, 0, 30]}, "pose_in_parent": [0, 0, 0.3]}, "turned by 30°"),
+        ({"type": "weld", "pose_in_child": {"rpy_deg": [0, 0, 30]}, "pose_in_parent": [0, 0, 0.3]}, "rotated by 30°"),
     ],
 )
-def test_a_constraint_that_the_start_breaks_is_torn(constraint: dict[str, Any], text: str) -> None:
+def test_a_constraint_violated_at_the_start_is_reported(constraint: dict[str, Any], text: str) -> None:
     entities = {"a": {"pose": [0, 0, 0.1], **BOX}, "b": {"pose": [0, 0, 0.4], **BOX}}
     tie = {"parent": "a", "child": "b", **constraint}
     diagnostics = found(entities, settle=0, constraints={"tie": tie})
@@ -158,7 +158,7 @@ def test_a_constraint_that_the_start_breaks_is_torn(constraint: dict[str, Any], 
     assert found(entities, settle=0, constraints={"tie": {"type": "weld", "parent": "a", "child": "b"}}) == []
 
 
-def test_a_pole_that_stands_askew_topples_and_a_lying_one_may_roll() -> None:
+def test_a_tilted_pole_topples_and_a_lying_pole_may_roll() -> None:
     pole = {"shapes": [{"type": "box", "half_size": [0.01, 0.01, 0.2]}]}
     roller = {"type": "cylinder", "radius": 0.1, "half_length": 0.2}
     tilted = {"pose": {"p": [0, 0, 0.201], "rpy_deg": [4, 0, 0]}, **pole}
@@ -166,24 +166,24 @@ def test_a_pole_that_stands_askew_topples_and_a_lying_one_may_roll() -> None:
     assert found({"roller": {"pose": [0, 0, 0.1], "linear_velocity": [0, 1, 0], "shapes": [roller]}}) == []
 
 
-def test_what_is_pushed_out_of_another_is_thrown() -> None:
+def test_a_body_pushed_out_of_another_is_thrown() -> None:
     light = {"pose": [0, 0, 0.15], "shapes": [{"type": "sphere", "radius": 0.1}], "mass": 0.01}
     heavy = {"pose": [0, 0, 0.1], **BOX, "mass": 100, "locked_axes": ["x", "y", "z", "rx", "ry", "rz"]}
     assert "SC850" in codes(found({"light": light, "heavy": heavy}))
 
 
-def test_the_mistakes_of_a_scene_are_those_of_validate() -> None:
+def test_check_reports_the_errors_of_validate() -> None:
     assert codes(check_scene({"scenecc": 1, "entities": {"a": {"shape": []}}})) == ["SC101"]
 
 
-def test_arguments_out_of_range_are_refused() -> None:
+def test_check_refuses_arguments_out_of_range() -> None:
     with pytest.raises(ValueError, match="settle must be 0 or more"):
         check_scene(scene({}), settle=-1)
-    with pytest.raises(ValueError, match="seed is not taken with seeds"):
+    with pytest.raises(ValueError, match="seed cannot be combined with seeds"):
         check_scene(scene({}), seed=1, seeds=[2])
 
 
-def test_progress_begins_with_none_and_ends_with_all(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_of_check_goes_from_zero_to_all_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scenecc.simulation.check.SCENES_AT_ONCE", 2)
     calls: list[tuple[int, int]] = []
     check_scene(
@@ -192,6 +192,6 @@ def test_progress_begins_with_none_and_ends_with_all(monkeypatch: pytest.MonkeyP
     assert calls == [(0, 6), (2, 6), (3, 6), (5, 6), (6, 6)]
 
 
-def test_what_is_thrown_is_found_however_long_it_is_simulated() -> None:
+def test_a_thrown_body_is_found_for_any_duration() -> None:
     file = Path(__file__).parents[2] / "scenes" / "check" / "settled" / "grip_too_hard.yaml"
     assert all("SC856" in codes(check_scene(file, settle=settle)) for settle in (1, 10))

@@ -43,12 +43,12 @@ def codes(diagnostics: list[Diagnostic]) -> list[str]:
         ("tilt('cube') < 0.001 and scene == 0", 1, True),
     ],
 )
-def test_a_condition_is_judged_at_its_time(that: str, after: float, *, holds: bool) -> None:
+def test_a_condition_is_checked_at_its_time(that: str, after: float, *, holds: bool) -> None:
     diagnostics = found({"holds": [{"after": after, "that": f"${{{that}}}"}]})
     assert codes(diagnostics) == ([] if holds else ["SC861"])
 
 
-def test_what_misses_a_number_is_shown_with_the_digits_that_differ() -> None:
+def test_a_missed_number_is_shown_with_enough_digits() -> None:
     entities = {"third": {**CUBE, "pose": [2, 0, 0.3]}}
     (told,) = found({"holds": [{"that": "${position('third')[2] == 0.3}"}]}, entities=entities)
     assert "0.300000012" in told.message
@@ -70,12 +70,12 @@ def test_a_simulation_is_as_long_as_an_expectation_needs() -> None:
         ({"except": [["cube", "deep"]]}, ["SC850", "SC863"]),
     ],
 )
-def test_overlaps_are_allowed_and_excused(rules: dict[str, Any], expected: list[str]) -> None:
+def test_expectations_allow_and_excuse_overlaps(rules: dict[str, Any], expected: list[str]) -> None:
     deep = {**CUBE, "pose": [3, 0, 0.047]}
     assert sorted(codes(found({"no_overlap": rules}, entities={"deep": deep}))) == expected
 
 
-def test_what_a_scene_has_not_is_an_error_there_alone() -> None:
+def test_reading_a_missing_value_is_an_error_only_in_that_scene() -> None:
     only = {**CUBE, "pose": [2, 0, 0.05], "scene_idxs": [1]}
     reads = {"that": "${position('only')[2] > 0}"}
     guarded = {"that": "${scene == 0 or position('only')[2] > 0}"}
@@ -83,7 +83,7 @@ def test_what_a_scene_has_not_is_an_error_there_alone() -> None:
     assert (told.code, told.message.endswith("in scene 0")) == ("SC862", True)
 
 
-def test_names_in_a_prefab_mean_what_is_inside_and_included_files_add(tmp_path: Path) -> None:
+def test_expectations_in_prefabs_use_inner_names_and_includes_add(tmp_path: Path) -> None:
     (tmp_path / "part.yaml").write_text(
         "scenecc: 1\nentities: {mug: {pose: [0, 0, 0.05], shapes: [{type: box, half_size: [0.05, 0.05, 0.05]}]}}\n"
         "expect:\n  settled: {seconds: 0.1}\n  holds:\n    - {that: \"${position('mug')[0] < 4}\"}\n"
@@ -102,7 +102,7 @@ def test_names_in_a_prefab_mean_what_is_inside_and_included_files_add(tmp_path: 
     ]
 
 
-def test_a_mistake_is_told_where_it_is_in_the_expression(tmp_path: Path) -> None:
+def test_an_error_is_reported_at_its_place_in_the_expression(tmp_path: Path) -> None:
     scene = tmp_path / "scene.yaml"
     scene.write_text(
         "scenecc: 1\nentities: {cube: {shapes: [{type: box, half_size: [1, 1, 1]}]}}\nexpect:\n  holds:\n"
@@ -115,7 +115,7 @@ def test_a_mistake_is_told_where_it_is_in_the_expression(tmp_path: Path) -> None
     assert (told.code, told.hint) == ("SC103", "an expression is written `\"${speed('cube') < 1}\"`")
 
 
-def test_each_use_of_a_prefab_is_judged_by_its_own_bodies(tmp_path: Path) -> None:
+def test_each_prefab_instance_is_checked_with_its_own_bodies(tmp_path: Path) -> None:
     (tmp_path / "part.yaml").write_text(
         "scenecc: 1\nparams: {x: {default: 0}}\nentities: {mug: {shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}}\n"
         "expect: {holds: [{that: \"${abs(position('mug')[0] - x) < 0.1}\"}]}\n"
@@ -141,7 +141,7 @@ def places(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
         yield from places(node[key], (*path, key))
 
 
-def test_hostile_expectations_of_a_plan_are_errors_or_judged() -> None:
+def test_hostile_expectations_in_a_plan_do_not_crash() -> None:
     expect = {
         "settled": {"seconds": 0.1, "except": ["a"]},
         "no_overlap": {"except": [["a", "ground"]]},
@@ -168,7 +168,7 @@ def test_hostile_expectations_of_a_plan_are_errors_or_judged() -> None:
     assert refused > 0.8 * tried
 
 
-def test_a_plan_keeps_what_is_expected() -> None:
+def test_a_plan_keeps_its_expectations() -> None:
     expect = {"settled": {}, "holds": [{"after": 1, "that": "${position('a')[0] < h}"}]}
     entities = {"ground": GROUND, "a": {**CUBE, "pose": [0, 0, 0.05]}}
     scene = {"scenecc": 1, "draws": {"h": {"uniform": [1, 2]}}, "entities": entities, "expect": expect}

@@ -49,7 +49,7 @@ def found_in(above: str = "", beside: str = "") -> list[str]:
         ("body_type: dynamic  # scenecc: ignore SC526", "", ["SC018", "SC526"]),
     ],
 )
-def test_a_comment_silences_its_own_line_or_alone_the_next(above: str, beside: str, codes: list[str]) -> None:
+def test_a_comment_silences_its_line_or_the_next_one(above: str, beside: str, codes: list[str]) -> None:
     assert sorted(found_in(above, beside)) == sorted(codes)
 
 
@@ -63,7 +63,7 @@ def test_a_comment_silences_its_own_line_or_alone_the_next(above: str, beside: s
         "a: x#scenecc: ignore SC526",
     ],
 )
-def test_in_strings_it_is_text(text: str) -> None:
+def test_the_marker_in_a_string_is_text(text: str) -> None:
     assert find_yaml_silencings(TextLines("a", text)) == []
 
 
@@ -78,12 +78,12 @@ def test_in_strings_it_is_text(text: str) -> None:
         ("a: '# scenecc: ignore SC1'  # scenecc: ignore SC526", 1),
     ],
 )
-def test_beside_strings_it_is_a_comment(text: str, line: int) -> None:
+def test_the_marker_after_a_string_is_a_comment(text: str, line: int) -> None:
     (found,) = find_yaml_silencings(TextLines("a", text))
     assert (found.codes, found.line) == (("SC526",), line)
 
 
-def test_in_xml_a_reason_follows_one_hyphen() -> None:
+def test_a_reason_in_xml_follows_one_hyphen() -> None:
     text = "<a>\n<!-- scenecc: ignore SC454, SC526 - a reason -->\n<b/> <!-- scenecc: ignore SC454 -->\n</a>"
     found = find_xml_silencings(TextLines("a", text))
     assert [(one.codes, one.line) for one in found] == [(("SC454", "SC526"), 3), (("SC454",), 3)]
@@ -98,7 +98,9 @@ def test_in_xml_a_reason_follows_one_hyphen() -> None:
         ("<!-- scenecc: ignore SC468 -->", "", ["SC454"]),  # a robot's file is not the one that is checked
     ],
 )
-def test_a_robots_file_silences_what_is_found_in_it(tmp_path: Path, above: str, beside: str, codes: list[str]) -> None:
+def test_a_comment_in_a_robot_file_silences_its_findings(
+    tmp_path: Path, above: str, beside: str, codes: list[str]
+) -> None:
     (tmp_path / "r.urdf").write_text(ROBOT.format(above=above, beside=beside))
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\nentities:\n  r: {urdf: r.urdf, fix_root_link: true}\n")
@@ -106,7 +108,7 @@ def test_a_robots_file_silences_what_is_found_in_it(tmp_path: Path, above: str, 
     assert [found.code for found in open_scene(scene).diagnostics] == codes
 
 
-def test_an_included_file_silences_what_is_found_in_it(tmp_path: Path) -> None:
+def test_a_comment_in_an_included_file_silences_its_findings(tmp_path: Path) -> None:
     part = tmp_path / "part.yaml"
     part.write_text(SCENE.format(above="", beside="# scenecc: ignore SC526, SC313"))
     scene = tmp_path / "scene.yaml"

@@ -29,14 +29,14 @@ def edited(edit: Callable[[TextEdits], None], text: str = TEXT) -> str:
     return edits.result()
 
 
-def test_a_value_is_written_in_place_of_another() -> None:
+def test_set_scalar_replaces_a_value() -> None:
     found = edited(lambda it: it.set_scalar(("entities", "cube", "pose", 2), "1.25"))
     assert found == TEXT.replace("0,  1]", "0,  1.25]")
     found = edited(lambda it: it.set_scalar(("entities", "ball", "pose", 0), "-1"))
     assert found == TEXT.replace("- 1   # x", "- -1   # x")
 
 
-def test_several_edits_do_not_move_one_another() -> None:
+def test_several_edits_of_a_text_are_independent() -> None:
     def both(edits: TextEdits) -> None:
         edits.set_scalar(("entities", "ball", "pose", 1), "222222")
         edits.wrap(("entities", "cube", "pose"), "{p: ", ", q: [0, 0, 0, 1]}")
@@ -47,7 +47,7 @@ def test_several_edits_do_not_move_one_another() -> None:
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_a_key_is_the_first_of_its_mapping(end: str) -> None:
+def test_add_key_inserts_at_the_start_of_a_mapping(end: str) -> None:
     text = TEXT.replace("\n", end)
     found = edited(lambda it: it.add_key(("entities", "cube"), "gravity", "false"), text)
     assert found == text.replace("{pose: [0, 0,", "{gravity: false, pose: [0, 0,")
@@ -56,7 +56,7 @@ def test_a_key_is_the_first_of_its_mapping(end: str) -> None:
 
 
 @pytest.mark.parametrize("before", ["é = 'ü' # ", "# \U0001f4a1 ", "#\t"])
-def test_places_count_characters_and_not_bytes(before: str) -> None:
+def test_edit_positions_count_characters(before: str) -> None:
     text = f"{before}\n{TEXT}" if before.startswith("#") else f"x-{before}\n".replace(" = ", ": ") + TEXT
     found = edited(lambda it: it.set_scalar(("entities", "cube", "mass"), "3"), text)
     assert found == text.replace("mass: 2", "mass: 3")
@@ -68,11 +68,11 @@ def test_places_count_characters_and_not_bytes(before: str) -> None:
         (lambda it: it.set_scalar(("entities", "twin", "mass"), "1"), "`mass` is written elsewhere, at an anchor"),
         (lambda it: it.set_scalar(("entities", "twin", "gravity"), "1"), "`gravity` is not written there"),
         (lambda it: it.set_scalar(("entities", "cube", "pose", 3), "1"), "`3` is not written there"),
-        (lambda it: it.set_scalar(("entities", "cube", "pose"), "1"), "`pose` is no single value"),
-        (lambda it: it.wrap(("entities", "ball", "pose"), "{", "}"), "`pose` is written without brackets"),
-        (lambda it: it.add_key(("entities", "cube", "pose"), "a", "1"), "`pose` is no mapping"),
+        (lambda it: it.set_scalar(("entities", "cube", "pose"), "1"), "`pose` is not a single value"),
+        (lambda it: it.wrap(("entities", "ball", "pose"), "{", "}"), "`pose` has no brackets"),
+        (lambda it: it.add_key(("entities", "cube", "pose"), "a", "1"), "`pose` is not a mapping"),
     ],
 )
-def test_what_is_not_written_there_is_refused(edit: Callable[[TextEdits], None], said: str) -> None:
+def test_edits_in_other_places_are_refused(edit: Callable[[TextEdits], None], said: str) -> None:
     with pytest.raises(EditError, match=said):
         edited(edit)

@@ -112,7 +112,7 @@ def hostile(request: pytest.FixtureRequest) -> str | bytes:
 @pytest.mark.parametrize(
     ("hostile", "name"), [(name, name) for name in HOSTILE], indirect=["hostile"], ids=list(HOSTILE)
 )
-def test_hostile_text(hostile: str | bytes, name: str, second: None) -> None:
+def test_hostile_text_is_refused_quickly(hostile: str | bytes, name: str, second: None) -> None:
     sink = Sink()
     assert read_text(hostile, "x.yaml", sink) is None
     found = sink.diagnostics()
@@ -132,7 +132,7 @@ HARMLESS: dict[str, Callable[[], str]] = {
 
 
 @pytest.mark.parametrize("name", HARMLESS)
-def test_large_and_harmless(name: str, sink: TakingSink) -> None:
+def test_large_harmless_text_is_read_quickly(name: str, sink: TakingSink) -> None:
     text = HARMLESS[name]()
     start = time.process_time()
     assert read_text(text, "x.yaml", sink) is not None
@@ -140,7 +140,7 @@ def test_large_and_harmless(name: str, sink: TakingSink) -> None:
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le-bom", "utf-16-be-bom"])
-def test_encodings(encoding: str, sink: TakingSink) -> None:
+def test_invalid_encodings_are_refused(encoding: str, sink: TakingSink) -> None:
     text = "a: ü\r\nb: [1, '\U0001f600']\r\n"
     if encoding.endswith("-bom"):
         content = ("\ufeff" + text).encode(encoding.removesuffix("-bom"))
@@ -151,7 +151,7 @@ def test_encodings(encoding: str, sink: TakingSink) -> None:
     assert document.data == {"a": "ü", "b": [1, "\U0001f600"]}
 
 
-def test_where_the_text_is_no_text() -> None:
+def test_invalid_bytes_are_reported_at_their_place() -> None:
     sink = Sink()
     read_text("a: 1\nbü: tür\n".encode().replace(b"t\xc3\xbcr", b"t\xfcr"), "x.yaml", sink)
     (found,) = sink.diagnostics()
@@ -159,7 +159,7 @@ def test_where_the_text_is_no_text() -> None:
     assert "0xFC" in found.message
 
 
-def test_where_a_character_is_refused() -> None:
+def test_invalid_characters_are_reported_at_their_place() -> None:
     sink = Sink()
     read_text("a: 1\r\nb: '\U0001f600\x07'", "x.yaml", sink)
     (found,) = sink.diagnostics()
@@ -168,7 +168,7 @@ def test_where_a_character_is_refused() -> None:
     assert found.hint == 'delete it, or write "\\u0007" in double quotes'
 
 
-def test_files_that_are_no_files(tmp_path: Path, second: None) -> None:
+def test_pipes_and_devices_are_refused(tmp_path: Path, second: None) -> None:
     pipe = tmp_path / "pipe.yaml"
     os.mkfifo(pipe)
     locked = tmp_path / "locked.yaml"
@@ -184,7 +184,7 @@ def test_files_that_are_no_files(tmp_path: Path, second: None) -> None:
         assert (found.code, found.file, found.line) == ("SC001", str(case), None)
 
 
-def test_a_large_file_is_not_read(tmp_path: Path, second: None) -> None:
+def test_a_file_above_the_limit_is_not_read(tmp_path: Path, second: None) -> None:
     path = tmp_path / "sparse.yaml"
     with path.open("wb") as file:
         file.truncate(2**40)
@@ -203,7 +203,9 @@ def test_a_large_file_is_not_read(tmp_path: Path, second: None) -> None:
         ("a: &a {b: 1}\nc: {<<: *a}", {"alias_nodes": 1}, "SC603"),
     ],
 )
-def test_a_limit_names_itself_and_can_be_raised(text: str, limits: dict[str, int], code: str, sink: TakingSink) -> None:
+def test_an_exceeded_limit_is_named_and_can_be_raised(
+    text: str, limits: dict[str, int], code: str, sink: TakingSink
+) -> None:
     assert read_text(text, None, sink, Limits(**limits)) is None
     found = sink.take(code)
     (name,) = limits
@@ -216,7 +218,7 @@ def test_a_limit_names_itself_and_can_be_raised(text: str, limits: dict[str, int
 
 @pytest.mark.parametrize("text", ["a: " + "[" * 1500, "a:\n  " + "- " * 1500])
 @pytest.mark.parametrize("depth", [100, 500])
-def test_text_deeper_than_libyaml_reads(text: str, depth: int) -> None:
+def test_text_deeper_than_libyaml_is_refused(text: str, depth: int) -> None:
     """libyaml 0.2.6 gives up by itself, before it, PyYAML 6.0.1 to 6.0.3, scenecc does: the same code and ceiling."""
     sink = Sink()
     assert read_text(text, None, sink, Limits(depth=depth)) is None
@@ -237,7 +239,7 @@ DEEP = 300
     ids=["lists", "draws"],
 )
 @pytest.mark.parametrize("how", ["file", "include", "use"])
-def test_values_that_are_deeper_than_later_stages_go(values: dict[str, str], how: str, tmp_path: Path) -> None:
+def test_values_too_deep_for_later_stages_are_refused(values: dict[str, str], how: str, tmp_path: Path) -> None:
     """With the limit raised, text is read deeper than it is expanded."""
     section, text = next(iter(values.items()))
     deep = tmp_path / "deep.yaml"
@@ -250,7 +252,7 @@ def test_values_that_are_deeper_than_later_stages_go(values: dict[str, str], how
 
 
 @pytest.mark.parametrize("deep", [999, 50_000])
-def test_depth_beyond_pythons_own_stack(deep: int) -> None:
+def test_depth_beyond_the_python_stack_is_refused(deep: int) -> None:
     """The stack may end before the limit of libyaml."""
     sink = Sink()
     assert read_text("a: " + "[" * deep, None, sink, Limits(depth=100_000)) is None

@@ -7,7 +7,7 @@ import pytest
 from scenecc.source import Limits, make_limits
 
 
-def test_the_defaults_are_those_of_the_language() -> None:
+def test_make_limits_without_changes_gives_the_defaults() -> None:
     assert make_limits() == make_limits({}) == Limits()
     assert Limits() == Limits(
         text_bytes=16 * 2**20,
@@ -20,23 +20,23 @@ def test_the_defaults_are_those_of_the_language() -> None:
     assert Limits().objects_in_all_scenes == 13_000_000
 
 
-def test_some_are_changed() -> None:
+def test_make_limits_changes_some_limits() -> None:
     assert make_limits({"depth": 7, "scenes": 8}) == Limits(depth=7, scenes=8)
 
 
 @pytest.mark.parametrize("value", [0, -1, 1.5, "7", True, None, float("inf")])
-def test_values_that_are_no_limit(value: object) -> None:
+def test_invalid_limit_values_are_refused(value: object) -> None:
     with pytest.raises(ValueError, match="depth must be a positive integer"):
         make_limits({"depth": value})
 
 
-def test_no_limit_lets_a_text_be_deeper_than_its_parser_reads() -> None:
+def test_the_depth_limit_cannot_exceed_that_of_the_parser() -> None:
     assert make_limits({"depth": 1000}).depth == 1000
     with pytest.raises(ValueError, match="depth must be at most 1000: the YAML parser reads no deeper"):
         make_limits({"depth": 1001})
 
 
-def test_unknown_names() -> None:
+def test_unknown_limit_names_are_refused() -> None:
     with pytest.raises(ValueError, match="did you mean 'alias_nodes'"):
         make_limits({"alias_node": 1})
     with pytest.raises(ValueError, match="did you mean 'depth'"):

@@ -13,7 +13,7 @@ TEXTS = st.text(st.sampled_from("ab \n\r\tü\U0001f600\x0b\u2028"), max_size=300
 
 
 @given(TEXTS, st.data())
-def test_a_position_leads_back_to_its_character(text: str, data: st.DataObject) -> None:
+def test_a_position_points_to_its_character(text: str, data: st.DataObject) -> None:
     offset = data.draw(st.integers(0, len(text)))
     lines = TextLines(None, text)
     line, column = lines.position(offset)
@@ -23,7 +23,7 @@ def test_a_position_leads_back_to_its_character(text: str, data: st.DataObject) 
 
 
 @given(TEXTS, st.lists(st.integers(0, 320), max_size=8))
-def test_lines_are_the_same_in_any_order_of_asking(text: str, asked: list[int]) -> None:
+def test_lines_can_be_read_in_any_order(text: str, asked: list[int]) -> None:
     parts = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     lines = TextLines(None, text)
     assert [lines.line(i) for i in asked] == [parts[i] if i < len(parts) else "" for i in asked]
@@ -41,5 +41,5 @@ def test_lines_are_the_same_in_any_order_of_asking(text: str, asked: list[int]) 
         ((9, 9), (10, 11)),
     ],
 )
-def test_what_is_underlined(columns: tuple[int, int | None], expected: tuple[int, int]) -> None:
+def test_a_location_underlines_the_right_columns(columns: tuple[int, int | None], expected: tuple[int, int]) -> None:
     assert TextLines("f", "x\nabcd \n").location(1, *columns) == Location("f", 2, *expected, "abcd ")

@@ -153,7 +153,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("content", HOSTILE.values(), ids=HOSTILE)
-def test_what_is_no_valid_pack_is_told_and_leaves_nothing(content: bytes, tmp_path: Path, cache: Path) -> None:
+def test_an_invalid_pack_is_reported_without_leftovers(content: bytes, tmp_path: Path, cache: Path) -> None:
     (diagnostic,) = found(tmp_path, content)
     assert (diagnostic.code, diagnostic.file) == ("SC019", str(tmp_path / "x.scn"))
     assert diagnostic.hint
@@ -162,7 +162,7 @@ def test_what_is_no_valid_pack_is_told_and_leaves_nothing(content: bytes, tmp_pa
     assert not list(tmp_path.rglob("evil*"))
 
 
-def test_random_damage_is_told_or_does_no_harm(tmp_path: Path) -> None:
+def test_random_damage_of_a_pack_is_reported_or_harmless(tmp_path: Path) -> None:
     generator = random.Random(5)
     for _ in range(400):
         content = bytearray(archive())
@@ -184,7 +184,7 @@ def test_too_many_members_are_not_read(tmp_path: Path) -> None:
     ]
 
 
-def test_a_good_pack_is_read_once_and_mended_where_files_are_gone(tmp_path: Path, cache: Path) -> None:
+def test_a_pack_is_extracted_once_and_repaired_if_files_are_missing(tmp_path: Path, cache: Path) -> None:
     assert not found(tmp_path, archive())
     (folder,) = cache.iterdir()
     file = folder / "scene.yaml"
@@ -199,7 +199,7 @@ def test_a_good_pack_is_read_once_and_mended_where_files_are_gone(tmp_path: Path
     assert list(cache.iterdir()) == [folder]
 
 
-def test_packs_that_nobody_opens_are_removed(tmp_path: Path, cache: Path) -> None:
+def test_unused_packs_are_removed_from_the_cache(tmp_path: Path, cache: Path) -> None:
     import os
 
     assert not found(tmp_path, archive())
@@ -210,7 +210,7 @@ def test_packs_that_nobody_opens_are_removed(tmp_path: Path, cache: Path) -> Non
     assert new != old
 
 
-def test_a_cache_that_cannot_be_written_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unwritable_pack_cache_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     (diagnostic,) = found(tmp_path, archive())
@@ -218,7 +218,7 @@ def test_a_cache_that_cannot_be_written_is_told(tmp_path: Path, monkeypatch: pyt
     assert "XDG_CACHE_HOME" in (diagnostic.hint or "")
 
 
-def test_a_text_of_that_name_is_read_as_text(tmp_path: Path) -> None:
+def test_a_text_file_named_like_a_pack_is_read_as_text(tmp_path: Path) -> None:
     assert not found(tmp_path, SCENE)
 
 
@@ -232,7 +232,7 @@ OUTSIDE = {
 
 
 @pytest.mark.parametrize(("uri", "code"), OUTSIDE.items())
-def test_a_scene_in_a_pack_reads_nothing_outside(uri: str, code: str, tmp_path: Path) -> None:
+def test_a_scene_in_a_pack_reads_no_outside_files(uri: str, code: str, tmp_path: Path) -> None:
     scene = f"scenecc: 1\nentities:\n  e: {{use: '{uri}'}}\n".encode()
     (tmp_path / "x.yaml").write_bytes(SCENE)
     options = {"asset_roots": [tmp_path], "allow_outside_assets": True}

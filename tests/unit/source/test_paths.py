@@ -42,7 +42,7 @@ def file_of(found: ResolvedFile | Refusal) -> ResolvedFile:
     return found
 
 
-def test_relative_to_the_naming_file(tree: Path) -> None:
+def test_paths_are_relative_to_the_file_that_contains_them(tree: Path) -> None:
     scope = AssetScope(root=tree)
     assert file_of(resolve_path("meshes/Bowl.obj", base=tree, scope=scope)).uri == "meshes/Bowl.obj"
     assert file_of(resolve_path("Bowl.obj", base=tree / "meshes", scope=scope)).uri == "meshes/Bowl.obj"
@@ -51,20 +51,20 @@ def test_relative_to_the_naming_file(tree: Path) -> None:
 
 
 @pytest.mark.parametrize("uri", ["../secret.obj", "meshes/../../secret.obj", "../scene2/bowl.obj", "/etc/passwd"])
-def test_paths_that_climb_out(tree: Path, uri: str) -> None:
+def test_paths_that_leave_the_scene_folder_are_refused(tree: Path, uri: str) -> None:
     assert refused(resolve_path(uri, base=tree, scope=AssetScope(root=tree))).code == "SC402"
     found = file_of(resolve_path(uri, base=tree, scope=AssetScope(root=tree, allow_outside=True)))
     assert found.uri == os.path.realpath(tree / uri)
 
 
-def test_whether_a_file_outside_exists_is_not_told(tree: Path) -> None:
+def test_the_existence_of_outside_files_is_not_revealed(tree: Path) -> None:
     scope = AssetScope(root=tree)
     there = refused(resolve_path("../secret.obj", base=tree, scope=scope))
     absent = refused(resolve_path("../nothing.obj", base=tree, scope=scope))
     assert there == Refusal(absent.code, absent.message.replace("nothing", "secret"), absent.hint)
 
 
-def test_links_are_followed_before_judging(tree: Path) -> None:
+def test_links_are_resolved_before_the_permission_check(tree: Path) -> None:
     (tree / "out.obj").symlink_to(tree.parent / "secret.obj")
     (tree / "up").symlink_to(tree.parent)
     (tree / "in.obj").symlink_to(tree / "meshes" / "Bowl.obj")
@@ -77,13 +77,13 @@ def test_links_are_followed_before_judging(tree: Path) -> None:
     assert file_of(resolve_path("in.obj", base=tree, scope=scope)).uri == "in.obj"
 
 
-def test_a_root_that_is_a_link(tree: Path, tmp_path: Path) -> None:
+def test_the_scene_folder_may_be_a_link(tree: Path, tmp_path: Path) -> None:
     (tmp_path / "alias").symlink_to(tree)
     scope = AssetScope(root=tmp_path / "alias")
     assert file_of(resolve_path("meshes/Bowl.obj", base=tmp_path / "alias", scope=scope)).uri == "meshes/Bowl.obj"
 
 
-def test_without_a_root_the_current_folder_is_it(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_root_paths_are_relative_to_the_current_folder(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tree)
     assert file_of(resolve_path("meshes/Bowl.obj", base=Path(), scope=AssetScope())).uri == "meshes/Bowl.obj"
     assert refused(resolve_path("../secret.obj", base=Path(), scope=AssetScope())).code == "SC402"
@@ -113,12 +113,12 @@ def test_without_a_root_the_current_folder_is_it(tree: Path, monkeypatch: pytest
         "pkg://scenecc//etc/passwd",
     ],
 )
-def test_what_is_no_path_at_all(tree: Path, uri: str) -> None:
+def test_invalid_paths_are_refused(tree: Path, uri: str) -> None:
     scope = AssetScope(root=tree, asset_roots=(tree,), allow_outside=True)
     assert refused(resolve_path(uri, base=tree, scope=scope)).code == "SC403"
 
 
-def test_only_regular_files(tree: Path) -> None:
+def test_only_regular_files_are_accepted(tree: Path) -> None:
     scope = AssetScope(root=tree, allow_outside=True)
     os.mkfifo(tree / "pipe.obj")
     for uri in ("meshes", "meshes/", ".", "..", "pipe.obj", "/dev/zero"):
@@ -127,7 +127,7 @@ def test_only_regular_files(tree: Path) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-def test_permissions(tree: Path) -> None:
+def test_unreadable_files_are_refused(tree: Path) -> None:
     (tree / "meshes" / "Bowl.obj").chmod(0)
     found = refused(resolve_path("meshes/Bowl.obj", base=tree, scope=AssetScope(root=tree)))
     assert found.code == "SC407"
@@ -144,7 +144,7 @@ def test_permissions(tree: Path) -> None:
         ("Meshes/textures/oak.png", "meshes/textures/oak.png"),
     ],
 )
-def test_a_missing_file_suggests_the_nearest(tree: Path, uri: str, meant: str) -> None:
+def test_a_missing_file_gives_the_nearest_name(tree: Path, uri: str, meant: str) -> None:
     found = refused(resolve_path(uri, base=tree, scope=AssetScope(root=tree)))
     assert found.code == "SC401"
     assert found.hint == f"did you mean `{meant}`?"
@@ -153,20 +153,20 @@ def test_a_missing_file_suggests_the_nearest(tree: Path, uri: str, meant: str) -
 @pytest.mark.parametrize(
     ("missing", "there"), [("gone.mtl", "xhuge.mtl"), ("nothere.png", "tr.png"), ("cup.obj", "cub.obj")]
 )
-def test_files_are_alike_by_their_names_without_the_ending(missing: str, there: str, tmp_path: Path) -> None:
+def test_file_suggestions_compare_stems(missing: str, there: str, tmp_path: Path) -> None:
     (tmp_path / there).touch()
     found = refused(resolve_path(missing, base=tmp_path, scope=AssetScope(root=tmp_path)))
     assert (found.code, found.hint) == ("SC401", None)
 
 
-def test_of_files_that_differ_in_the_ending_the_one_with_the_same_is_suggested(tmp_path: Path) -> None:
+def test_file_suggestions_prefer_the_same_suffix(tmp_path: Path) -> None:
     for name in ("wood.jpg", "wood.obj", "wood.png"):
         (tmp_path / name).touch()
     found = refused(resolve_path("wod.obj", base=tmp_path, scope=AssetScope(root=tmp_path)))
     assert found.hint == "did you mean `wood.obj`?"
 
 
-def test_a_missing_file_with_nothing_like_it(tree: Path) -> None:
+def test_a_missing_file_without_similar_names_has_no_suggestion(tree: Path) -> None:
     scope = AssetScope(root=tree)
     assert refused(resolve_path("quux.dae", base=tree, scope=scope)).hint is None
     assert (
@@ -244,13 +244,13 @@ def test_packages_are_found_and_not_imported(tree: Path, packages: Path) -> None
         ("pkg://" + "x" * 300 + "/arm.obj", "SC405"),
     ],
 )
-def test_packages_that_are_not(tree: Path, packages: Path, uri: str, code: str) -> None:
+def test_missing_and_invalid_packages_are_refused(tree: Path, packages: Path, uri: str, code: str) -> None:
     del packages
     assert refused(resolve_path(uri, base=tree, scope=AssetScope(root=tree))).code == code
     assert not {"robot_pkg", "single_module"} & set(sys.modules)
 
 
-def test_files_that_an_asset_names(tree: Path, packages: Path) -> None:
+def test_files_referenced_by_an_asset_are_checked(tree: Path, packages: Path) -> None:
     scope = AssetScope(root=tree)
     bowl = file_of(resolve_path("meshes/Bowl.obj", base=tree, scope=scope))
 
@@ -267,7 +267,7 @@ def test_files_that_an_asset_names(tree: Path, packages: Path) -> None:
     assert refused(named("../../plain_folder/arm.obj", arm)).code == "SC402"
 
 
-def test_an_answer_is_remembered_for_one_compilation(tree: Path) -> None:
+def test_lookups_are_cached_for_one_compilation(tree: Path) -> None:
     scope = AssetScope(root=tree)
     assert refused(resolve_path("late.obj", base=tree, scope=scope)).code == "SC401"
     (tree / "late.obj").write_text("")
@@ -275,7 +275,7 @@ def test_an_answer_is_remembered_for_one_compilation(tree: Path) -> None:
     assert file_of(resolve_path("late.obj", base=tree, scope=AssetScope(root=tree))).uri == "late.obj"
 
 
-def test_ten_thousand_slips_in_a_full_folder(tree: Path) -> None:
+def test_ten_thousand_missing_files_in_a_full_folder_are_fast(tree: Path) -> None:
     for i in range(1000):
         (tree / f"part_{i:04d}_of_the_machine.obj").touch()
     scope = AssetScope(root=tree)
@@ -285,6 +285,6 @@ def test_ten_thousand_slips_in_a_full_folder(tree: Path) -> None:
     assert_took(time.process_time() - start, most=10)
 
 
-def test_nothing_heavy_is_imported() -> None:
+def test_looking_up_paths_imports_no_heavy_module() -> None:
     code = "import sys, scenecc.source.paths; print(sorted({'numpy', 'trimesh', 'sapien'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "[]\n"

@@ -28,7 +28,7 @@ READ: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("text", READ)
-def test_plain_text_is_read(text: str) -> None:
+def test_the_fast_reader_reads_plain_text(text: str) -> None:
     assert repr(read_fast(text, 100)) == repr(READ[text])
 
 
@@ -89,17 +89,17 @@ def test_plain_text_is_read(text: str) -> None:
         "a: " + "[" * 9 + "]" * 9,
     ],
 )
-def test_the_rest_is_left_to_the_parser(text: str) -> None:
+def test_the_fast_reader_declines_other_text(text: str) -> None:
     assert read_fast(text, 100) is None
 
 
-def test_the_last_levels_below_the_limit_are_left_to_the_parser() -> None:
+def test_the_fast_reader_declines_text_near_the_depth_limit() -> None:
     text = "".join(f"{' ' * level}a:\n" for level in range(11)) + " " * 11 + "a: 1"
     assert read_fast(text, 20) is not None
     assert read_fast(text, 19) is None
 
 
-def test_no_two_places_have_one_list(read: Callable[..., Any]) -> None:
+def test_the_fast_reader_shares_no_lists(read: Callable[..., Any]) -> None:
     data = read("a:\n  b: [1]\nc:\n  b: [1]\n")
     assert data["a"]["b"] == data["c"]["b"]
     assert data["a"]["b"] is not data["c"]["b"]

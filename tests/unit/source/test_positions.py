@@ -87,7 +87,7 @@ def document(sink: TakingSink) -> Document:
 
 
 @pytest.mark.parametrize(("path", "at"), PLACES)
-def test_places(document: Document, path: Path, at: At) -> None:
+def test_nodes_are_located_by_path(document: Document, path: Path, at: At) -> None:
     place = document.locate(Origin("f.yaml", path), at)
     assert (place.line, place.column, place.end_column) == PLACES[path, at]
     assert place.file == "f.yaml"
@@ -101,21 +101,21 @@ def test_a_dict_has_no_lines(sink: TakingSink) -> None:
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-def test_line_ends(end: str, sink: TakingSink) -> None:
+def test_positions_work_with_all_line_ends(end: str, sink: TakingSink) -> None:
     document = read_text(end.join(["a: 1", "", "b: [2]", "c:", "  d: ü 3"]), None, sink)
     assert document is not None
     place = document.locate(Origin(None, ("c", "d")), "value")
     assert place == Location(None, 5, 6, 9, "  d: ü 3")
 
 
-def test_a_redefined_anchor(sink: TakingSink) -> None:
+def test_positions_follow_the_latest_anchor(sink: TakingSink) -> None:
     document = read_text("a: &x k\nb: *x\nc: &x l\nd: *x\n*x : 3\n", None, sink)
     assert document is not None
     assert [document.locate(Origin(None, (key,)), "value").line for key in "abcd"] == [1, 1, 3, 3]
     assert document.locate(Origin(None, ("l",)), "value").line == 5
 
 
-def test_many_questions_are_quick(sink: TakingSink) -> None:
+def test_many_position_lookups_are_fast(sink: TakingSink) -> None:
     document = read_text("\n".join(f"k{i}: [1, {{a: 2}}]" for i in range(10_000)), None, sink)
     assert document is not None
     start = time.process_time()
@@ -124,7 +124,7 @@ def test_many_questions_are_quick(sink: TakingSink) -> None:
     assert_took(time.process_time() - start, most=2.0)
 
 
-def test_places_at_a_depth_beyond_pythons_stack(sink: TakingSink) -> None:
+def test_positions_beyond_the_python_stack_are_handled(sink: TakingSink) -> None:
     deep = "[" * 460 + "1" + "]" * 460
     document = read_text(f"a: 1\nb: {deep}\n", None, sink, Limits(depth=1000))
     assert document is not None
@@ -143,7 +143,7 @@ def test_places_at_a_depth_beyond_pythons_stack(sink: TakingSink) -> None:
         ("a: {<<: {b: 1}}\n", True, ("a", "b"), (0, 9, 10)),
     ],
 )
-def test_the_tree_of_a_text_ends_where_that_is_wrong(text, whole, path, span) -> None:
+def test_the_tree_of_an_invalid_text_ends_at_the_error(text, whole, path, span) -> None:
     tree = written_tree(text)
     assert tree.is_whole is whole
     node = tree.root
@@ -152,7 +152,7 @@ def test_the_tree_of_a_text_ends_where_that_is_wrong(text, whole, path, span) ->
     assert node.entries[path[-1]].key == span
 
 
-def test_the_tree_of_nothing_and_of_what_is_too_deep() -> None:
+def test_the_tree_of_empty_and_too_deep_text_ends_early() -> None:
     assert written_tree("").is_whole
     assert written_tree("").root.entries == {}
     deep = written_tree("a: 1\nb: " + "[" * 5000)

@@ -49,7 +49,7 @@ def _hashes(folder: Path, *, scenes: Path) -> dict[str, str]:
     return found
 
 
-def test_files_have_the_same_names_and_hashes_in_every_folder(tmp_path: Path) -> None:
+def test_names_and_hashes_of_files_do_not_depend_on_the_folder(tmp_path: Path) -> None:
     """Those of packages, of the scene, of asset roots and outside; a later change is noticed."""
     scenes = Path(__file__).parents[3] / "scenes"
     first = _hashes(tmp_path / "a", scenes=scenes)
@@ -65,7 +65,7 @@ def test_files_have_the_same_names_and_hashes_in_every_folder(tmp_path: Path) ->
     assert _hashes(tmp_path / "b/c", scenes=scenes) == first
 
 
-def test_a_dict_has_the_hash_of_its_content() -> None:
+def test_the_hash_of_a_dict_is_that_of_its_content() -> None:
     """Whatever the order of its keys."""
     a, b = ({"num_scenes": 2, "seed": 1}, {"seed": 1, "num_scenes": 2})
     found = [compile_source({"scenecc": 1, **each}, Options(), Sink()) for each in (a, b)]

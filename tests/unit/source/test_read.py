@@ -22,7 +22,7 @@ def read_stream(stream: IO[str] | IO[bytes], name: str | None, sink: TakingSink,
     return None if content is None else read_text(content, name, sink, limits)
 
 
-def test_a_file(tmp_path: Path, sink: TakingSink, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_is_read(tmp_path: Path, sink: TakingSink, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "scene.yaml").write_text("a: ü\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     document = read_file("scene.yaml", sink)
@@ -31,7 +31,7 @@ def test_a_file(tmp_path: Path, sink: TakingSink, monkeypatch: pytest.MonkeyPatc
     assert document.locate(Origin("scene.yaml", ("a",)), "value").file == "scene.yaml"
 
 
-def test_a_link_to_a_file(tmp_path: Path, sink: TakingSink) -> None:
+def test_a_link_to_a_file_is_read(tmp_path: Path, sink: TakingSink) -> None:
     (tmp_path / "scene.yaml").write_text("a: 1\n")
     link = tmp_path / "link.yaml"
     link.symlink_to("scene.yaml")
@@ -41,7 +41,7 @@ def test_a_link_to_a_file(tmp_path: Path, sink: TakingSink) -> None:
 
 
 @pytest.mark.parametrize("stream", [io.StringIO("a: 1"), io.BytesIO(b"a: 1")])
-def test_streams(stream: IO[str] | IO[bytes], sink: TakingSink) -> None:
+def test_streams_are_read(stream: IO[str] | IO[bytes], sink: TakingSink) -> None:
     document = read_stream(stream, "<stdin>", sink, Limits())
     assert document is not None
     assert (document.name, document.path, document.data) == ("<stdin>", None, {"a": 1})
@@ -56,20 +56,20 @@ class Endless(io.RawIOBase):
         return len(buffer)
 
 
-def test_a_stream_without_end(sink: TakingSink) -> None:
+def test_an_endless_stream_is_refused(sink: TakingSink) -> None:
     assert read_stream(io.BufferedReader(Endless()), None, sink, Limits(text_bytes=10_000)) is None
     sink.take("SC601")
     assert read_stream(io.TextIOWrapper(io.BufferedReader(Endless())), None, sink, Limits(text_bytes=9000)) is None
     sink.take("SC601")
 
 
-def test_a_text_stream_that_is_no_text(sink: TakingSink) -> None:
+def test_a_text_stream_with_invalid_text_is_refused(sink: TakingSink) -> None:
     stream = io.TextIOWrapper(io.BytesIO(b"a: 1\nb: \xff"), encoding="utf-8")
     assert read_stream(stream, "<stdin>", sink, Limits()) is None
     assert sink.take("SC002").file == "<stdin>"
 
 
-def test_a_closed_stream_is_the_callers_mistake(sink: TakingSink) -> None:
+def test_a_closed_stream_raises(sink: TakingSink) -> None:
     stream = io.StringIO("a: 1")
     stream.close()
     with pytest.raises(ValueError, match="closed"):
@@ -93,7 +93,7 @@ def test_an_unbuffered_pipe_is_read_to_its_end() -> None:
 
 
 @pytest.mark.parametrize("written", [b"", b"scenecc: 1\n"], ids=["nothing", "a part"])
-def test_a_stream_that_does_not_wait_is_not_cut_short(written: bytes) -> None:
+def test_a_non_blocking_stream_is_refused(written: bytes) -> None:
     read_end, write_end = os.pipe()
     os.write(write_end, written)
     os.set_blocking(read_end, False)

@@ -49,7 +49,7 @@ READ_RIGHT = {
 
 
 @pytest.mark.parametrize("text", [text for text, data in READ_RIGHT.items() if data is not None])
-def test_read_right(text: str, read: Read) -> None:
+def test_valid_text_gives_the_expected_data(text: str, read: Read) -> None:
     data = read(text)
     assert data == READ_RIGHT[text]
     assert list(data) == list(READ_RIGHT[text] or ())
@@ -67,17 +67,17 @@ MERGES = {
 
 
 @pytest.mark.parametrize("text", MERGES)
-def test_merge_keys(text: str, read: Read) -> None:
+def test_merge_keys_are_applied(text: str, read: Read) -> None:
     assert list(read(text)["b"].items()) == MERGES[text]
 
 
-def test_a_merge_leaves_the_anchor_as_it_was(read: Read) -> None:
+def test_a_merge_does_not_change_the_anchor(read: Read) -> None:
     data = read("a: &a {p: 1, q: {r: 1}}\nb: {<<: *a, p: 2}\n")
     assert data["a"] == {"p": 1, "q": {"r": 1}}
     assert data["b"]["q"] is data["a"]["q"]
 
 
-def test_aliases_share_what_they_name(read: Read) -> None:
+def test_aliases_share_their_node(read: Read) -> None:
     data = read("a: &a [1, {b: 2}]\nc: [*a, *a]\n")
     assert data["c"][0] is data["a"]
     assert data["c"][1] is data["a"]
@@ -155,7 +155,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("text", REFUSED)
-def test_refused(text: str, faults: Faults) -> None:
+def test_invalid_text_gives_its_code_and_place(text: str, faults: Faults) -> None:
     found = [(fault.code, fault.line, fault.column, fault.path) for fault in faults(text)]
     assert found == [REFUSED[text]]
 
@@ -169,17 +169,17 @@ def test_both_places_of_a_duplicate_key_are_named(faults: Faults) -> None:
     assert (second.line, second.related[0].location.line, second.related[0].location.text) == (6, 1, "a: 1")
 
 
-def test_a_key_written_three_times_leads_to_the_first(faults: Faults) -> None:
+def test_each_repetition_of_a_key_refers_to_the_first(faults: Faults) -> None:
     assert [(fault.line, fault.related[0].location.line) for fault in faults("a: 1\na: 2\na: 3\n")] == [(2, 1), (3, 1)]
 
 
-def test_a_duplicate_inside_a_duplicate_leads_to_its_own_first(faults: Faults) -> None:
+def test_a_nested_duplicate_refers_to_its_own_first(faults: Faults) -> None:
     outer, inner = faults("a: {b: 1}\na: {b: 1, c: 2,\n  b: 3}\n")
     assert (outer.line, outer.related[0].location.line) == (2, 1)
     assert (inner.line, inner.related[0].location.line, inner.path) == (3, 2, "a.b")
 
 
-def test_everything_wrong_is_told_at_once(faults: Faults) -> None:
+def test_all_errors_of_a_text_are_reported_at_once(faults: Faults) -> None:
     text = "a: 1\nb:\na: 2\n12: 3\nc: !x 1\nd: *e\nf: 1e999\ng: {<<: 1}\nh: [1, ${x}]\n"
     found = [(fault.code, fault.line) for fault in faults(text)]
     assert found == [
@@ -194,12 +194,12 @@ def test_everything_wrong_is_told_at_once(faults: Faults) -> None:
     ]
 
 
-def test_columns_count_characters(faults: Faults) -> None:
+def test_columns_of_diagnostics_count_characters(faults: Faults) -> None:
     fault = faults("a: {'\U0001f600ü': 1, b: !x y}\n")[0]
     assert (fault.line, fault.column, fault.location.end_column) == (1, 17, 21)
 
 
-def test_the_collector_runs_again_afterwards(sink: TakingSink) -> None:
+def test_the_garbage_collector_is_enabled_after_reading(sink: TakingSink) -> None:
     assert gc.isenabled()
     read_text("a: [", None, sink)
     assert gc.isenabled()
@@ -213,13 +213,15 @@ def test_the_collector_runs_again_afterwards(sink: TakingSink) -> None:
 
 
 @pytest.mark.parametrize("text", [text for text in READ_RIGHT if "\t" not in text])
-def test_the_python_parser_reads_the_same(text: str, read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_libyaml_and_the_python_parser_read_the_same(text: str, read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("yaml.__with_libyaml__", False)
     assert read(text) == READ_RIGHT[text]
 
 
 @pytest.mark.parametrize("text", REFUSED)
-def test_the_python_parser_refuses_the_same(text: str, faults: Faults, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_libyaml_and_the_python_parser_refuse_the_same(
+    text: str, faults: Faults, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("yaml.__with_libyaml__", False)
     code, line, _, path = REFUSED[text]
     assert [(fault.code, fault.line, fault.path) for fault in faults(text)] == [(code, line, path)]

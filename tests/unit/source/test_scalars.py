@@ -29,7 +29,7 @@ STRINGS = [
 
 
 @pytest.mark.parametrize(("text", "value"), VALUES.items())
-def test_what_the_core_schema_knows(text: str, value: object) -> None:
+def test_plain_scalars_follow_the_core_schema(text: str, value: object) -> None:
     for found in (resolve_scalar(text), PlainValues()[text]):
         assert type(found) is type(value)
         assert found == value
@@ -37,32 +37,32 @@ def test_what_the_core_schema_knows(text: str, value: object) -> None:
 
 
 @pytest.mark.parametrize("text", [".nan", ".NaN", ".NAN"])
-def test_not_a_number(text: str) -> None:
+def test_nan_is_a_float(text: str) -> None:
     value = resolve_scalar(text)
     assert isinstance(value, float)
     assert math.isnan(value)
 
 
 @pytest.mark.parametrize("text", STRINGS)
-def test_everything_else_is_a_string(text: str) -> None:
+def test_other_plain_scalars_are_strings(text: str) -> None:
     assert resolve_scalar(text) == PlainValues()[text] == text
 
 
 @pytest.mark.parametrize("text", ["1e400", "-1e400", "9" * 400 + ".5", "1" * 101, "0x" + "f" * 101, "1" * 100_000])
-def test_numbers_that_cannot_be_held(text: str) -> None:
+def test_numbers_out_of_range_are_refused(text: str) -> None:
     with pytest.raises(OverflowError):
         resolve_scalar(text)
     assert PlainValues()[text] is None
     assert PlainKeys()[text] is None
 
 
-def test_numbers_of_great_length_that_can_be_held() -> None:
+def test_long_numbers_in_range_are_read() -> None:
     assert resolve_scalar("0." + "3" * 10_000) == 1 / 3
     assert resolve_scalar("1" * 100) == int("1" * 100)
     assert resolve_scalar("1e-999") == 0.0
 
 
 @pytest.mark.parametrize("text", ["12", "1.5", "true", "~", "", "<<", ".inf"])
-def test_keys_are_strings(text: str) -> None:
+def test_plain_keys_must_be_strings(text: str) -> None:
     assert PlainKeys()[text] is None
     assert PlainKeys()["yes"] == "yes"

@@ -13,8 +13,8 @@ CASES = {
     "a:\n  - {b: ${x / 2}}": (2, 9, 17, "expression", '"${x / 2}"'),
     "a: {${x}: 1}": (1, 5, 9, "expression", '"${x}"'),
     "a: [1, -${x}]": (1, 9, 13, "expression", "quote it"),
-    "a:\n\tb: 1": (2, 1, 2, "tab", "blanks"),
-    "a:\n  \tb: 1": (2, 3, 4, "tab", "blanks"),
+    "a:\n\tb: 1": (2, 1, 2, "tab", "spaces"),
+    "a:\n  \tb: 1": (2, 3, 4, "tab", "spaces"),
     "a: b: c": (1, 5, 6, "second `: `", "quote"),
     "a: http://x: 1": (1, 12, 13, "second `: `", "quote"),
     "x: 0\na:1\nb: 2": (2, 1, 3, "space is missing after the colon of `a`", "write `a: `"),
@@ -30,11 +30,11 @@ CASES = {
     "a: {b: [1]\n \n": (1, 4, 5, "`{` is never closed", None),
     "a: 'x\nb: 1": (1, 4, 5, "quote is never closed", None),
     "a: [1, , 2]": (1, 8, 9, "a value is missing before this comma", "comma"),
-    "a: ]": (1, 4, 5, "a value was expected, not `]`", "bracket"),
-    "n: \nd: {c,": (2, 7, 8, "a value was expected, not the end", "bracket"),
-    "n: \nd: [1,\n": (3, 1, 2, "a value was expected, not the end", "bracket"),
+    "a: ]": (1, 4, 5, "expected a value, not `]`", "bracket"),
+    "n: \nd: {c,": (2, 7, 8, "expected a value, not the end", "bracket"),
+    "n: \nd: [1,\n": (3, 1, 2, "expected a value, not the end", "bracket"),
     "a: [1]]\nb: 1": (1, 7, 8, "`]` closes nothing", "remove it"),
-    'a: "x" y': (1, 8, 9, "follows a value", "quote the whole"),
+    'a: "x" y': (1, 8, 9, "after a complete value", "quote the whole"),
     "a: @x": (1, 4, 5, "cannot start with `@`", "quote"),
     "a: %x": (1, 4, 5, "cannot start with `%`", "quote"),
     "a: *": (1, 4, 5, "cannot start with `*`", "quote"),
@@ -43,14 +43,14 @@ CASES = {
     "a: - 1": (1, 4, 5, "list item cannot start here", "line of its own"),
     "a:\n- 1\nb: 2\n- 3": (4, 1, 2, "list item among keys", "not both"),
     "a:\n  - b\n  c: 1": (3, 3, 4, "not an item", "`- `"),
-    "a: 1\n...\nb": (3, 1, 2, "follows the end", None),
+    "a: 1\n...\nb": (3, 1, 2, "after the end", None),
     "a: |x\n  b": (1, 5, 6, "comment or line break", None),
     "x: 1\n" + "k" * 2000 + ": 1": (2, 1, None, "1024", "shorten"),
 }
 
 
 @pytest.mark.parametrize("text", CASES)
-def test_what_is_said(text: str, faults: Callable[..., list[Diagnostic]]) -> None:
+def test_each_syntax_error_has_its_message_and_hint(text: str, faults: Callable[..., list[Diagnostic]]) -> None:
     found = faults(text)[-1]
     line, column, end_column, message, hint = CASES[text]
     print(found, found.hint)
@@ -60,14 +60,16 @@ def test_what_is_said(text: str, faults: Callable[..., list[Diagnostic]]) -> Non
     assert hint is None or hint in (found.hint or "")
 
 
-def test_the_start_of_what_is_open_is_named(faults: Callable[..., list[Diagnostic]]) -> None:
+def test_an_unclosed_bracket_is_reported_with_its_start(faults: Callable[..., list[Diagnostic]]) -> None:
     (found,) = faults("a:\n  b: [1,\n    2\nc: 3")
     (related,) = found.related
     assert (related.location.line, related.location.column) == (2, 6)
 
 
 @pytest.mark.parametrize("text", ["a: {b:1}", "a: {b:1, c: 2}"])
-def test_a_colon_without_a_blank_in_braces(text: str, faults: Callable[..., list[Diagnostic]]) -> None:
+def test_a_missing_space_after_a_colon_in_braces_is_reported(
+    text: str, faults: Callable[..., list[Diagnostic]]
+) -> None:
     (found,) = faults(text)
     assert (found.code, found.column) == ("SC006", 5)
     assert "key: value" in (found.hint or "")

@@ -64,7 +64,7 @@ def _is_plain(value: Any) -> bool:
 
 
 @pytest.mark.parametrize(("value", "plain"), TAKEN, ids=lambda value: repr(value).partition(" at 0x")[0][:30])
-def test_taken(value: Any, plain: Any, sink: TakingSink) -> None:
+def test_python_values_are_converted_to_plain_data(value: Any, plain: Any, sink: TakingSink) -> None:
     document = read_dict({"x": [value]}, sink)
     assert document is not None
     assert document.data == {"x": [plain]}
@@ -98,14 +98,14 @@ REFUSED: list[tuple[Any, str, str]] = [
 
 
 @pytest.mark.parametrize(("data", "code", "path"), REFUSED, ids=lambda value: repr(value).partition(" at 0x")[0][:30])
-def test_refused(data: Any, code: str, path: str) -> None:
+def test_unsupported_python_values_are_refused(data: Any, code: str, path: str) -> None:
     sink = Sink()
     assert read_dict(data, sink) is None
     (found,) = sink.diagnostics()
     assert (found.code, found.path, found.line) == (code, path, None)
 
 
-def test_all_at_once(sink: TakingSink) -> None:
+def test_all_errors_of_a_dict_are_reported_at_once(sink: TakingSink) -> None:
     assert read_dict({"a": None, "b": [b"", {"c": {1}}], "d": {1: 2}}, sink) is None
     sink.take("SC006", path="a")
     sink.take("SC015", path="b[0]")
@@ -113,7 +113,7 @@ def test_all_at_once(sink: TakingSink) -> None:
     sink.take("SC005", path="d")
 
 
-def test_the_input_is_copied_and_left_alone(sink: TakingSink) -> None:
+def test_the_input_dict_is_copied_and_unchanged(sink: TakingSink) -> None:
     array = np.array([1.0, 2.0])
     inner: dict[str, Any] = {"p": (1, 2), "array": array}
     data = {"a": inner, "b": [inner]}
@@ -127,7 +127,7 @@ def test_the_input_is_copied_and_left_alone(sink: TakingSink) -> None:
     assert data["b"] == [inner]
 
 
-def test_data_that_holds_itself() -> None:
+def test_a_dict_that_contains_itself_is_refused() -> None:
     loop: dict[str, Any] = {"x": 1}
     loop["y"] = [loop]
     sink = Sink()
@@ -135,14 +135,14 @@ def test_data_that_holds_itself() -> None:
     assert [(found.code, found.path) for found in sink.diagnostics()] == [("SC010", "y[0]")]
 
 
-def test_shared_parts_are_no_loop(sink: TakingSink) -> None:
+def test_shared_parts_of_a_dict_are_allowed(sink: TakingSink) -> None:
     box = {"type": "box", "half_size": (1, 2, 3)}
     document = read_dict({"a": [box] * 50_000}, sink)
     assert document is not None
     assert len(document.data["a"]) == 50_000
 
 
-def test_a_bomb_of_shared_parts() -> None:
+def test_a_dict_that_unfolds_to_a_huge_size_is_refused() -> None:
     bomb: Any = [1] * 10
     for _ in range(30):
         bomb = [bomb] * 10
@@ -154,7 +154,7 @@ def test_a_bomb_of_shared_parts() -> None:
 
 
 @pytest.mark.parametrize("levels", [101, 5000])
-def test_depth(levels: int) -> None:
+def test_a_dict_that_is_too_deep_is_refused(levels: int) -> None:
     data: Any = 1
     for _ in range(levels):
         data = {"a": data}
@@ -164,7 +164,7 @@ def test_depth(levels: int) -> None:
     assert read_dict(data, Sink(), Limits(depth=100_000)) is None or levels == 101
 
 
-def test_depth_by_sharing() -> None:
+def test_depth_counts_through_shared_parts() -> None:
     data: Any = [1]
     for _ in range(60):
         data = [data]
@@ -176,7 +176,7 @@ def test_depth_by_sharing() -> None:
     assert [found.code for found in sink.diagnostics()] == ["SC602"]
 
 
-def test_numpy_is_not_loaded_for_dicts() -> None:
+def test_reading_a_dict_does_not_load_numpy() -> None:
     import subprocess
     import sys
 

@@ -67,7 +67,7 @@ cluster.shutdown()
 """
 
 
-def test_the_table_is_the_same_though_a_worker_and_a_node_are_killed(
+def test_the_table_is_the_same_if_a_worker_and_a_node_are_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

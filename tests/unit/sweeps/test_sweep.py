@@ -66,7 +66,7 @@ def rows(result: scenecc.Sweep) -> list[dict[str, Any]]:
     return pq.read_table(result.table).to_pylist()
 
 
-def test_a_row_says_what_the_scene_is(scene: Path) -> None:
+def test_a_row_describes_its_scene(scene: Path) -> None:
     result = run(scene, "out", params=[{"mass": 2.0}, {"mass": 1.0}])
     found = rows(result)
     assert result.units == result.done == 2 * 5 * 2
@@ -85,7 +85,7 @@ def test_a_row_says_what_the_scene_is(scene: Path) -> None:
         assert set(draws) == {"cube.pose", "cube.shapes[0].material.base_color"}
 
 
-def test_a_draw_is_called_as_in_the_file() -> None:
+def test_draws_have_the_names_of_the_file() -> None:
     wide = {"uniform": [0.1, 0.2]}
     ball: dict[str, Any] = {"type": "sphere", "radius": wide, "name": "knob"}
     slide = {"name": "slide", "type": "prismatic", "axis": "y"}
@@ -104,7 +104,7 @@ def test_a_draw_is_called_as_in_the_file() -> None:
     }
 
 
-def test_findings_are_those_of_check_scene_by_scene(scene: Path) -> None:
+def test_findings_of_a_sweep_are_those_of_check(scene: Path) -> None:
     found = rows(run(scene, "out", seeds=[3]))
     codes = [[one["code"] for one in row["findings"]] for row in found]
     assert codes[0] == codes[1] == []
@@ -115,7 +115,7 @@ def test_findings_are_those_of_check_scene_by_scene(scene: Path) -> None:
     assert "--seed 3 --scene 2" in overlap["hint"]
 
 
-def test_a_scene_that_fails_does_not_spoil_the_others(scene: Path) -> None:
+def test_a_failed_scene_does_not_affect_others(scene: Path) -> None:
     fast = '    linear_velocity: ["${2e6 if scene == 0 else 0}", 0, 0]\n'
     scene.write_text(SCENE.replace("    mass:", f"{fast}    mass:"))
     found = rows(run(scene, "out", seeds=[0]))
@@ -124,7 +124,7 @@ def test_a_scene_that_fails_does_not_spoil_the_others(scene: Path) -> None:
     assert all(row["poses"] for row in found)
 
 
-def test_what_does_not_compile_ends_the_sweep_before_it_begins(scene: Path) -> None:
+def test_a_bad_file_stops_the_sweep_before_it_begins(scene: Path) -> None:
     Path("bad.yaml").write_text(SCENE.replace("half_size", "half_sizes"))
     with pytest.raises(scenecc.SceneError) as raised:
         scenecc.sweep([scene, "bad.yaml"], output="out")
@@ -132,7 +132,7 @@ def test_what_does_not_compile_ends_the_sweep_before_it_begins(scene: Path) -> N
     assert not Path("out").exists()
 
 
-def test_a_draw_that_fails_with_one_seed_is_a_row(scene: Path) -> None:
+def test_a_draw_that_fails_for_one_seed_is_a_row(scene: Path) -> None:
     text = SCENE.replace("num_scenes: 3", "num_scenes: 1").replace("${mass}", "${1 + sqrt(chance - 0.5)}")
     scene.write_text(text.replace("entities:", "draws: {chance: {uniform: [0, 1]}}\nentities:"))
     found = rows(run(scene, "out", seeds=range(8)))
@@ -161,7 +161,7 @@ expect:
 
 @settings(max_examples=examples(5), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data(), parts=st.integers(1, 4), expects=st.booleans())
-def test_no_way_of_doing_it_shows_in_the_table(scene: Path, data: st.DataObject, parts: int, *, expects: bool) -> None:
+def test_executors_do_not_change_the_table(scene: Path, data: st.DataObject, parts: int, *, expects: bool) -> None:
     scene.write_text(SCENE + EXPECTS * expects)
     with TemporaryDirectory() as folder:
         alone = run(scene, f"{folder}/alone")
@@ -171,7 +171,7 @@ def test_no_way_of_doing_it_shows_in_the_table(scene: Path, data: st.DataObject,
         assert table(left) == table(alone)
 
 
-def test_a_sweep_goes_on_where_it_was_ended(scene: Path) -> None:
+def test_an_interrupted_sweep_resumes(scene: Path) -> None:
     class EndedError(Exception):
         pass
 
@@ -194,7 +194,7 @@ def test_a_sweep_goes_on_where_it_was_ended(scene: Path) -> None:
     assert run(scene, "ended", progress=lambda *_: pytest.fail("nothing is left to do")) == ended
 
 
-def test_who_dies_is_retried_and_told_if_it_dies_again(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_crashed_unit_is_retried_and_then_reported(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = run(scene, "alone")
 
     def dies(work: Any, unit: Any, *, always: bool) -> Any:
@@ -233,7 +233,7 @@ def test_the_folder_of_another_sweep_is_refused(scene: Path, changes: dict[str, 
     assert told in raised.value.diagnostics[0].message
 
 
-def test_a_changed_file_or_version_is_told(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_changed_file_or_version_is_reported(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene.write_text(SCENE + "include: [part.txt]\n")
     Path("part.txt").write_text("scenecc: 1\n")
     run(scene, "out", shard=(1, 10))
@@ -246,18 +246,18 @@ def test_a_changed_file_or_version_is_told(scene: Path, monkeypatch: pytest.Monk
         run(scene, "out")
 
 
-def test_a_file_that_changes_meanwhile_ends_the_sweep(scene: Path) -> None:
+def test_a_file_changed_during_a_sweep_stops_it(scene: Path) -> None:
     def change(done: int, total: int) -> None:
         scene.write_text(SCENE + "# other\n")
 
     with pytest.raises(scenecc.SceneError, match="SC829") as raised:
         run(scene, "out", progress=change)
-    assert "scene.yaml` has another content" in raised.value.diagnostics[0].message
+    assert "scene.yaml` has different content" in raised.value.diagnostics[0].message
     scene.write_text(SCENE)
     assert run(scene, "out").table is not None
 
 
-def test_one_process_at_a_time_has_a_part(scene: Path) -> None:
+def test_two_processes_cannot_run_the_same_part(scene: Path) -> None:
     def again(done: int, total: int) -> None:
         with pytest.raises(scenecc.SceneError, match="another process"):
             run(scene, "out")
@@ -265,7 +265,7 @@ def test_one_process_at_a_time_has_a_part(scene: Path) -> None:
     run(scene, "out", progress=again)
 
 
-def test_a_missing_package_is_named_with_its_extra(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_of_sweeps_gives_an_install_hint(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(scenecc.SceneError, match=r"\[ray\]"):
         run(scene, "out", ray=True)
@@ -279,14 +279,14 @@ def test_a_missing_package_is_named_with_its_extra(scene: Path, monkeypatch: pyt
     [{"do": []}, {"do": ["view"]}, {"seeds": []}, {"seeds": [-1]}, {"seeds": [2**64]}, {"shard": (3, 2)}, {"jobs": 0},
      {"settle": -1.0}, {"params": []}],
 )  # fmt: skip
-def test_arguments_out_of_their_range(scene: Path, wrong: dict[str, Any]) -> None:
+def test_sweep_refuses_arguments_out_of_range(scene: Path, wrong: dict[str, Any]) -> None:
     with pytest.raises(ValueError):  # noqa: PT011
         run(scene, "out", **wrong)
     assert not Path("out").exists()
 
 
 @pytest.mark.render
-def test_a_picture_is_that_of_render(scene: Path) -> None:
+def test_a_swept_picture_equals_that_of_render(scene: Path) -> None:
     # In a process that has no renderer yet: `sweep` forks, and a renderer's threads are not in a fork.
     script = (
         "import scenecc; scenecc.sweep('scene.yaml', output='out', do=['render', 'state'], seeds=[5], size=(64, 48))"

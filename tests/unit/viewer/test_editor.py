@@ -50,7 +50,9 @@ def write(editor: FileEditor, loaded: Loaded, pose: Pose7, name: str = "cube", s
         ("pose: {p: [1, 2, 3], relative_to: other}", (1.0, 2.0, 5.0, *QUARTER), None),
     ],
 )
-def test_only_the_pose_changes(tmp_path: Path, before: str, pose: Pose7, after: str | None) -> None:
+def test_a_written_pose_changes_nothing_else_in_the_file(
+    tmp_path: Path, before: str, pose: Pose7, after: str | None
+) -> None:
     other = "  other: {pose: {p: [1, 1, 1], rpy_deg: [0, 0, 90]}, body_type: static, " + SHAPES + "}\n"
     text = f"{HEAD}entities:\n{other}  cube:\n    {before}\n    {SHAPES}\n# the end\n"
     path = tmp_path / "scene.yaml"
@@ -76,7 +78,7 @@ def test_only_the_pose_changes(tmp_path: Path, before: str, pose: Pose7, after: 
 
 @pytest.mark.parametrize("start", ["﻿", ""])
 @pytest.mark.parametrize("end", ["\r\n", "\n"])
-def test_marks_and_line_ends_stay(tmp_path: Path, start: str, end: str) -> None:
+def test_byte_order_marks_and_line_ends_are_kept(tmp_path: Path, start: str, end: str) -> None:
     text = start + f"{HEAD}entities:\n  cube: {{pose: [0, 0, 1], {SHAPES}}}\n".replace("\n", end)
     path = tmp_path / "scene.yaml"
     editor, loaded = opened(path, text)
@@ -87,20 +89,20 @@ def test_marks_and_line_ends_stay(tmp_path: Path, start: str, end: str) -> None:
 @pytest.mark.parametrize(
     ("entity", "name", "said"),
     [
-        ('{pose: [0, 0, "${height}"], %s}', "cube", "an expression or a form owns `pose`"),
-        ("{pose: {p: [0, 0, {uniform: [0, 1]}]}, %s}", "cube", "an expression or a form owns `p`"),
+        ('{pose: [0, 0, "${height}"], %s}', "cube", "`pose` is an expression or a form"),
+        ("{pose: {p: [0, 0, {uniform: [0, 1]}]}, %s}", "cube", "`p` is an expression or a form"),
         ("{pose: {per_scene: [[0, 0, 1], [0, 0, 2]]}, %s}", "cube", "a form or a matrix (`per_scene`)"),
-        ("{pose: {q: uniform}, %s}", "cube", "an expression or a form owns `q`"),
-        ("{repeat: {i: {count: 2}}, pose: [0, 0, 1], %s}", "cube_1", "one copy of the `repeat` of `cube`"),
-        ("{pose: {p: [1, 0, 0], look_at: [0, 0, 0]}, %s}", "cube", "`look_at` turns it with its place"),
+        ("{pose: {q: uniform}, %s}", "cube", "`q` is an expression or a form"),
+        ("{repeat: {i: {count: 2}}, pose: [0, 0, 1], %s}", "cube_1", "a copy made by the `repeat` of `cube`"),
+        ("{pose: {p: [1, 0, 0], look_at: [0, 0, 0]}, %s}", "cube", "`look_at` sets its rotation from its position"),
         ("{use: scenecc:cube, pose: [0, 0, 1]}", "cube/cube", "the prefab that `cube` uses"),
         ("{pose: &there [0, 0, 1], %s}\n  twin: {pose: *there, %s}", "twin", "written elsewhere, at an anchor"),
         ("{pose: &there [0, 0, 1], %s}\n  twin: {pose: *there, %s}", "cube", "would change with it"),
-        ("{<<: {pose: [0, 0, 1]}, %s}", "cube", "not written there: a merge key"),
-        ("{variants: [{%s}, {%s}], pick: {cycle: [0, 1]}, pose: [0, 0, 1]}", "cube", "`variants` gives it its pose"),
+        ("{<<: {pose: [0, 0, 1]}, %s}", "cube", "not written there: it comes from a merge key"),
+        ("{variants: [{%s}, {%s}], pick: {cycle: [0, 1]}, pose: [0, 0, 1]}", "cube", "`variants` sets its pose"),
     ],
 )
-def test_what_something_else_owns_is_refused(tmp_path: Path, entity: str, name: str, said: str) -> None:
+def test_a_pose_set_by_something_else_is_not_written(tmp_path: Path, entity: str, name: str, said: str) -> None:
     text = f"{HEAD}params: {{height: 1}}\nentities:\n  cube: {entity.replace('%s', SHAPES)}\n"
     path = tmp_path / "scene.yaml"
     editor, loaded = opened(path, text)
@@ -111,22 +113,22 @@ def test_what_something_else_owns_is_refused(tmp_path: Path, entity: str, name: 
     assert not editor.can_undo
 
 
-def test_a_move_that_would_be_an_error_is_refused(tmp_path: Path) -> None:
+def test_a_move_that_causes_an_error_is_refused(tmp_path: Path) -> None:
     text = f"{HEAD}entities:\n  cube: {{pose: [0, 0, 1], {SHAPES}}}\n"
     path = tmp_path / "scene.yaml"
     editor, loaded = opened(path, text)
     options = Options.of(limits={"text_bytes": len(text)})
-    with pytest.raises(EditError, match="the file would have an error then"):
+    with pytest.raises(EditError, match="the file would have an error"):
         editor.write_pose(loaded, options, loaded.plan.entities[0], 0, (0.0, 0.0, 1.5, *UNTURNED))
     assert path.read_text() == text
 
 
-def test_a_file_that_has_changed_is_left_alone(tmp_path: Path) -> None:
+def test_a_file_changed_meanwhile_is_not_written(tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     text = f"{HEAD}entities:\n  cube: {{pose: [0, 0, 1], {SHAPES}}}\n"
     editor, loaded = opened(path, text)
     path.write_text(text + "# more\n")
-    with pytest.raises(EditError, match="the file has changed since it was shown"):
+    with pytest.raises(EditError, match="the file has changed since it was loaded"):
         write(editor, loaded, (0.0, 0.0, 2.0, *UNTURNED))
     path.write_text(text)
     assert write(editor, loaded, (0.0, 0.0, 2.0, *UNTURNED))
@@ -136,7 +138,7 @@ def test_a_file_that_has_changed_is_left_alone(tmp_path: Path) -> None:
     assert path.read_text() == text + "# more\n"
 
 
-def test_a_link_is_written_through_and_not_followed_elsewhere(tmp_path: Path) -> None:
+def test_a_link_is_written_through_to_its_first_target(tmp_path: Path) -> None:
     real, other, link = (tmp_path / name for name in ("real.yaml", "other.yaml", "link.yaml"))
     text = f"{HEAD}entities:\n  cube: {{pose: [0, 0, 1], {SHAPES}}}\n"
     real.write_text(text)
@@ -153,7 +155,7 @@ def test_a_link_is_written_through_and_not_followed_elsewhere(tmp_path: Path) ->
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everything")
-def test_a_file_that_may_not_be_written_is_told(tmp_path: Path) -> None:
+def test_an_unwritable_file_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     editor, loaded = opened(path, f"{HEAD}entities:\n  cube: {{pose: [0, 0, 1], {SHAPES}}}\n")
     tmp_path.chmod(0o500)
@@ -164,26 +166,24 @@ def test_a_file_that_may_not_be_written_is_told(tmp_path: Path) -> None:
         tmp_path.chmod(0o700)
 
 
-def test_a_file_that_is_read_only_stays_so_in_a_folder_that_may_be_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_read_only_file_is_not_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "scene.yaml"
     editor, loaded = opened(path, f"{HEAD}entities:\n  cube: {{pose: [0, 0, 1], {SHAPES}}}\n")
     before = path.read_bytes()
     monkeypatch.setattr("os.access", lambda at, mode: (Path(at), mode) != (path, os.W_OK))
-    with pytest.raises(EditError, match="the file may not be written"):
+    with pytest.raises(EditError, match="the file is not writable"):
         write(editor, loaded, (0.0, 0.0, 2.0, *UNTURNED))
     assert path.read_bytes() == before
 
 
-def test_what_is_no_scene_file_is_not_written() -> None:
+def test_only_scene_files_are_written() -> None:
     found = load({"scenecc": 1, "entities": {"cube": {"shapes": [{"type": "sphere", "radius": 1}]}}}, Options.of(), {})
     assert found.loaded is not None
-    with pytest.raises(EditError, match="no scene file in YAML"):
+    with pytest.raises(EditError, match="not a YAML scene file"):
         write(FileEditor(None), found.loaded, (0.0, 0.0, 2.0, *UNTURNED))
 
 
-def test_nothing_is_written_for_everyone_who_reaches_the_page(tmp_path: Path) -> None:
+def test_a_public_page_without_token_writes_no_file(tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     _, loaded = opened(path, f"{HEAD}entities:\n  cube:\n    pose: [0, 0, 1]\n    {SHAPES}\n")
     before = path.read_bytes()

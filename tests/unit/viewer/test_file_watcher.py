@@ -47,7 +47,7 @@ def looker(monkeypatch: pytest.MonkeyPatch) -> Looker:
     return Looker()
 
 
-def test_a_change_is_found_once(looker: Looker, tmp_path: Path) -> None:
+def test_a_file_change_is_reported_once(looker: Looker, tmp_path: Path) -> None:
     file = tmp_path / "scene.yaml"
     file.write_text("a")
     looker.watch.see([file])
@@ -56,7 +56,7 @@ def test_a_change_is_found_once(looker: Looker, tmp_path: Path) -> None:
     assert not looker.finds_a_change()
 
 
-def test_a_file_that_another_takes_the_place_of_and_one_that_goes(looker: Looker, tmp_path: Path) -> None:
+def test_replaced_and_removed_files_are_reported(looker: Looker, tmp_path: Path) -> None:
     file, other = tmp_path / "scene.yaml", tmp_path / "part"
     file.write_text("a")
     looker.watch.see([file])
@@ -67,7 +67,7 @@ def test_a_file_that_another_takes_the_place_of_and_one_that_goes(looker: Looker
     assert looker.finds_a_change()
 
 
-def test_a_file_that_comes_in_a_folder_that_comes(looker: Looker, tmp_path: Path) -> None:
+def test_a_new_file_in_a_new_folder_is_reported(looker: Looker, tmp_path: Path) -> None:
     file = tmp_path / "parts" / "deep" / "mesh.obj"
     looker.watch.see([file])
     assert not looker.finds_a_change()
@@ -76,7 +76,7 @@ def test_a_file_that_comes_in_a_folder_that_comes(looker: Looker, tmp_path: Path
     assert looker.finds_a_change()
 
 
-def test_other_files_are_no_change(looker: Looker, tmp_path: Path) -> None:
+def test_changes_of_other_files_are_ignored(looker: Looker, tmp_path: Path) -> None:
     file = tmp_path / "scene.yaml"
     file.write_text("a")
     looker.watch.see([file])
@@ -84,7 +84,7 @@ def test_other_files_are_no_change(looker: Looker, tmp_path: Path) -> None:
     assert not looker.finds_a_change()
 
 
-def test_what_is_watched_can_change(looker: Looker, tmp_path: Path) -> None:
+def test_the_watched_files_can_be_replaced(looker: Looker, tmp_path: Path) -> None:
     before, after = tmp_path / "a" / "scene.yaml", tmp_path / "b" / "scene.yaml"
     for file in (before, after):
         file.parent.mkdir()
@@ -97,7 +97,7 @@ def test_what_is_watched_can_change(looker: Looker, tmp_path: Path) -> None:
     assert looker.finds_a_change()
 
 
-def test_a_new_file_that_changed_since_a_moment(looker: Looker, tmp_path: Path) -> None:
+def test_a_change_since_a_given_time_is_reported(looker: Looker, tmp_path: Path) -> None:
     old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
     for file in (old, new):
         file.write_text("a")
@@ -110,7 +110,7 @@ def test_a_new_file_that_changed_since_a_moment(looker: Looker, tmp_path: Path) 
     assert not looker.finds_a_change()
 
 
-def test_a_change_between_two_orders_is_found(looker: Looker, tmp_path: Path) -> None:
+def test_a_change_between_two_calls_is_reported(looker: Looker, tmp_path: Path) -> None:
     file, other = tmp_path / "scene.yaml", tmp_path / "other" / "mesh.obj"
     file.write_text("a")
     looker.watch.see([file])
@@ -141,7 +141,7 @@ def told() -> Iterator[Told]:
     made.watch.close()
 
 
-def test_the_system_tells_of_a_change(told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_notifications_of_the_system_are_used(told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scenecc.viewer.tasks._ASK", 10_000_000)  # nobody asks: the next time is hours away
     file = tmp_path / "scene.yaml"
     file.write_text("a")
@@ -153,7 +153,7 @@ def test_the_system_tells_of_a_change(told: Told, tmp_path: Path, monkeypatch: p
     assert len(text) < 1000
 
 
-def test_a_folder_that_comes_again_is_found(told: Told, tmp_path: Path) -> None:
+def test_a_recreated_folder_is_watched_again(told: Told, tmp_path: Path) -> None:
     file = tmp_path / "folder" / "scene.yaml"
     file.parent.mkdir()
     file.write_text("a")
@@ -167,9 +167,7 @@ def test_a_folder_that_comes_again_is_found(told: Told, tmp_path: Path) -> None:
         assert file.exists()
 
 
-def test_without_the_systems_help_files_are_looked_at(
-    told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_are_polled_without_notifications(told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*folders: object, **options: object) -> None:
         raise OSError("OS file watch limit reached")
 
@@ -199,7 +197,7 @@ def test_a_primitive_keeps_its_vertices(name: str) -> None:
     assert np.array_equal(mesh.faces, surface.faces)
 
 
-def test_triangles_that_are_flat_share_no_vertex() -> None:
+def test_flat_triangles_share_no_vertex() -> None:
     ball = primitives.sphere()
     surface = primitives.make_surface(ball.vertices, ball.faces, None, ball.uvs)
     mesh = mesh_of(MeshPart(surface, SurfaceMaterial()))

@@ -61,7 +61,7 @@ def row(kind: str, **given: Any) -> ParamRow:
         (row("string", value="${name}_1"), "${name}_1", "text", "${name}_1", "", ""),
     ],
 )
-def test_a_control_shows_a_value_and_gives_others(
+def test_a_parameter_control_shows_and_returns_values(
     param: ParamRow, value: Any, kind: str, shown: Any, typed: Any, becomes: Any
 ) -> None:
     gui, given = Gui(), list[Any]()
@@ -74,13 +74,13 @@ def test_a_control_shows_a_value_and_gives_others(
     assert type(given[0]) is type(becomes)
 
 
-def test_a_slider_of_whole_numbers_steps_by_one() -> None:
+def test_an_integer_slider_steps_by_one() -> None:
     gui = Gui()
     add_control(gui, row("integer", low=1, high=9), 3, print)  # pyright: ignore[reportArgumentType]
     assert gui.arguments["step"] == 1
 
 
-def test_steps_are_fine_enough_for_numbers_that_somebody_types() -> None:
+def test_slider_steps_are_fine_enough_for_typed_numbers() -> None:
     for param, value, step in (
         (row("number", low=0.4, high=1.2), 0.7, 0.001),
         (row("number"), 0.7, 1e-5),
@@ -93,7 +93,7 @@ def test_steps_are_fine_enough_for_numbers_that_somebody_types() -> None:
         assert gui.arguments["step"] == pytest.approx(step)
 
 
-def test_what_is_no_yaml_is_given_as_it_was_typed() -> None:
+def test_typed_text_that_is_not_yaml_is_a_string() -> None:
     # The parameter then says what it takes.
     assert read_param_text("[1, 2", "vector") == "[1, 2"
     assert read_param_text("*x", "number") == "*x"

@@ -42,7 +42,7 @@ def place(handle: Any) -> tuple[float, ...]:
     return tuple(handle.position.tolist())
 
 
-def test_what_is_selected_is_outlined_and_marked_in_the_tree(shown: Shown) -> None:
+def test_the_selected_body_is_outlined_and_marked_in_the_tree(shown: Shown) -> None:
     shown.session.select(BOX)
     outline = shown.node("/selected")
     assert place(outline) == pytest.approx((1, 0, 0.5))
@@ -56,7 +56,7 @@ def test_what_is_selected_is_outlined_and_marked_in_the_tree(shown: Shown) -> No
     assert shown.node("/selected") is None, "what has no end has no box"
 
 
-def test_what_is_hidden_is_gone_from_the_picture_and_stays_in_the_tree(shown: Shown) -> None:
+def test_a_hidden_body_leaves_the_view_but_not_the_tree(shown: Shown) -> None:
     shown.session.select(BOX)
     shown.session.hide(hidden=True)
     assert shown.node("/scene 0/box") is None
@@ -73,7 +73,7 @@ def test_what_is_hidden_is_gone_from_the_picture_and_stays_in_the_tree(shown: Sh
     assert shown.node("/scene 0/box/visual 0") is not None
 
 
-def test_what_is_locked_takes_no_click_in_the_picture_and_no_move(shown: Shown) -> None:
+def test_a_locked_body_ignores_clicks_and_moves(shown: Shown) -> None:
     shown.session.select(BOX)
     shown.session.move(on=True)
     assert shown.node("/gizmo") is not None
@@ -88,7 +88,7 @@ def test_what_is_locked_takes_no_click_in_the_picture_and_no_move(shown: Shown) 
     assert shown.session._selected == BOX, "the tree selects what is locked"
 
 
-def test_a_drag_is_written_into_the_file_and_taken_back_to_the_byte(shown: Shown) -> None:
+def test_a_drag_is_written_to_the_file_and_can_be_undone(shown: Shown) -> None:
     shown.session.select(BOX)
     shown.session.move(on=True)
     assert place(shown.node("/gizmo")) == pytest.approx((1, 0, 0.5))
@@ -106,11 +106,11 @@ def test_a_drag_is_written_into_the_file_and_taken_back_to_the_byte(shown: Shown
     assert place(shown.node("/scene 0/box")) == pytest.approx((1, 0, 0.5))
 
 
-def test_what_an_expression_owns_has_no_gizmo_and_says_why(shown: Shown) -> None:
+def test_a_pose_from_an_expression_has_no_gizmo_but_a_reason(shown: Shown) -> None:
     shown.session.select(TALL)
     shown.session.move(on=True)
     assert shown.node("/gizmo") is None
-    assert "an expression or a form owns `pose`" in shown.texts()
+    assert "`pose` is an expression or a form" in shown.texts()
     shown.session.drop(TALL, (9.0, 9.0, 9.0, *UNTURNED))
     assert shown.path.read_text() == SCENE
 
@@ -122,11 +122,11 @@ def test_a_refused_drop_puts_the_body_back(shown: Shown) -> None:
     shown.path.write_text(SCENE + "# saved meanwhile\n")
     shown.session.drop(BOX, (5.0, 0.5, 0.5, *UNTURNED))
     assert place(shown.node("/scene 0/box")) == pytest.approx((1, 0, 0.5))
-    assert "the file has changed since it was shown" in shown.texts()
+    assert "the file has changed since it was loaded" in shown.texts()
     assert shown.path.read_text() == SCENE + "# saved meanwhile\n"
 
 
-def test_a_drag_of_what_is_gone_does_nothing(shown: Shown) -> None:
+def test_dragging_a_removed_body_does_nothing(shown: Shown) -> None:
     shown.session.select(BOX)
     shown.session.move(on=True)
     for gone in ((0, "no", 0), (9, "box", 0)):
@@ -135,7 +135,7 @@ def test_a_drag_of_what_is_gone_does_nothing(shown: Shown) -> None:
     assert shown.path.read_text() == SCENE
 
 
-def test_a_link_drags_its_robot_by_the_root(shown: Shown) -> None:
+def test_dragging_a_link_moves_the_root_of_its_robot(shown: Shown) -> None:
     shown.session.select(TIP)
     shown.session.move(on=True)
     assert place(shown.node("/gizmo")) == pytest.approx((0, 3, 0.1))
@@ -146,7 +146,7 @@ def test_a_link_drags_its_robot_by_the_root(shown: Shown) -> None:
     assert shown.path.read_text() == SCENE.replace("[0, 3, 0.1]", "[1, 3, 0.1]")
 
 
-def test_a_simulation_that_runs_ends_a_move(shown: Shown) -> None:
+def test_starting_the_simulation_ends_a_move(shown: Shown) -> None:
     shown.session.select(BOX)
     shown.session.move(on=True)
     shown.session.step(1)
@@ -159,7 +159,7 @@ def test_a_simulation_that_runs_ends_a_move(shown: Shown) -> None:
     assert shown.node("/gizmo") is not None
 
 
-def test_a_joint_is_moved_in_the_scene_and_not_in_the_file(shown: Shown) -> None:
+def test_a_joint_slider_does_not_change_the_file(shown: Shown) -> None:
     shown.session.select(TIP)
     (slider,) = shown.session._panel._selected._joints
     assert (slider.label, slider.min, slider.max) == ("joint 0", pytest.approx(-np.pi), pytest.approx(np.pi))
@@ -176,7 +176,7 @@ def test_a_joint_is_moved_in_the_scene_and_not_in_the_file(shown: Shown) -> None
     shown.session.set_joint(0, 1.0)
 
 
-def test_contacts_are_arrows_of_their_forces(shown: Shown) -> None:
+def test_contacts_are_shown_as_force_arrows(shown: Shown) -> None:
     shown.session.look_at(scenecc.ViewOptions(contacts=True))
     assert shown.node("/contacts") is None
     shown.session.step(20)
@@ -187,9 +187,9 @@ def test_contacts_are_arrows_of_their_forces(shown: Shown) -> None:
     assert shown.node("/contacts") is None
 
 
-def test_a_check_outlines_what_overlaps_and_links_to_its_line(shown: Shown) -> None:
+def test_the_check_button_outlines_overlaps_and_links_to_lines(shown: Shown) -> None:
     shown.session.check()
-    assert "Nothing is found." in shown.texts()
+    assert "No findings." in shown.texts()
     shown.path.write_text(SCENE.replace("pose: [1, 0, 0.5]", "pose: [1, 0, 0.45]"))
     shown.session.reload()
     shown.session.check()
@@ -220,7 +220,7 @@ class Browser:
         self.files[name] = content
 
 
-def test_a_film_takes_the_simulation_at_its_own_speed(shown: Shown) -> None:
+def test_a_recording_plays_at_the_speed_of_the_simulation(shown: Shown) -> None:
     pytest.importorskip("imageio_ffmpeg", reason="needs the extra `pictures`")
     browser: Any = Browser()
     shown.session.record(browser, 0.5)
@@ -232,7 +232,7 @@ def test_a_film_takes_the_simulation_at_its_own_speed(shown: Shown) -> None:
     assert browser.taken == 18, "a stop before it begins stops nothing"
 
 
-def test_a_browser_that_is_gone_ends_the_film(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disconnected_browser_ends_the_recording(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     def gone(self: Browser, *_: object, **__: object) -> Any:
         raise RuntimeError("the client disconnected")
 
@@ -246,7 +246,7 @@ def test_a_browser_that_is_gone_ends_the_film(shown: Shown, monkeypatch: pytest.
 @pytest.mark.parametrize(
     "pose", [(np.nan, 0, 0, *UNTURNED), (0, 0, np.inf, *UNTURNED), (1e9, 0, 0, *UNTURNED), (0, 0, 0, 0, 0, 0, 0)]
 )
-def test_a_browser_may_send_any_pose(shown: Shown, pose: tuple[float, ...]) -> None:
+def test_invalid_poses_from_a_browser_are_ignored(shown: Shown, pose: tuple[float, ...]) -> None:
     shown.session.select(BOX)
     shown.session.move(on=True)
     gizmo = shown.node("/gizmo")
@@ -266,7 +266,7 @@ entities:
 """
 
 
-def test_many_copies_are_one_node_and_move_in_one_message(
+def test_many_copies_are_one_node_with_one_message_per_move(
     shown: Shown, server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shown.path.write_text(MANY)
@@ -302,7 +302,7 @@ def test_a_click_on_a_copy_selects_its_body(shown: Shown, server: viser.ViserSer
     assert place(shown.node("/selected")) == pytest.approx((7, 0, 0.5))
 
 
-def test_a_hidden_copy_is_taken_out_of_the_node(shown: Shown, server: viser.ViserServer) -> None:
+def test_a_hidden_copy_is_removed_from_the_node(shown: Shown, server: viser.ViserServer) -> None:
     shown.path.write_text(MANY)
     shown.session.reload()
     shown.session.select((0, "ball_3", 0))

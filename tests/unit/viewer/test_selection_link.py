@@ -97,7 +97,7 @@ def test_the_entity_at_the_cursor_is_selected(linked: Linked) -> None:
     assert linked.heard.empty(), "what an editor has selected is not told to it"
 
 
-def test_what_stands_in_no_file_of_the_scene_changes_nothing(linked: Linked) -> None:
+def test_a_place_outside_the_scenes_files_changes_no_selection(linked: Linked) -> None:
     linked.selects(linked.place("scene.yaml", "cube"))
     for name, entity in (("scene.yaml", "cubes"), ("desk.yaml", "cube"), ("other.yaml", "cube")):
         assert linked.selects(linked.place(name, entity)) == (0, "cube", 0)
@@ -110,7 +110,7 @@ def test_a_body_of_another_scene_or_copy_stays_selected(linked: Linked) -> None:
     assert linked.selects(linked.place("desk.yaml", "leg")) == (1, "desk/leg_2", 0)
 
 
-def test_a_click_tells_where_the_entity_is_written_and_what_brings_it_in(linked: Linked) -> None:
+def test_a_click_sends_the_place_of_the_entity_and_its_users(linked: Linked) -> None:
     linked.session.pick((0, "cube", 0))
     assert linked.heard.get(timeout=20) == [linked.place("scene.yaml", "cube")]
     linked.session.select((0, "desk/leg_1", 0))

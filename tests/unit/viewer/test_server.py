@@ -49,7 +49,7 @@ def opened(server: viser.ViserServer, origin: str | None, headers: dict[str, str
     "origin",
     [None, "http://127.0.0.1:{port}", "http://localhost:{port}", "http://localhost:9", "https://[::1]"],
 )
-def test_a_page_of_this_machine_may_talk(server: viser.ViserServer, origin: str | None) -> None:
+def test_a_page_of_this_machine_may_connect(server: viser.ViserServer, origin: str | None) -> None:
     where = None if origin is None else origin.format(port=server.get_port())
     with opened(server, where) as page:
         assert page.recv(10)
@@ -59,7 +59,7 @@ def test_a_page_of_this_machine_may_talk(server: viser.ViserServer, origin: str 
     "origin",
     ["https://example.org", "http://127.0.0.1.example.org", "http://localhost.example.org:80", "null", "file://"],
 )
-def test_a_page_of_another_site_may_not(server: viser.ViserServer, origin: str) -> None:
+def test_a_page_of_another_site_may_not_connect(server: viser.ViserServer, origin: str) -> None:
     with pytest.raises(InvalidStatus) as caught:
         opened(server, origin)
     assert caught.value.response.status_code == 403
@@ -76,11 +76,11 @@ def test_every_loopback_address_is_closed_to_other_sites(host: str, closed: bool
 @pytest.mark.parametrize("host", ["", " "])
 def test_an_empty_host_is_refused(host: str) -> None:
     """The system takes it for every address of the machine."""
-    with pytest.raises(ValueError, match=r"a host is an address or the name of a machine.*0\.0\.0\.0"):
+    with pytest.raises(ValueError, match=r"a host must be an address or host name.*0\.0\.0\.0"):
         PageAddress(host=host)
 
 
-def test_a_page_cannot_make_it_public(server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_cannot_publish_the_server(server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch) -> None:
     def never(*given: object) -> None:
         raise AssertionError(f"a tunnel was asked for: {given}")
 
@@ -88,14 +88,14 @@ def test_a_page_cannot_make_it_public(server: viser.ViserServer, monkeypatch: py
     assert server.request_share_url() is None
 
 
-def test_a_port_in_use_and_an_address_of_nobody_are_refused(server: viser.ViserServer) -> None:
+def test_a_port_in_use_and_an_unknown_host_are_refused(server: viser.ViserServer) -> None:
     with pytest.raises(OSError, match="in use"):
         open_server(PageAddress(port=server.get_port()), "")
     with pytest.raises(OSError, match="assign"):
         open_server(PageAddress(host="192.0.2.1", port=0), "")
 
 
-def test_without_a_port_the_first_that_is_free_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_port_the_first_free_one_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         first = taken.getsockname()[1]
         monkeypatch.setattr("scenecc.viewer.page._FIRST", first)
@@ -104,7 +104,7 @@ def test_without_a_port_the_first_that_is_free_is_taken(monkeypatch: pytest.Monk
         close_server(made)
 
 
-def test_nothing_of_it_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_viewer_library_prints_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     close_server(open_server(PageAddress(port=0), ""))
     assert capsys.readouterr() == ("", "")
 
@@ -112,12 +112,12 @@ def test_nothing_of_it_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("host", "opened"), [("127.0.0.1", "127.0.0.1"), ("::1", "[::1]"), ("box", "box"), ("192.0.2.7", "192.0.2.7")]
 )
-def test_an_address_is_one_that_a_browser_opens(host: str, opened: str) -> None:
+def test_the_printed_address_opens_in_a_browser(host: str, opened: str) -> None:
     assert address(PageAddress(host), 81) == f"http://{opened}:81"
 
 
 @pytest.mark.parametrize(("host", "nowhere"), [("0.0.0.0", "0.0.0.0"), ("::", "[::]")])
-def test_the_address_of_a_page_for_everybody_is_one_of_this_machine(host: str, nowhere: str) -> None:
+def test_the_address_of_a_public_page_is_one_of_this_machine(host: str, nowhere: str) -> None:
     found = re.fullmatch(r"http://(.+):81/\?token=a%2Fb", address(PageAddress(host, token="a/b"), 81))
     assert found is not None
     assert found[1] != nowhere
@@ -136,7 +136,7 @@ def asked(server: viser.ViserServer, path: str, **headers: str) -> tuple[int, st
             return error.code, error.headers.get("Set-Cookie", "")
 
 
-def test_a_token_lets_in_whoever_has_it() -> None:
+def test_a_token_grants_access_to_the_page() -> None:
     server = open_server(PageAddress(port=0, token="a/b c"), "")
     try:
         for path in ("/", "/?token=", "/?token=a/b", "/?token=%F0%9F%98%80", "/index.html", "/?other=a/b c"):
@@ -158,18 +158,18 @@ def test_a_token_lets_in_whoever_has_it() -> None:
 
 
 @pytest.mark.parametrize("token", ["", "schlüssel"])
-def test_a_token_that_no_address_holds_is_refused(token: str) -> None:
-    with pytest.raises(ValueError, match="a token is one or more ASCII characters"):
+def test_a_token_that_does_not_fit_in_an_address_is_refused(token: str) -> None:
+    with pytest.raises(ValueError, match="a token must have one or more ASCII characters"):
         PageAddress(token=token)
 
 
 @pytest.mark.parametrize("host", ["x" * 64 + ".invalid", "..", "a\udcff"])
-def test_a_host_that_cannot_be_a_name_is_an_address_of_nobody(host: str) -> None:
+def test_an_invalid_host_name_is_an_unknown_host(host: str) -> None:
     with pytest.raises(OSError, match=r".+"):
         open_server(PageAddress(host, 0), "")
 
 
-def test_messages_that_mean_nothing_end_their_connection_and_say_nothing(
+def test_invalid_messages_close_their_connection_silently(
     server: viser.ViserServer, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:
     box = server.gui.add_number("a number", initial_value=1.0)

@@ -23,7 +23,7 @@ from scenecc.diagnostics.diagnostic import Location
 from scenecc.viewer.controls import AS_WRITTEN
 
 
-def test_a_save_shows_what_is_new_and_leaves_the_rest(shown: Shown) -> None:
+def test_a_save_updates_only_what_has_changed(shown: Shown) -> None:
     ball = shown.node(f"{BALL}/visual 0")
     shown.path.write_text(SCENE + MORE)
     shown.session.reload()
@@ -36,7 +36,7 @@ def test_a_save_shows_what_is_new_and_leaves_the_rest(shown: Shown) -> None:
     assert shown.told == [[], [], []]
 
 
-def test_a_mistake_is_told_over_the_last_good_scene_until_it_is_mended(shown: Shown) -> None:
+def test_an_error_is_shown_above_the_last_valid_scene(shown: Shown) -> None:
     shown.path.write_text(SCENE.replace("sphere", "spere") + MORE)
     shown.session.reload()
     assert "scene.yaml:6:" in shown.texts()
@@ -56,7 +56,7 @@ def test_a_mistake_is_told_over_the_last_good_scene_until_it_is_mended(shown: Sh
     assert shown.told == [[], ["SC105"], []]
 
 
-def test_a_file_that_is_broken_at_first_is_shown_once_it_is_mended(server: viser.ViserServer, tmp_path: Path) -> None:
+def test_a_file_with_errors_at_first_is_shown_once_fixed(server: viser.ViserServer, tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     path.write_text("scenecc: [")
     shown = Shown(server, path)
@@ -73,7 +73,7 @@ def test_a_file_that_is_broken_at_first_is_shown_once_it_is_mended(server: viser
     shown.session.close()
 
 
-def test_a_parameter_builds_the_scene_anew(shown: Shown) -> None:
+def test_changing_a_parameter_rebuilds_the_scene(shown: Shown) -> None:
     assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
     shown.session.give("size", 0.3)
     assert shown.node(f"{BALL}/visual 0").scale == (0.3, 0.3, 0.3)
@@ -96,7 +96,7 @@ def test_a_parameter_builds_the_scene_anew(shown: Shown) -> None:
     assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
 
 
-def test_as_in_the_file_lets_go_of_what_was_given_at_the_start(server: viser.ViserServer, tmp_path: Path) -> None:
+def test_as_in_the_file_drops_values_given_at_the_start(server: viser.ViserServer, tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     path.write_text(SCENE)
     for give in (lambda it: it.give_nothing(), lambda it: it.give("size", AS_WRITTEN)):
@@ -110,7 +110,7 @@ def test_as_in_the_file_lets_go_of_what_was_given_at_the_start(server: viser.Vis
         shown.session.close()
 
 
-def test_steps_and_resets_move_what_is_shown(shown: Shown) -> None:
+def test_steps_and_resets_move_the_shown_bodies(shown: Shown) -> None:
     start = shown.node(BALL).position[2]
     shown.session.step(20)
     fallen = shown.node(BALL).position[2]
@@ -127,7 +127,7 @@ def test_steps_and_resets_move_what_is_shown(shown: Shown) -> None:
         assert other == pytest.approx(float(batch.entities["ball"].pose[0, 2]), abs=0)
 
 
-def test_what_is_shown_of_it_changes_nothing_of_the_simulation(shown: Shown) -> None:
+def test_view_options_do_not_change_the_simulation(shown: Shown) -> None:
     shown.session.step(20)
     place = shown.node(BALL).position.copy()
     shown.session.look_at(ViewOptions(frames=True, names=True, collision=True))
@@ -142,7 +142,7 @@ def test_what_is_shown_of_it_changes_nothing_of_the_simulation(shown: Shown) -> 
     assert shown.node(f"{BALL}/visual 0") is None
 
 
-def test_a_body_is_told_and_told_anew_after_a_save(shown: Shown) -> None:
+def test_properties_of_a_body_are_updated_after_a_save(shown: Shown) -> None:
     shown.session.select((0, "ball", 0))
     assert "ball" in shown.texts()
     before = shown.texts()
@@ -152,14 +152,14 @@ def test_a_body_is_told_and_told_anew_after_a_save(shown: Shown) -> None:
     assert "12.5 kg" not in before
 
 
-def test_what_is_gone_is_no_longer_told(shown: Shown) -> None:
+def test_a_removed_body_is_no_longer_selected(shown: Shown) -> None:
     shown.session.select((0, "ball", 0))
     shown.path.write_text(SCENE.replace("ball", "other"))
     shown.session.reload()
-    assert "Click on a body" in shown.texts()
+    assert "Click a body" in shown.texts()
 
 
-def test_of_values_given_by_hand_those_stay_that_the_file_takes(shown: Shown) -> None:
+def test_values_set_on_the_page_are_kept_if_the_file_accepts_them(shown: Shown) -> None:
     two = SCENE.replace("entities:", "  height: 1\nentities:").replace("{uniform: [1, 2]}", '"${height}"')
     shown.path.write_text(two)
     shown.session.reload()
@@ -171,7 +171,7 @@ def test_of_values_given_by_hand_those_stay_that_the_file_takes(shown: Shown) ->
     assert shown.node(BALL).position[2] == 3
 
 
-def test_a_seed_builds_everything_anew(shown: Shown) -> None:
+def test_another_seed_rebuilds_everything(shown: Shown) -> None:
     start = shown.node(BALL).position[2]
     shown.session.rebuild(7)
     assert shown.node(BALL).position[2] != pytest.approx(start)
@@ -179,7 +179,7 @@ def test_a_seed_builds_everything_anew(shown: Shown) -> None:
         assert shown.node(BALL).position[2] == pytest.approx(float(batch.entities["ball"].pose[0, 2]), abs=0)
 
 
-def test_a_reset_that_cannot_be_done_is_told_and_changes_nothing(server: viser.ViserServer, tmp_path: Path) -> None:
+def test_a_failed_reset_is_reported_and_changes_nothing(server: viser.ViserServer, tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     text = SCENE.replace("{uniform: [1, 2]}", '"${1 / u}"').replace("num_scenes: 2", "num_scenes: 1")
     path.write_text(text.replace("entities:", "draws: {u: {integers: [0, 3]}}\nentities:"))
@@ -199,7 +199,7 @@ def test_a_reset_that_cannot_be_done_is_told_and_changes_nothing(server: viser.V
     shown.session.close()
 
 
-def test_a_seed_that_no_browser_can_show_is_kept(shown: Shown) -> None:
+def test_a_seed_too_large_for_a_browser_is_kept(shown: Shown) -> None:
     large = 2**64 - 1
     shown.path.write_text(SCENE.replace("num_scenes: 2", f"num_scenes: 2\nseed: {large}"))
     shown.session.reload()
@@ -211,7 +211,7 @@ def test_a_seed_that_no_browser_can_show_is_kept(shown: Shown) -> None:
         assert panel._asked_seed() == read
 
 
-def test_a_browser_may_send_anything(shown: Shown) -> None:
+def test_invalid_values_from_a_browser_are_handled(shown: Shown) -> None:
     panel = shown.session._panel
     slider, _, _ = panel._made["scenes"]
     for sent, index in ((-7, 0), (10**9, 1), (1, 1)):
@@ -220,7 +220,7 @@ def test_a_browser_may_send_anything(shown: Shown) -> None:
         assert shown.node(f"/scene {index}/ball") is not None
 
 
-def test_what_is_shown_of_it_moves_no_body_for_a_moment(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_changing_view_options_moves_no_body(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     shown.session.step(20)
     sent: list[Any] = []
     queue = type(shown.server.scene)._queue_scene_message
@@ -236,7 +236,7 @@ def test_what_is_shown_of_it_moves_no_body_for_a_moment(shown: Shown, monkeypatc
 
 
 @pytest.mark.parametrize("timestep", [0.01, 0.025, 0.1, 0.3])
-def test_it_runs_as_fast_as_its_own_time(
+def test_the_simulation_runs_in_real_time(
     server: viser.ViserServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, timestep: float
 ) -> None:
     path = tmp_path / "scene.yaml"
@@ -255,7 +255,7 @@ def test_it_runs_as_fast_as_its_own_time(
     shown.session.close()
 
 
-def test_a_scene_that_cannot_be_built_is_tried_again(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_build_is_tried_again(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     class Broken:
         def __init__(self, *given: object) -> None:
             raise scenecc.SceneError([Diagnostic("SC808", "error", "no such thing", Location(None))])
@@ -270,7 +270,7 @@ def test_a_scene_that_cannot_be_built_is_tried_again(shown: Shown, monkeypatch: 
     assert "SC808" not in shown.texts()
 
 
-def test_a_scene_that_is_not_there_is_refused(server: viser.ViserServer, tmp_path: Path) -> None:
+def test_a_session_refuses_a_missing_scene_index(server: viser.ViserServer, tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     path.write_text(SCENE)
     shown = Shown(server, path, ViewOptions(scene=2))
@@ -279,7 +279,7 @@ def test_a_scene_that_is_not_there_is_refused(server: viser.ViserServer, tmp_pat
     shown.session.close()
 
 
-def test_it_runs_until_it_is_interrupted_and_follows_the_clock_and_the_file(shown: Shown) -> None:
+def test_a_session_runs_until_interrupted_and_follows_the_file(shown: Shown) -> None:
     class Interrupted(Exception):
         """As Ctrl-C does, in the thread that runs."""
 
@@ -316,7 +316,7 @@ def soon(ask: Callable[[], bool], within: float = 20) -> None:
         time.sleep(0.02)
 
 
-def test_the_seed_is_the_files_until_another_is_asked_for(shown: Shown) -> None:
+def test_the_seed_is_that_of_the_file_until_it_is_changed(shown: Shown) -> None:
     field = shown.session._panel._seed
     assert field.value == 0
     shown.path.write_text(SCENE.replace("num_scenes: 2", "num_scenes: 2\nseed: 12"))
@@ -328,7 +328,7 @@ def test_the_seed_is_the_files_until_another_is_asked_for(shown: Shown) -> None:
     assert field.value == 7
 
 
-def test_a_simulation_that_diverges_pauses_and_a_reset_mends_it(shown: Shown) -> None:
+def test_a_diverging_simulation_pauses_until_a_reset(shown: Shown) -> None:
     shown.path.write_text(SCENE.replace("entities:", "physics: {gravity: [0, 0, -1.0e+6], timestep: 1}\nentities:"))
     shown.session.reload()
     shown.session.play()

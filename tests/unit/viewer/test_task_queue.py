@@ -12,7 +12,7 @@ import pytest
 from scenecc.viewer.tasks import TaskQueue, interrupts_kept
 
 
-def test_tasks_come_in_order_and_the_last_of_a_key_counts() -> None:
+def test_tasks_run_in_order_and_the_last_of_a_key_counts() -> None:
     mail, done = TaskQueue(), list[str]()
     for key, word in (("a", "first"), ("b", "second"), ("a", "third"), (object(), "fourth"), (object(), "fifth")):
         mail.post(key, lambda word=word: done.append(word))
@@ -21,13 +21,13 @@ def test_tasks_come_in_order_and_the_last_of_a_key_counts() -> None:
     assert done == ["second", "third", "fourth", "fifth"]
 
 
-def test_it_waits_for_a_task_and_gives_up() -> None:
+def test_taking_a_task_waits_until_the_timeout() -> None:
     began = time.monotonic()
     assert TaskQueue().take(0.05) is None
     assert time.monotonic() - began > 0.04
 
 
-def test_an_interruption_that_is_swallowed_comes_again() -> None:
+def test_a_swallowed_interrupt_is_raised_again() -> None:
     mail, came = TaskQueue(), list[int]()
 
     def interrupt(number: int, frame: object) -> None:
@@ -49,7 +49,7 @@ def test_an_interruption_that_is_swallowed_comes_again() -> None:
     assert came == [signal.SIGINT, signal.SIGINT]
 
 
-def test_a_task_wakes_who_waits() -> None:
+def test_a_new_task_wakes_the_waiting_thread() -> None:
     mail, done = TaskQueue(), list[int]()
     sender = threading.Timer(0.05, lambda: mail.post("a", lambda: done.append(1)))
     sender.start()

@@ -12,7 +12,7 @@ from scenecc.viewer import texts
 EVIL = "<img src=x onerror=alert(1)>&\"'"
 
 
-def test_whatever_a_scene_says_is_escaped() -> None:
+def test_text_of_a_scene_is_escaped_in_html() -> None:
     inner = Item(EVIL, EVIL, (Fact(EVIL, EVIL, EVIL),))
     item = Item(EVIL, EVIL, (Fact("mass", 1, EVIL),), ((EVIL, (inner,)), (EVIL, inner)))
     for text in (texts.facts(item), texts.line(EVIL), texts.message(EVIL, color="red")):
@@ -20,7 +20,7 @@ def test_whatever_a_scene_says_is_escaped() -> None:
         assert "&lt;img" in text
 
 
-def test_facts_are_introduced_and_what_has_no_words_is_left_out() -> None:
+def test_facts_have_labels_and_empty_ones_are_left_out() -> None:
     item = Item("cube", "dynamic", (Fact("mass", 1.0, "1 kg"), Fact("path", "/x", "")), (("joint", Item("", "fixed")),))
     text = texts.facts(item)
     assert ">mass</span> 1 kg" in text
@@ -28,7 +28,7 @@ def test_facts_are_introduced_and_what_has_no_words_is_left_out() -> None:
     assert "<b>joint</b>" in text, "what has no name is called as its group"
 
 
-def test_a_finding_leads_to_its_line_only_on_this_machine(tmp_path: Path) -> None:
+def test_findings_link_to_lines_only_on_this_machine(tmp_path: Path) -> None:
     place = Location(str(tmp_path / "a scene#1.yaml"), 7, 3)
     found = Diagnostic("SC850", "error", EVIL, place, hint=EVIL)
     linked = texts.findings([found], links=True)

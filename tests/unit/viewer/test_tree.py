@@ -15,7 +15,7 @@ def labels(rows: tuple[Branch, ...]) -> list[object]:
     return [row.label if row.key is not None else (row.label, labels(row.below)) for row in rows]
 
 
-def test_names_with_slashes_and_links_stand_in_folders() -> None:
+def test_names_with_slashes_and_links_are_in_folders() -> None:
     found, left = object_rows(SCENES)
     assert [(scene.index, scene.count) for scene in found] == [(0, 4), (2, 1)]
     assert labels(found[0].rows) == ["ground", ("desk", ["table", "leg"]), ("arm", ["base", "Tip"])]
@@ -23,7 +23,7 @@ def test_names_with_slashes_and_links_stand_in_folders() -> None:
     assert left == 0
 
 
-def test_a_search_leaves_what_has_a_text_in_its_name() -> None:
+def test_a_search_lists_names_that_contain_the_text() -> None:
     found, _ = object_rows(SCENES, "TIP")
     assert [labels(scene.rows) for scene in found] == [[("arm", ["Tip"])]]
     found, _ = object_rows(SCENES, "desk/t")
@@ -31,7 +31,7 @@ def test_a_search_leaves_what_has_a_text_in_its_name() -> None:
     assert object_rows(SCENES, "nothing") == ([], 0)
 
 
-def test_no_more_rows_are_listed_than_a_browser_takes() -> None:
+def test_the_number_of_rows_is_limited() -> None:
     many = {0: [(f"box_{number}", ()) for number in range(5000)]}
     found, left = object_rows(many)
     assert len(found[0].rows) == 200
@@ -40,6 +40,6 @@ def test_no_more_rows_are_listed_than_a_browser_takes() -> None:
     assert (labels(found[0].rows)[0], left) == ("box_499", 0)
 
 
-def test_an_articulation_beside_a_folder_of_its_name_stays_apart() -> None:
+def test_an_articulation_and_a_folder_of_the_same_name_are_separate() -> None:
     found, _ = object_rows({0: [("desk", ()), ("desk/leg", ())]})
     assert labels(found[0].rows) == ["desk", ("desk", ["leg"])]

@@ -59,7 +59,7 @@ def world(look: ViewOptions | None = None, scene: dict[str, Any] = SCENE, **give
     return World(found.loaded, look or ViewOptions())
 
 
-def test_a_scene_is_shown_as_its_entities_say() -> None:
+def test_the_page_shows_the_entities_of_a_scene() -> None:
     made, files = world(ViewOptions(scene=1)), SurfaceFiles()
     assert made.scene_idxs == (1,)
     picture = made.picture(ViewOptions(scene=1), files)
@@ -89,7 +89,7 @@ def test_a_scene_is_shown_as_its_entities_say() -> None:
     made.close()
 
 
-def test_what_is_shown_follows_the_look() -> None:
+def test_view_options_select_what_is_shown() -> None:
     made, files = world(), SurfaceFiles()
     plain = made.picture(ViewOptions(), files)
     named = made.picture(ViewOptions(names=True, frames=True), files)
@@ -108,7 +108,7 @@ def test_what_is_shown_follows_the_look() -> None:
     made.close()
 
 
-def test_scenes_side_by_side_are_apart() -> None:
+def test_scenes_of_a_grid_are_apart() -> None:
     look = ViewOptions(grid=True)
     made = world(look)
     assert (made.scene_idxs, made.left_out) == ((0, 1, 2), 0)
@@ -125,7 +125,7 @@ def test_scenes_side_by_side_are_apart() -> None:
     made.close()
 
 
-def test_a_ground_takes_no_room_beside_what_stands_on_it() -> None:
+def test_a_ground_does_not_widen_the_grid() -> None:
     tiles = {"type": "tiled_plane", "half_size": [8, 4], "texture_repeat": [16, 8]}
     ground = {"body_type": "static", "visuals": [tiles], "collisions": [{"type": "plane"}]}
     scene = {"scenecc": 1, "num_scenes": 2, "entities": {"ground": ground, "ball": {"shapes": [BALL]}}}
@@ -148,7 +148,7 @@ def test_a_ground_takes_no_room_beside_what_stands_on_it() -> None:
         each.close()
 
 
-def test_what_only_collides_has_its_room_where_it_is_shown() -> None:
+def test_collision_shapes_count_for_the_grid_if_shown() -> None:
     box = {"type": "box", "half_size": [5, 5, 5]}
     scene = {"scenecc": 1, "num_scenes": 2, "entities": {"only": {"collisions": [box]}}}
     look = ViewOptions(grid=True, collision=True)
@@ -162,7 +162,7 @@ def test_what_only_collides_has_its_room_where_it_is_shown() -> None:
     made.close()
 
 
-def test_scenes_with_too_many_bodies_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scenes_with_too_many_bodies_are_left_out_of_the_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scenecc.viewer.world._MOST_BODIES", 9)
     made = world(ViewOptions(grid=True))
     # Four bodies in scene 0 and five in scene 1.
@@ -170,7 +170,7 @@ def test_scenes_with_too_many_bodies_are_told(monkeypatch: pytest.MonkeyPatch) -
     made.close()
 
 
-def test_it_simulates_as_a_batch_does() -> None:
+def test_the_viewer_simulates_like_a_batch() -> None:
     made = world(ViewOptions(scene=2))
     with scenecc.load_scene(SCENE, scene_idxs=[2], render=False) as batch:
         assert made.timestep == batch.timestep
@@ -189,7 +189,7 @@ def test_it_simulates_as_a_batch_does() -> None:
     made.close()
 
 
-def test_facts_are_those_of_inspect() -> None:
+def test_the_viewer_shows_the_facts_of_inspect() -> None:
     made = world(ViewOptions(scene=1), mass=3)
     facts = made.facts((1, "ball", 0))
     assert facts is not None
@@ -200,7 +200,7 @@ def test_facts_are_those_of_inspect() -> None:
     made.close()
 
 
-def test_a_scene_that_is_not_there_is_refused() -> None:
+def test_a_page_refuses_a_missing_scene_index() -> None:
     found = loaded()
     assert found.loaded is not None
     with pytest.raises(scenecc.SceneError) as caught:
@@ -209,7 +209,7 @@ def test_a_scene_that_is_not_there_is_refused() -> None:
     check_selected_scene(ViewOptions(scene=2), found.loaded.plan)
 
 
-def test_loading_tells_what_was_used_and_looked_for(tmp_path: Any) -> None:
+def test_loading_returns_the_files_used_and_looked_for(tmp_path: Any) -> None:
     (tmp_path / "part.yaml").write_text("scenecc: 1\nentities: {cube: {shapes: [{type: sphere, radius: 0.1}]}}\n")
     scene = tmp_path / "scene.yaml"
     scene.write_text(
@@ -222,7 +222,7 @@ def test_loading_tells_what_was_used_and_looked_for(tmp_path: Any) -> None:
     assert found.files == {(tmp_path / name).resolve() for name in ("part.yaml", "no.obj")}
 
 
-def test_files_are_forgotten_when_nothing_shows_them() -> None:
+def test_files_are_dropped_when_nothing_shows_them() -> None:
     made, files = world(), SurfaceFiles()
     picture = made.picture(ViewOptions(), files)
     used = {node.digest for node in picture.nodes.values() if isinstance(node, SurfaceNode)}
@@ -269,7 +269,7 @@ def recorded(page: str) -> tuple[float, list[tuple[float, dict[str, object]]]]:
     return held["durationSeconds"], held["messages"]
 
 
-def test_a_page_holds_a_scene(tmp_path: Path) -> None:
+def test_an_exported_page_contains_the_scene(tmp_path: Path) -> None:
     path = tmp_path / "balls.yaml"
     path.write_text(RECORDED_SCENE)
     page = page_of_source(path).html
@@ -281,7 +281,7 @@ def test_a_page_holds_a_scene(tmp_path: Path) -> None:
     assert not any(str(name).startswith("/scene 1") for name in names)
 
 
-def test_it_plays_the_simulation_in_its_own_time(tmp_path: Path) -> None:
+def test_an_exported_page_plays_in_real_time(tmp_path: Path) -> None:
     path = tmp_path / "balls.yaml"
     path.write_text(RECORDED_SCENE)
     duration, messages = recorded(page_of_source(path, steps=50, look=ViewOptions(scene=1)).html)
@@ -300,7 +300,7 @@ def test_it_plays_the_simulation_in_its_own_time(tmp_path: Path) -> None:
     assert moved == {"/scene 1/ball"}, "what stands still is not told again"
 
 
-def test_a_scene_at_fault_gives_no_page(tmp_path: Path) -> None:
+def test_a_bad_scene_gives_no_page(tmp_path: Path) -> None:
     path = tmp_path / "balls.yaml"
     path.write_text(RECORDED_SCENE.replace("sphere", "spere"))
     with pytest.raises(scenecc.SceneError) as caught:
@@ -313,13 +313,13 @@ def test_a_scene_at_fault_gives_no_page(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="scene must be at least 0, not -1"):
         page_of_source(path, look=ViewOptions(scene=-1))
     for port in (-1, 65536):
-        with pytest.raises(ValueError, match=f"a port is 0 to 65535, not {port}"):
+        with pytest.raises(ValueError, match=f"a port must be from 0 to 65535, not {port}"):
             PageAddress(port=port)
     with pytest.raises(ValueError, match="steps must be at least 0"):
         page_of_source(path, steps=-1)
 
 
-def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_viewer_packages_give_an_install_hint(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scenecc.viewer.view.find_spec", lambda name: None)
     for call in (page_of_source, view_scene):
         with pytest.raises(scenecc.SceneError) as caught:
@@ -331,7 +331,7 @@ def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest
         assert caught.value.at_fault == "machine"
 
 
-def test_a_simulation_that_diverges_gives_no_page(tmp_path: Path) -> None:
+def test_a_diverging_simulation_gives_no_page(tmp_path: Path) -> None:
     path = tmp_path / "balls.yaml"
     path.write_text(f"physics: {{gravity: [0, 0, -1.0e+6], timestep: 1}}\n{RECORDED_SCENE}")
     page_of_source(path)
