@@ -171,7 +171,7 @@ PREFIX_PATTERN = r"^(?:[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*/?)
 PATTERN_HINTS = {
     NAME_PATTERN: "a name starts with a letter or `_` and continues with letters, digits, `_`, `.` and `-`",
     VARIABLE_PATTERN: "a name in expressions starts with a letter or `_` and continues with letters, digits and `_`",
-    PREFIX_PATTERN: '"" leaves the names inside as they are; anything else is the start of a name',
+    PREFIX_PATTERN: '"" keeps the names inside unchanged; any other value is the start of a name',
 }
 """What may stand where a text does not fit its pattern."""
 
