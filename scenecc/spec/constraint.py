@@ -35,8 +35,7 @@ class ConstraintKeys(RepeatKeys):
         "Whether it acts at the start; `batch.constraints[NAME].enabled` changes that.", default=True
     )
     scene_idxs: Maybe[SceneIdxs] = key(
-        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: those that both of its '
-        "bodies are in."
+        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Default: those with both bodies.'
     )
 
 
@@ -72,15 +71,15 @@ class GearConstraint(ConstraintKeys):
 class SpringKeys(SpecModel):
     """A spring in place of a hard stop."""
 
-    stiffness: Maybe[Leaf[NonNegative]] = key("Force beyond the limit [N/m; N·m/rad].", default=0)
-    damping: Maybe[Leaf[NonNegative]] = key("Force against motion beyond it [N·s/m; N·m·s/rad].", default=0)
+    stiffness: Maybe[Leaf[NonNegative]] = key("Stiffness beyond the limit [N/m; N·m/rad].", default=0)
+    damping: Maybe[Leaf[NonNegative]] = key("Damping beyond the limit [N·s/m; N·m·s/rad].", default=0)
 
 
 class AxisDriveKeys(SpringKeys):
     """The drive of an axis."""
 
-    stiffness: Maybe[Leaf[NonNegative]] = key("Force off the target [N/m; N·m/rad].", default=0)
-    damping: Maybe[Leaf[NonNegative]] = key("Force off the velocity of the target [N·s/m; N·m·s/rad].", default=0)
+    stiffness: Maybe[Leaf[NonNegative]] = key("Stiffness: force per position error [N/m; N·m/rad].", default=0)
+    damping: Maybe[Leaf[NonNegative]] = key("Damping: force per velocity error [N·s/m; N·m·s/rad].", default=0)
     force_limit: Maybe[Leaf[NonNegative]] = key("Maximum force [N or N·m]. Default: none.")
     mode: Maybe[Fixed[DriveMode]] = key(
         "Whether stiffness and damping scale a force or an acceleration.", default="force"
@@ -145,8 +144,8 @@ class DriveConstraint(ConstraintKeys):
 class AxisMotorKeys(AxisDriveKeys):
     """The drive of the one axis of a hinge or a slider."""
 
-    target: Maybe[Leaf[Finite]] = key("Where it drives to [rad or m].", default=0)
-    velocity_target: Maybe[Leaf[Finite]] = key("How fast [rad/s or m/s].", default=0)
+    target: Maybe[Leaf[Finite]] = key("Target position [rad or m].", default=0)
+    velocity_target: Maybe[Leaf[Finite]] = key("Target velocity [rad/s or m/s].", default=0)
 
 
 class HingeConstraint(ConstraintKeys):
@@ -154,7 +153,7 @@ class HingeConstraint(ConstraintKeys):
 
     type: Literal["hinge"]
     limits: Maybe[Leaf[AxisRange]] = key(
-        "Lowest and highest angle about x [rad]. Left out: none.", examples=[[0, 1.57]]
+        "Lowest and highest angle about x [rad]. Default: no limits.", examples=[[0, 1.57]]
     )
     limits_deg: Maybe[Leaf[AxisRange]] = key("The same in degrees.", examples=[[0, 90]])
     drive: Maybe[AxisMotorKeys] = key("Its drive.", examples=[{"stiffness": 10, "damping": 1}])
@@ -165,7 +164,7 @@ class SliderConstraint(ConstraintKeys):
 
     type: Literal["slider"]
     limits: Maybe[Leaf[AxisRange]] = key(
-        "Lowest and highest position along x [m]. Left out: none.", examples=[[0, 0.3]]
+        "Lowest and highest position along x [m]. Default: no limits.", examples=[[0, 0.3]]
     )
     drive: Maybe[AxisMotorKeys] = key("Its drive.", examples=[{"stiffness": 100, "damping": 10}])
 
