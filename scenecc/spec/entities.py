@@ -74,7 +74,7 @@ def _check_common_keys(entity: Variants, mistakes: ErrorCollector) -> None:
     common = entity.model_fields_set
     for i, variant in enumerate(entity.variants):
         for key in sorted(common & variant.model_fields_set - {"shapes", "collisions", "visuals"}):
-            message = f"`{key}` is already set beside `variants`, for all of them"
+            message = f"`{key}` is already set next to `variants`, for all variants"
             mistakes.add(custom_error("SC111", message, at="key"), key, ENTITY_LABELS["variants"], "variants", i, key)
 
 
