@@ -36,11 +36,11 @@ class Instance(EntityKeys, RepeatKeys):
         default_factory=_empty_dict, alias="with", description="Its parameters; values may differ from scene to scene."
     )
     prefix: Maybe[Fixed[Prefix]] = key(
-        'Before the names inside; left out: the instance\'s name and "/".', examples=[""]
+        'Prefix of the names inside; default: the instance\'s name and "/".', examples=[""]
     )
     override: dict[Annotated[Reference, MAPPING_KEY], Override] = Field(
         default_factory=_empty_dict,
-        description="What is inside, by the prefab's own name (`lights/NAME`, `cameras/`, `constraints/`, `frames/`, "
+        description="Object inside, by its name in the prefab (`lights/NAME`, `cameras/`, `constraints/`, `frames/`, "
         "`materials/` too) → keys that are merged into it, or `remove`.",
         examples=[{"cube": {"color": "#f0f0f0"}, "goal": "remove"}],
     )
