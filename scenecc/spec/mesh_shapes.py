@@ -42,7 +42,7 @@ class CoacdKeys(SpecModel):
         "Maximum number of parts; -1: no limit.", default=-1
     )
     preprocess_mode: Maybe[Fixed[Literal["auto", "on", "off"]]] = key("Make the mesh manifold first.", default="auto")
-    preprocess_resolution: Maybe[Fixed[PositiveInt32]] = key("Resolution of that.", default=30)
+    preprocess_resolution: Maybe[Fixed[PositiveInt32]] = key("Resolution of the manifold mesh.", default=30)
     resolution: Maybe[Fixed[PositiveInt32]] = key("Samples for the concavity.", default=2000)
     mcts_nodes: Maybe[Fixed[PositiveInt32]] = key("Child nodes of the search.", default=20)
     mcts_iterations: Maybe[Fixed[PositiveInt32]] = key("Iterations of the search.", default=150)
