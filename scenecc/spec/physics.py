@@ -40,7 +40,7 @@ class SdfKeys(SpecModel):
     spacing: Maybe[Fixed[Positive]] = key("Distance between samples [m].", default=0.01)
     subgrid_size: Maybe[Fixed[PositiveInt32]] = key("Cells along an edge of a subgrid.", default=6)
     num_threads_for_construction: Maybe[Fixed[Annotated[int, Field(ge=1, le=MAX_THREADS)]]] = key(
-        "Threads that cook.", default=4
+        "Number of cooking threads.", default=4
     )
 
 
@@ -69,7 +69,7 @@ class PhysicsSpec(SpecModel):
     enable_tgs: Maybe[Fixed[bool]] = key("Temporal Gauss-Seidel solver.", default=True)
     enable_ccd: Maybe[Fixed[bool]] = key("Continuous collision detection.", default=False)
     enable_enhanced_determinism: Maybe[Fixed[bool]] = key(
-        "Results that do not depend on what else is in the scene.", default=False
+        "Results do not depend on other objects in the scene.", default=False
     )
     enable_friction_every_iteration: Maybe[Fixed[bool]] = key("Friction in every solver iteration.", default=True)
     cpu_workers: Maybe[Fixed[Annotated[int, Field(ge=0, le=MAX_THREADS)]]] = key(
