@@ -38,14 +38,14 @@ class PlaceSpec(SpecModel):
 
     on: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it stands on.")
     inside: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it stands in.")
-    above: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it starts above, standing on nothing.")
-    at: Maybe[Leaf[Vec2]] = key("Where its origin is: [x, y] [m].")
+    above: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it starts above, in the air.")
+    at: Maybe[Leaf[Vec2]] = key("Position of its origin: [x, y] [m].")
     region: Maybe[Region] = key(
-        "Where its origin may be: two corners, a disk or the name of a frame with a region [m]. Left out: the top.",
+        "Region of its origin: two corners, a disk or the name of a frame with a region [m]. Default: the top.",
         examples=[[[-0.3, -0.2], [0.3, 0.2]], {"center": [0, 0], "radius": 0.2}],
     )
     relative_to: Maybe[Fixed[OuterReference]] = key(
-        "Whose axes count, turned by its heading alone. Left out: the target's."
+        "Object whose axes are used, rotated only by its heading. Default: the target."
     )
     yaw: Maybe[Leaf[Finite]] = key("Turn about z [rad].")
     yaw_deg: Maybe[Leaf[Finite]] = key("Turn about z [degrees].", examples=[{"uniform": [0, 360]}])
@@ -58,13 +58,15 @@ class PlaceSpec(SpecModel):
             Annotated[Leaf[Vec2], Tag(COMPONENTS)] | Annotated[OuterReference, Tag(WORD)],
             union_by_kind("[x, y] or the name of an entity"),
         ]
-    ] = key("What its +x points to, about z alone: an entity, or a point [x, y] [m].")
+    ] = key("What its +x points to, by a rotation about z: an entity, or a point [x, y] [m].")
     near: dict[Annotated[OuterReference, MAPPING_KEY], Fixed[Distances]] = Field(
         default_factory=dict,
-        description="Entity → least and greatest distance between the colliding shapes [m].",
+        description="Entity → minimum and maximum distance between the colliding shapes [m].",
         examples=[{"mug": [0.05, 0.15]}],
     )
-    apart: Fixed[NonNegative] = Field(default=0.001, description="Least distance from every other body [m].")
-    gap: Fixed[NonNegative] = Field(default=0.001, description="Between its lowest point and the surface [m].")
-    height: Maybe[Leaf[Vec2]] = key("With `above`: the least and the most above the target's top [m].")
-    tries: Fixed[Annotated[int, Field(ge=1, le=10_000)]] = Field(default=2000, description="In each scene.")
+    apart: Fixed[NonNegative] = Field(default=0.001, description="Minimum distance from every other body [m].")
+    gap: Fixed[NonNegative] = Field(default=0.001, description="Distance between its lowest point and the surface [m].")
+    height: Maybe[Leaf[Vec2]] = key("With `above`: minimum and maximum height above the target's top [m].")
+    tries: Fixed[Annotated[int, Field(ge=1, le=10_000)]] = Field(
+        default=2000, description="Number of tries in each scene."
+    )
