@@ -52,11 +52,11 @@ class PoseMapping(SpecModel):
     rpy_deg: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z: roll, pitch, yaw [degrees].")
     axis_angle: Maybe[AxisAngle] = key("Rotation about one axis.")
     look_at: Maybe[Leaf[Vec3]] = key(
-        "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m]."
+        "Point in the frame of the pose that +x points to; +z points up as far as possible (SAPIEN's camera) [m]."
     )
     matrix: Maybe[ExpressionOnly[Matrix]] = key("A rigid 4×4 transformation, row by row; excludes the other keys.")
     anchor: Maybe[Fixed[Literal["bottom", "center", "top"]]] = key(
-        "The point of an entity's bounds that is at `p`, in place of its origin."
+        "The point of an entity's bounds that is at `p`, instead of its origin."
     )
     relative_to: Maybe[Fixed[OuterReference]] = key(
         "The entity, ENTITY/LINK, frame or camera that this pose is relative to."
@@ -90,6 +90,6 @@ else:
 class FrameSpec(SpecModel):
     """A place with no body, to put others relative to."""
 
-    pose: Pose = Field(description="In the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
-    region: Maybe[Region] = key("Where `place` may put what names this frame as its region, in its axes.")
-    place: Maybe[PlaceSpec] = key("Of instances alone.")
+    pose: Pose = Field(description="Pose in the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
+    region: Maybe[Region] = key("Region in the axes of this frame, for `place` of bodies.")
+    place: Maybe[PlaceSpec] = key("For instances only.")
