@@ -47,11 +47,11 @@ class LightKeys(RepeatKeys):
 
     color: LightColor = Field(description='Colour times brightness: linear RGB, which may exceed 1, or "#rrggbb".')
     pose: Maybe[Pose] = key(
-        "It shines along x of this pose: in the world, in the frame of `relative_to`, or in that of `mount`."
+        "Pose of the light, which shines along x: in the world, in the frame of `relative_to`, or in that of `mount`."
     )
     mount: Maybe[Fixed[Text]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
     scene_idxs: Maybe[SceneIdxs] = key(
-        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'
+        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Default: every scene.'
     )
 
 
@@ -93,7 +93,7 @@ class DirectionalLightSpec(LightKeys, DirectionKeys, ShadowKeys):
     type: Literal["directional"]
     # It stands nowhere, so what lies behind it may throw shadows too.
     shadow_near: Maybe[Leaf[Finite]] = key(  # pyright: ignore[reportIncompatibleVariableOverride]
-        "Where shadows begin, along the light from its position [m].", default=-10
+        "Distance along the light at which shadows begin [m].", default=-10
     )
     shadow_far: Maybe[Leaf[Finite]] = key("Where they end [m].", default=10)  # pyright: ignore[reportIncompatibleVariableOverride]
     shadow_scale: Maybe[Leaf[Positive]] = key("Half of the edge of the square that has shadows [m].", default=10)
@@ -123,7 +123,7 @@ class TexturedLightSpec(LightKeys, DirectionKeys, ShadowKeys, LightConeKeys):
     """A cone of light that throws a picture: `sapien.render.RenderTexturedLightComponent`."""
 
     type: Literal["textured"]
-    texture: Texture = Field(description="The picture: a file, or a mapping with `file`.")
+    texture: Texture = Field(description="The image: a file, or a mapping with `file`.")
 
 
 LIGHT_TYPES = ("directional", "point", "spot", "area", "textured")
@@ -135,12 +135,12 @@ Light = Annotated[Any, LazyUnion("LightSpec", {"rendering": LIGHT_TYPES}), REPEA
 class CubeMapKeys(SpecModel):
     """Six pictures around the scene, each seen along one of the axes."""
 
-    px: Leaf[Text] = Field(description="Picture towards +x.")
-    nx: Leaf[Text] = Field(description="Picture towards -x.")
-    py: Leaf[Text] = Field(description="Picture towards +y.")
-    ny: Leaf[Text] = Field(description="Picture towards -y.")
-    pz: Leaf[Text] = Field(description="Picture towards +z.")
-    nz: Leaf[Text] = Field(description="Picture towards -z.")
+    px: Leaf[Text] = Field(description="Image towards +x.")
+    nx: Leaf[Text] = Field(description="Image towards -x.")
+    py: Leaf[Text] = Field(description="Image towards +y.")
+    ny: Leaf[Text] = Field(description="Image towards -y.")
+    pz: Leaf[Text] = Field(description="Image towards +z.")
+    nz: Leaf[Text] = Field(description="Image towards -z.")
 
 
 if TYPE_CHECKING:
@@ -186,7 +186,9 @@ class OrthographicKeys(SpecModel):
 class CameraSpec(RepeatKeys):
     """A camera. It looks along x of its pose, z is up."""
 
-    pose: Maybe[Pose] = key("In the world, in the frame of `relative_to`, or in that of `mount`; `look_at` aims it.")
+    pose: Maybe[Pose] = key(
+        "Pose in the world, in the frame of `relative_to`, or in that of `mount`; `look_at` aims it."
+    )
     width: Maybe[Fixed[_Pixels]] = key("[px]", default=640)
     height: Maybe[Fixed[_Pixels]] = key("[px]", default=480)
     fovy: Maybe[Leaf[OpeningAngle]] = key("Angle of view from top to bottom [rad].")
@@ -200,5 +202,5 @@ class CameraSpec(RepeatKeys):
     mount: Maybe[Fixed[Text]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
     shader: Maybe[Fixed[ShaderName]] = key("SAPIEN's shader pack.", default="default")
     scene_idxs: Maybe[SceneIdxs] = key(
-        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'
+        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Default: every scene.'
     )
