@@ -217,7 +217,7 @@ class LinkTreeDrafter:
     def _link(self, link: TreeLink, origin: Origin, parent: int | None, fields: FieldLowerer) -> DraftLink:
         joint = None
         if parent is None and link.joint is not None:
-            where = "on the root, which hangs on nothing: `fix_root_link` fixes it"
+            where = "on the root, which has no parent: `fix_root_link` fixes it"
             report_unused_key("joint", where, origin, self._sink)
         elif parent is not None and link.joint is None:
             self._sink.report("SC102", f"the link `{link.name}` lacks the key `joint`", origin, at="key")
@@ -269,7 +269,7 @@ class LinkTreeDrafter:
             place = origin.child("mimic")
             if not name:
                 message = "a joint that follows another lacks the key `name`"
-                self._sink.report("SC102", message, origin, hint="it is known by its name, as the one that it follows")
+                self._sink.report("SC102", message, origin, hint="other joints are found by name too")
             multiplier = fields.optional(joint.mimic.multiplier, field_type("multiplier"), place, "multiplier")
             offset = fields.optional(joint.mimic.offset, field_type("offset"), place, "offset")
             mimic = DraftMimic(joint.mimic.joint, multiplier or literal(1.0), offset or literal(0.0), place)
@@ -501,8 +501,10 @@ class _KeyAlternatives:
     def enumerate(self, fields: FieldLowerer) -> bool:
         """Whether all that it can be is known, and may be; otherwise that is reported."""
         text = self._kind is _TEXT_TYPE
-        unknown = f"it cannot be told which {'names' if text else 'values'} this gives"
-        advice = "or write them in a `choice`" + ("" if text else ": what is put together is judged before it is drawn")
+        unknown = f"the {'names' if text else 'values'} that this gives cannot be determined"
+        advice = "or write them in a `choice`" + (
+            "" if text else ": the robot's structure must be known before drawing"
+        )
         for node, place in self._sources:
             every = possible_values(node, place, fields, unknown, advice)
             if every is None:
@@ -517,12 +519,12 @@ class _KeyAlternatives:
 
     def _misfit(self, given: Any, value: Any, place: Origin, fields: FieldLowerer) -> None:
         if value is not None:
-            message = f"this expression gives {show(given)}, and it must be {self._kind.bounds.requirement(value)}"
+            message = f"this expression gives {show(given)}, but it must be {self._kind.bounds.requirement(value)}"
             fields.sink.report("SC513", message, place)
             return
         wanted = "a name" if self._kind is _TEXT_TYPE else _TYPE_WORDS[self._kind.dtype]
         code = "SC317" if self._kind is _TEXT_TYPE else "SC515"
-        fields.sink.report(code, f"this expression gives {show(given)}, and {wanted} is wanted", place)
+        fields.sink.report(code, f"this expression gives {show(given)}, but {wanted} is needed", place)
 
 
 class _Combinations:
@@ -586,8 +588,8 @@ class _Combinations:
         count = math.prod(len(column.places) for column in self._columns)
         if count > MAX_OUTCOMES and sum(column.varies for column in self._columns) > 1:
             keys = ", ".join(f"`{column.key}`" for column in self._columns if column.varies)
-            message = f"{keys} have {count} combinations, and of what is put together {MAX_OUTCOMES} are looked at"
-            hint = "let them read a shared draw, so that fewer of them come together"
+            message = f"{keys} have {count} combinations, more than the limit of {MAX_OUTCOMES}"
+            hint = "let them read a shared draw, so that there are fewer combinations"
             self._fields.sink.report("SC317", message, self._first(), hint=hint)
             return None
         return list(product(*(column.places for column in self._columns)))
@@ -621,7 +623,7 @@ class _Combinations:
             number = numbers.get(self._combination(row))
             if number is None:
                 raise DrawError(
-                    f"this gives {show(row)}, which was not among what it was found to give", scene, self._node
+                    f"this gives {show(row)}, which is not one of the values found before drawing", scene, self._node
                 )
             found.append(number)
         return np.array(found, dtype=np.int64)
