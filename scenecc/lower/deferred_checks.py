@@ -85,7 +85,7 @@ def report_draw_failure(
         sink.report("SC202", message, place, hint=expression.hint, span=(expression.start, expression.end))
 
 
-_CHECKED_LATER = "each scene is judged as it is drawn"
+_CHECKED_LATER = "each scene is checked when it is built"
 _VALUE_TYPES = {
     "float64": (frozenset((int, float)), "a number"),
     "int64": (frozenset((int,)), "a whole number"),
@@ -273,7 +273,7 @@ def _misfit(found: ExpressionBounds, node: Computed, convert: Any, dtype: str | 
     if shape is not None:
         wrong = [words for one in some if (words := shape_mismatch(one, shape, text) or _of_another_type(one, dtype))]
     elif convert is not None:
-        wrong = [f"it gives {_described(one, found)}, which means nothing here" for one in some if convert(one) is None]
+        wrong = [f"it gives {_described(one, found)}, which is not valid here" for one in some if convert(one) is None]
     else:
         return None
     return PossibleFailure(wrong[0], None, found.exact or len(wrong) == len(some)) if wrong else None
@@ -288,7 +288,7 @@ def _of_another_type(given: Any, dtype: str | None) -> str | None:
     types, words = _VALUE_TYPES.get(dtype or "", (None, ""))
     if types is None or type(given) in types:
         return None
-    return f"this expression gives {cut(show(given))}, and {words} is wanted"
+    return f"this expression gives {cut(show(given))}, but {words} is needed"
 
 
 def _outside_bounds(value: Value, kind: FieldType) -> tuple[str, str] | None:
@@ -304,9 +304,9 @@ def _outside_bounds(value: Value, kind: FieldType) -> tuple[str, str] | None:
         end, words = (high, "at most") if high < bounds.low else (low, "at least")
         if high < bounds.low or low > bounds.high or low == high == outside:
             given = f"{end:g}" if low == high else f"{words} {end:g}"
-            return "SC513", f"this expression gives {given}, and it must be {bounds.requirement(end)}"
+            return "SC513", f"this expression gives {given}, but it must be {bounds.requirement(end)}"
     given = f"{outside:g}" if math.isfinite(outside) else "numbers of any size"
-    return "SC514", f"this expression may give {given}, and it must be {bounds.requirement(outside)}"
+    return "SC514", f"this expression may give {given}, but it must be {bounds.requirement(outside)}"
 
 
 def _flattened(item: Any) -> Iterator[Any]:
