@@ -49,7 +49,7 @@ def local_pose(
         reset: whether a reset may change it.
     """
     if isinstance(pose, PoseMapping) and pose.relative_to is not None:
-        where = f"here: {what} stands in the frame of its body"
+        where = f"here: {what} is in the frame of its body"
         report_unused_key("relative_to", where, owner.child(*at), fields.sink)
     report_unused_anchor(pose, f"on {what}", owner.child(*at), fields.sink)
     if not pose_varies(pose):
@@ -164,7 +164,7 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer
         normals, offsets = to_field_rows(batch.item(normal)), to_field_rows(batch.item(offset))
         for numbers, node in ((normals, normal), (offsets, offset)):
             if numbers.dtype.kind not in "fi":
-                raise DrawError("this is not made of numbers", fields.scenes[0], node)
+                raise DrawError("this must contain only numbers", fields.scenes[0], node)
         flat = ~normals.any(axis=1)
         if flat.any():
             scene = fields.scenes[int(np.flatnonzero(flat)[0])]
