@@ -228,7 +228,7 @@ def rotation_of(pose: PoseMapping, owner: Origin, at: Path, sink: Sink) -> tuple
     if "matrix" in given:
         others = [*(key for key in ("p", "anchor") if getattr(pose, key) is not None), *_ordered(forms)]
         if others:
-            message = f"`matrix` stands alone, not beside {_listed_keys(others)}"
+            message = f"`matrix` cannot be combined with {_listed_keys(others)}"
             sink.report("SC111", message, owner.child(*at, others[0]), at="key")
         return "matrix", not others
     if len(forms) > 1:
@@ -320,7 +320,7 @@ def _fixed_matrix(matrix: Any, origin: Origin, sink: Sink) -> Pose7:
     if (off := rotations.rigidity(matrix)) > RIGID_TOLERANCE:
         sink.report(
             "SC113",
-            f"the matrix is no rigid motion: it is off by {off:.3g}",
+            f"the matrix is not rigid: it is off by {off:.3g}",
             origin.child("matrix"),
             hint="its upper left 3×3 must be a rotation (orthonormal, determinant +1), its last row [0, 0, 0, 1]",
         )
@@ -396,7 +396,7 @@ def pose_item(pose: Any, place: FieldPlace, variation: VariationLowerer, sink: S
 
 
 def _report_several_frames(key: str, origin: Origin, sink: Sink) -> None:
-    what = "stand relative to something" if key == "relative_to" else "have an anchor"
+    what = "be relative to something" if key == "relative_to" else "have an anchor"
     sink.report(
         "SC316",
         f"alternatives of a pose cannot each {what}",
