@@ -193,12 +193,12 @@ def _look_up_every_name(node: Computed, origin: Origin, lookup: _ReferenceLookup
             if isinstance(name, str):
                 lookup.number(name, origin)
             else:
-                sink.report("SC317", f"this expression gives {show(name)}, and a name is wanted", origin)
+                sink.report("SC317", f"this expression gives {show(name)}, but a name is needed", origin)
                 lookup.found.append(None)
                 return
 
 
-_UNKNOWN_NAMES = "it cannot be told which names this expression gives"
+_UNKNOWN_NAMES = "the names that this expression gives cannot be determined"
 
 
 def possible_values(
@@ -253,7 +253,7 @@ def _reference_numbers(
         numbers = [row if isinstance(row, int) else _reference_number(row, lookup) for row in rows]
         if None in numbers:
             at = numbers.index(None)
-            message = f"this gives {show(rows[at])}, which was not among what it was found to give"
+            message = f"this gives {show(rows[at])}, which is not one of the values found before drawing"
             raise DrawError(message, fields.scenes[at], node)
         return np.array(numbers, dtype=np.int64)
 
