@@ -118,8 +118,8 @@ class MountLookup:
     def _absent(self, entity: Entity, scene: int, place: Origin) -> None:
         related: list[RelatedPlace] = []
         if entity.origin is not None:
-            related.append((f"where `{cut(entity.name)}` is", entity.origin.child("scene_idxs"), "value"))
-        message = f"`{cut(entity.name)}` is not in scene {scene}, and this is"
+            related.append((f"the scenes of `{cut(entity.name)}`", entity.origin.child("scene_idxs"), "value"))
+        message = f"`{cut(entity.name)}` is not in scene {scene}, but this is"
         hint = f"write the `scene_idxs` of `{cut(entity.name)}` here too"
         self._sink.report("SC311", message, place, hint=hint, related=related)
 
@@ -219,7 +219,7 @@ def mounted_pose(mount_pose: MountPose, what: str, origin: Origin, fields: Field
         fields: of the object.
     """
     if mount_pose.relative_to is not None:
-        where = f"here: {what} that is mounted stands in the frame of its body"
+        where = f"here: {what} that is mounted is in the frame of its body"
         hint = "leave `relative_to` out, or `mount`"
         report_unused_key("relative_to", where, origin.child("pose"), fields.sink, hint=hint)
     if mount_pose.item.__class__ is tuple:
@@ -300,7 +300,7 @@ def _map(given: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -
         found = [face for face in faces if face is not None]
         return CubeMap(*found) if len(found) == len(FACES) else None
     if any(map(_are_faces, alternative_values(given))):
-        message = "alternatives of a map are files: six pictures cannot stand for one"
+        message = "alternatives of a map must be files, not six images"
         fields.sink.report("SC321", message, origin, hint="write the form for each of px, nx, py, ny, pz and nz")
         return None
     file = tables.files_of(given, origin, fields)
@@ -427,7 +427,7 @@ class _RenderObjectLowerer:
         given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
         if light.pose is not None:
             for key in given:
-                message = f"`pose` says where the light is and shines to, and so does `{key}`"
+                message = f"`pose` and `{key}` both place or direct the light"
                 report_exclusive_keys("pose", key, origin, self.sink, message=message, related="the pose")
             return read_pose(light.pose, origin, fields)
         missing = _missing_pose_keys(light, given)
