@@ -458,7 +458,7 @@ def _rows(batch: Batch, node: nodes.Rows) -> NDArray[Any]:
     index = np.minimum(np.searchsorted(known, batch.scenes), max(len(known) - 1, 0))
     missing = np.flatnonzero(known[index] != batch.scenes) if known.size else np.arange(len(batch.scenes))
     if missing.size:
-        raise DrawError("nothing is given for this scene", int(batch.scenes[missing[0]]), node)
+        raise DrawError("no value is given for this scene", int(batch.scenes[missing[0]]), node)
     return batch.selected(node.items, index)
 
 
@@ -469,9 +469,9 @@ def _stacked(batch: Batch, node: nodes.Stacked) -> NDArray[Any]:
     return np.stack(parts, axis=1)
 
 
-NOT_WHOLE = "a bound is no integer"
+NOT_WHOLE = "a bound is not an integer"
 
-TOO_MANY = f"the bounds hold more than {WIDEST_INTEGERS} integers"
+TOO_MANY = f"the bounds contain more than {WIDEST_INTEGERS} integers"
 
 
 def bound_mismatch(node: nodes.Drawn) -> str:
@@ -592,7 +592,7 @@ def _result_rows(batch: Batch, node: nodes.Computed, results: list[Any]) -> NDAr
     if node.shape == ():
         for row, result in enumerate(results):
             if type(result) in {list, tuple, dict}:
-                raise _row_error(batch, node, row, f"it gives {kind_name(result)} where one value is wanted")
+                raise _row_error(batch, node, row, f"it gives {kind_name(result)} where one value is needed")
             if type(result) is int and not -_INT64 <= result < _INT64:
                 raise _row_error(batch, node, row, "it gives an integer of more than 64 bits")
         return row_array(results)
@@ -614,7 +614,7 @@ def _converted(batch: Batch, node: nodes.Converted) -> NDArray[Any]:
     made = [convert(row) for row in rows]
     if None in made:
         row = made.index(None)
-        raise DrawError(f"it gives {show(rows[row])}, which means nothing here", int(batch.scenes[row]), node.of)
+        raise DrawError(f"it gives {show(rows[row])}, which is not valid here", int(batch.scenes[row]), node.of)
     return np.array(made, dtype=np.float64 if shape else np.bool_).reshape(len(made), *shape)
 
 
@@ -640,7 +640,7 @@ def _from_matrix(batch: Batch, node: nodes.FromMatrix) -> Floats:
     (matrix,) = _parts(batch, node)
     off = rotation_arrays.rigidity(matrix)
     wrong = ~(off <= RIGID_TOLERANCE)
-    _refuse(batch, node, wrong, f"the matrix is no rigid motion: it is off by {off[wrong.argmax()]:.3g}")
+    _refuse(batch, node, wrong, f"the matrix is not rigid: it is off by {off[wrong.argmax()]:.3g}")
     return np.concatenate((matrix[:, :3, 3], rotation_arrays.from_matrix(matrix[:, :3, :3])), axis=1)
 
 
@@ -693,7 +693,7 @@ def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
         raise DrawError(f"this is not {wanted}", int(batch.scenes[0]), node)
     if not is_single:
         if node.index >= rows.shape[1]:
-            raise DrawError(f"this has {rows.shape[1]} numbers only", int(batch.scenes[0]), node)
+            raise DrawError(f"this has only {rows.shape[1]} numbers", int(batch.scenes[0]), node)
         rows = rows[:, node.index]
     moved = batch.item(node.factor) * rows + batch.item(node.offset)
     return np.maximum(np.minimum(moved.astype(np.float64), batch.item(node.high)), batch.item(node.low))
@@ -702,7 +702,7 @@ def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
 def _placed(batch: Batch, node: nodes.Placed) -> Floats:
     """Poses (B, 7)."""
     if node.name not in batch.placed:
-        raise DrawError(f"`{node.name}` has no place yet", int(batch.scenes[0]), node)
+        raise DrawError(f"`{node.name}` is not placed yet", int(batch.scenes[0]), node)
     return batch.placed[node.name][batch.scenes]
 
 
