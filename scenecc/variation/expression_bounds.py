@@ -198,9 +198,9 @@ class _BoundsWalk:
 
     def _power(self, a: Interval, b: Interval, base: ExpressionBounds, node: ast.BinOp) -> None:
         if base.may_be_zero() and b[0] < 0:
-            self._fault("0 has no negative power", node, certain=a == (0, 0) and b[1] < 0)
+            self._fault("0 cannot have a negative exponent", node, certain=a == (0, 0) and b[1] < 0)
         elif a[0] < 0 and not (b[0] == b[1] and b[0] == math.floor(b[0])):
-            self._fault("a negative number has whole powers only", node, certain=a[1] < 0 and b[0] == b[1])
+            self._fault("a negative number cannot have a fractional exponent", node, certain=a[1] < 0 and b[0] == b[1])
 
     def unary(self, node: ast.UnaryOp) -> ExpressionBounds:
         """A sign turns the bounds round; `not` takes the truths that there can be."""
