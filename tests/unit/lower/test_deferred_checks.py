@@ -39,27 +39,27 @@ def box(half_size: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        (box("${r}"), "it gives a number where 3 numbers are wanted"),
+        (box("${r}"), "it gives a number where 3 numbers are needed"),
         (box("${[r, r]}"), "it gives a list that is not 3 numbers"),
         (box("${v}"), "it gives a list that is not 3 numbers"),
-        (box("${which}"), "it gives a string where 3 numbers are wanted"),
-        (box(["${v}", 1, 1]), "it gives a list where one value is wanted"),
-        (box("${[die, die, die] if die > 1 else die}"), "it gives a number where 3 numbers are wanted"),
-        ({"pose": {"p": "${scene}"}}, "in scene 0: it gives a number where 3 numbers are wanted"),
-        ({"mass": "${which}"}, "this expression gives 'a', and a number is wanted"),
-        ({"mass": "${r > 0.15}"}, "this expression gives false, and a number is wanted"),
-        ({"gravity": "${die + 1}"}, "it gives 2, which means nothing here"),
-        ({"color": "${r}"}, "it gives a number, which means nothing here"),
-        ({"gravity": "${z}"}, "it gives a number, which means nothing here"),
-        ({"solver_position_iterations": "${which}"}, "this expression gives 'a', and a whole number is wanted"),
+        (box("${which}"), "it gives a string where 3 numbers are needed"),
+        (box(["${v}", 1, 1]), "it gives a list where one value is needed"),
+        (box("${[die, die, die] if die > 1 else die}"), "it gives a number where 3 numbers are needed"),
+        ({"pose": {"p": "${scene}"}}, "in scene 0: it gives a number where 3 numbers are needed"),
+        ({"mass": "${which}"}, "this expression gives 'a', but a number is needed"),
+        ({"mass": "${r > 0.15}"}, "this expression gives false, but a number is needed"),
+        ({"gravity": "${die + 1}"}, "it gives 2, which is not valid here"),
+        ({"color": "${r}"}, "it gives a number, which is not valid here"),
+        ({"gravity": "${z}"}, "it gives a number, which is not valid here"),
+        ({"solver_position_iterations": "${which}"}, "this expression gives 'a', but a whole number is needed"),
         (box("${v * 2}"), "it gives a list that is not 3 numbers"),
         (
             {"color": "${'#ff0000' if which == 'a' else 'reddish'}"},
-            "it gives 'reddish', which means nothing here",
+            "it gives 'reddish', which is not valid here",
         ),
         (
             {"color": {"choice": ["#ffffff", "${'red' if r > 1 else 'rot'}"]}},
-            "it gives 'rot', which means nothing here",
+            "it gives 'rot', which is not valid here",
         ),
     ],
     ids=str,
@@ -70,20 +70,20 @@ def test_a_value_of_another_kind_is_an_error(body: dict[str, Any], message: str)
 
 def test_a_value_that_may_be_of_another_kind_is_a_warning() -> None:
     body = {"color": "${'#ff0000' if r > 0.15 else 'reddish'}"}
-    assert told(body) == [("SC514", "in some scene it gives 'reddish', which means nothing here")]
+    assert told(body) == [("SC514", "in some scene it gives 'reddish', which is not valid here")]
     assert told(box("${[r, r, r] if n > 0 else r}")) == [("SC514", "in some scene it may give a value of another kind")]
 
 
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ({"mass": "${r - 0.5}"}, "this expression gives at most -0.3, and it must be above 0"),
-        ({"mass": "${-die}"}, "this expression gives at most -1, and it must be above 0"),
-        ({"mass": "${die * 0}"}, "this expression gives 0, and it must be above 0"),
-        (box("${[r, r, -r]}"), "this expression gives at most -0.1, and it must be above 0"),
+        ({"mass": "${r - 0.5}"}, "this expression gives at most -0.3, but it must be above 0"),
+        ({"mass": "${-die}"}, "this expression gives at most -1, but it must be above 0"),
+        ({"mass": "${die * 0}"}, "this expression gives 0, but it must be above 0"),
+        (box("${[r, r, -r]}"), "this expression gives at most -0.1, but it must be above 0"),
         (
             {"material": {"physical": {"restitution": "${1 + r}"}}},
-            "this expression gives at least 1.1, and it must be at most 1",
+            "this expression gives at least 1.1, but it must be at most 1",
         ),
         ({"mass": "${2 - scene}"}, "in scene 2 this is 0: it must be above 0"),
         ({"mass": "${1 if scene < 7 else -1}"}, "in scene 7 this is -1: it must be above 0"),
@@ -100,17 +100,17 @@ def test_numbers_that_are_all_out_of_range_are_an_error(body: dict[str, Any], me
         ({"mass": "${1 / z}"}, [("SC516", "this may have no value: division by zero")]),
         ({"pose": ["${1 / z}", 0, 0]}, [("SC516", "this may have no value: division by zero")]),
         ({"mass": "${1 / (die - 3) + 9}"}, [("SC516", "this may have no value: division by zero")]),
-        ({"mass": "${1 + sqrt(z)}"}, [("SC516", "this may have no value: a negative number has no root")]),
+        ({"mass": "${1 + sqrt(z)}"}, [("SC516", "this may have no value: a negative number has no square root")]),
         (
             {"mass": "${[1, 2][die - 1]}"},
             [("SC516", "this may have no value: index 2 is out of range: the list has 2 items")],
         ),
         (
             {"mass": "${sqrt(r - 1)}"},
-            [("SC202", "this has no value, whatever is drawn: a negative number has no root")],
+            [("SC202", "this has no value, whatever is drawn: a negative number has no square root")],
         ),
         ({"mass": "${1 / (scene - 3) + 9}"}, [("SC202", "in scene 3: division by zero")]),
-        ({"pose": ["${sqrt(5 - scene)}", 0, 0]}, [("SC202", "in scene 6: `sqrt` has no value for -1")]),
+        ({"pose": ["${sqrt(5 - scene)}", 0, 0]}, [("SC202", "in scene 6: `sqrt` is not defined for -1")]),
         ({"mass": "${1 / (scene - 8) + 9}"}, []),
         ({"mass": "${1 / z + 9 if z > 0.5 else 1}"}, []),
         ({"mass": "${z + 0.1 if z > 0 else 0.1}"}, []),
@@ -162,7 +162,7 @@ def test_one_expression_in_many_places_is_looked_into_once() -> None:
         ("${r[0]}", "a number has no items"),
         ("${len(r)}", "`len` takes a list or a string, not a number"),
         ("${1 if v else 2}", "a condition is a boolean or a number, not a list"),
-        ("x_${v}", "a list cannot stand within a longer text"),
+        ("x_${v}", "a list cannot be part of a longer string"),
     ],
 )
 def test_what_cannot_be_done_with_kinds_of_values_is_told_of_a_draw(expression: str, message: str) -> None:
@@ -203,7 +203,7 @@ def test_the_part_without_a_value_is_underlined(tmp_path: Path) -> None:
 
 def test_the_hint_of_bounds_that_may_cross_says_how_to_keep_them_in_range() -> None:
     (found,) = validate(scene({"mass": {"uniform": [{"uniform": [1, 3]}, 2]}}))
-    hint = "each scene is judged as it is drawn; `min` and `max` keep a bound in its range"
+    hint = "each scene is checked when it is built; `min` and `max` keep a bound in its range"
     assert (found.code, found.hint) == ("SC516", hint)
 
 
@@ -225,7 +225,7 @@ CROSSED = "the lower bound is above the upper one"
         ({"uniform": ["${v}", [1, 0.15]]}, ("SC516", CROSSED)),
         ({"uniform": ["${die}", 3]}, ("SC516", CROSSED)),
         ({"uniform": ["${die + 6}", 3]}, ("SC515", f"in scene 0: {CROSSED}")),
-        ({"integers": ["${z}", 2]}, ("SC516", "a bound is no integer")),
+        ({"integers": ["${z}", 2]}, ("SC516", "a bound is not an integer")),
         ({"integers": ["${floor(9 * z)}", 2]}, ("SC516", CROSSED)),
         ({"log_uniform": ["${z}", 2]}, ("SC516", "the lower bound is not positive")),
         ({"log_uniform": ["${z - 1}", 2]}, ("SC515", "the lower bound is not positive")),
@@ -351,8 +351,8 @@ def test_what_an_expression_may_give_is_said_plainly() -> None:
     shapes = [{"type": "sphere", "radius": "${u}"}, {"type": "sphere", "radius": "${n + u}"}]
     found = validate(scene({"shapes": shapes}, draws=draws, num_scenes=4))
     assert [diagnostic.message for diagnostic in found] == [
-        "this expression may give -1, and it must be above 0",
-        "this expression may give numbers of any size, and it must be above 0",
+        "this expression may give -1, but it must be above 0",
+        "this expression may give numbers of any size, but it must be above 0",
     ]
     # Only rows can tell: that a body may weigh less than nothing is no error before it is drawn.
     assert {diagnostic.code for diagnostic in found} == {"SC514"}
@@ -370,11 +370,11 @@ def test_a_matrix_is_given_whole_or_by_rows() -> None:
 @pytest.mark.parametrize(
     ("matrix", "message"),
     [
-        ("${scene}", "in scene 0: it gives a number where 4 lists of 4 numbers are wanted"),
+        ("${scene}", "in scene 0: it gives a number where 4 lists of 4 numbers are needed"),
         ("${[[scene]]}", "in scene 0: it gives a list that is not 4 lists of 4 numbers"),
         (
             ["${scene}", [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
-            "in scene 0: it gives a number where 4 numbers are wanted",
+            "in scene 0: it gives a number where 4 numbers are needed",
         ),
     ],
     ids=str,
