@@ -77,21 +77,21 @@ _FORMATS = """\
 ## Formats
 
 Lines and columns count from 1, and columns count characters (Unicode code points). A scene given as a dict has no
-lines: its places are the paths alone. A fault of the machine that no part of the scene leads to is in no file. So is
-a fault of the caller, whose path is the argument or option (`camera`, `--camera`).
+lines: its places are only paths. An error of the machine without a cause in the scene has no file. An error of the
+caller has no file either; its path is the argument or option (`camera`, `--camera`).
 
 `--format` of `validate` and `check` is one of:
 
 - `text`, for people: the place, the message, the source line underlined, the hint. Notes come first and errors last,
-  nearest to the prompt; those of one severity stand in the order of their places, as all do in the other formats.
-  Coloured on a terminal (`NO_COLOR` and `FORCE_COLOR` are heeded). Characters that would steer the terminal are
+  nearest to the prompt; findings of one severity are in the order of their places, as in the other formats.
+  Coloured on a terminal (`NO_COLOR` and `FORCE_COLOR` are respected). Control characters are
   spelled out.
 - `json`, for programs: an object whose `diagnostics` is a list of `code`, `severity` (`error`, `warning` or `note`),
   `message`, `file`, `line`, `column`, `end_column` (the one after the last), `path`, `hint` and `related` (a list of
-  `message`, `file`, `line`, `column` and `end_column`). What is not known is `null`. ASCII only.
+  `message`, `file`, `line`, `column` and `end_column`). Unknown values are `null`. ASCII only.
   With `--fix` it also has `corrections`, a list of the findings that were corrected, each with the text that was
   written (`wrote`).
-- `github`, for GitHub Actions: one workflow command a line (`::error file=…,line=…::…`), which annotates a pull
+- `github`, for GitHub Actions: one workflow command per line (`::error file=…,line=…::…`), which annotates a pull
   request.
 - `gitlab`, for GitLab: a Code Quality report.
 - `junit`, for test reports: a test case for each file.
