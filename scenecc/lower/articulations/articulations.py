@@ -81,7 +81,7 @@ def report_unused_keys(
         _report_unused(entity, _VISIBLE_KEYS, "an articulation without a visible shape", origin, sink)
     untouched = not any(body.collisions for body in bodies)
     if untouched:
-        _report_unused(entity, _COLLIDING_KEYS, "an articulation without a colliding shape", origin, sink)
+        _report_unused(entity, _COLLIDING_KEYS, "an articulation without a collision shape", origin, sink)
     if untouched and not any(body.visuals for body in bodies):
         _report_unused(entity, ("material",), "an articulation without a shape", origin, sink)
     linked = [structure for structure in structures if isinstance(structure, ArticulationStructure)]
