@@ -237,7 +237,7 @@ class LinkTreeDrafter:
             return
         for key in _COLLIDING_KEYS if link.visuals else (*_COLLIDING_KEYS, "material"):
             if getattr(link, key) is not None:
-                shape = "shape" if key == "material" else "colliding shape"
+                shape = "shape" if key == "material" else "collision shape"
                 report_unused_key(key, f"on a link without a {shape}", origin, self._sink)
 
     def _shaped(
