@@ -137,7 +137,7 @@ class LinkLowerer:
             return None, given
         mass = values.of(nearest, "mass", _MASS_TYPE)
         if not dense and link.inertial is None:
-            message = f"`{cut(link.name)}` has no colliding shape and no inertia, so `mass` has nothing to scale"
+            message = f"`{cut(link.name)}` has no collision shape and no inertia, so `mass` has nothing to scale"
             hint = "give it `shapes` or `collisions`, or `inertial` instead of `mass`"
             self._sink.report("SC510", message, nearest[1].child("mass"), hint=hint)
         return (mass, None) if link.inertial is None else (None, _scaled_inertial(link.inertial, mass, values))
