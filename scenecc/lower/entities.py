@@ -219,8 +219,8 @@ _NO_DEFAULTS = ShapeDefaults()
 
 _SHAPE_DEFAULTS = (
     ("color", "visible", ("shapes", "visuals")),
-    ("density", "colliding", ("shapes", "collisions")),
-    ("collision_group", "colliding", ("shapes", "collisions")),
+    ("density", "collision", ("shapes", "collisions")),
+    ("collision_group", "collision", ("shapes", "collisions")),
 )
 """Keys of a body that say something of its shapes, of which kind, and the lists that hold these."""
 
