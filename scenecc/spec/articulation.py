@@ -65,7 +65,7 @@ _Limit = Annotated[float, Field(ge=-inf, allow_inf_nan=True)]
 LimitPair = Annotated[tuple[_Limit, _Limit], Strict(strict=False)]
 
 Limits = TypeAliasType("Limits", Leaf[LimitPair])
-"""[lowest, highest]; `-.inf` and `.inf` where there is none."""
+"""[lowest, highest]; `-.inf` and `.inf` for no limit."""
 
 MAX_JOINTS = 4096
 """More than any articulation has."""
@@ -84,7 +84,7 @@ JointNumbers = TypeAliasType(
 
 
 class LinkKeys(MotionKeys):
-    """What may be said of a link."""
+    """Keys of a link."""
 
     material: Maybe[MaterialRef] = key("Material of its shapes.")
     density: Maybe[Leaf[NonNegative]] = key("Density of its shapes [kg/m³].")
@@ -100,7 +100,7 @@ class LinkKeys(MotionKeys):
 
 
 class JointKeys(SpecModel):
-    """What may be said of joints."""
+    """Keys of joints."""
 
     friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the actuator, added to the joint [kg or kg·m²].", default=0)
@@ -110,7 +110,7 @@ class JointKeys(SpecModel):
 
 
 class DriveKeys(SpecModel):
-    """What may be said of the drives of joints. In place of the damping that a joint has by itself."""
+    """Keys of the drives of joints. A drive replaces the joint's own damping."""
 
     stiffness: Maybe[Leaf[NonNegative]] = key("Stiffness: force per metre or radian of position error.", default=0)
     damping: Maybe[Leaf[NonNegative]] = key(
@@ -134,7 +134,7 @@ def _empty_list() -> list[Any]:
 
 
 class MimicKeys(SpecModel):
-    """A joint that moves as another one does."""
+    """A joint that follows another joint."""
 
     joint: Fixed[Name] = Field(description="The other joint.")
     multiplier: Maybe[Leaf[Finite]] = key("Factor of its position.", default=1)
@@ -171,7 +171,7 @@ else:
 
 
 class TreeLink(LinkKeys):
-    """A link, and those that hang on it."""
+    """A link with its child links."""
 
     name: Fixed[Name] = Field(description="Name of the link in `links` and mounts.")
     joint: Maybe[TreeJoint] = key("Joint to the parent link; for all links except the root.")
@@ -192,7 +192,7 @@ class TreeLink(LinkKeys):
 
 
 class ChildLink(TreeLink, CopyKeys):
-    """A link that hangs on another, or several. Copies without an expression in their `name` are NAME_0, NAME_1, …."""
+    """A link with its parent, or several copies. Copies without an expression in their `name` are NAME_0, NAME_1, …."""
 
 
 if TYPE_CHECKING:
