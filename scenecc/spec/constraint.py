@@ -40,13 +40,13 @@ class ConstraintKeys(RepeatKeys):
 
 
 class WeldConstraint(ConstraintKeys):
-    """Keeps both frames together: a drive whose six axes are all locked."""
+    """Holds both frames together: a drive whose six axes are all locked."""
 
     type: Literal["weld"]
 
 
 class ConnectionConstraint(ConstraintKeys):
-    """Keeps the origins of both frames together; rotation is free: `Scene.create_connection`."""
+    """Holds the origins of both frames together; rotation is free: `Scene.create_connection`."""
 
     type: Literal["connection"]
 
@@ -61,7 +61,7 @@ class DistanceConstraint(ConstraintKeys):
 
 
 class GearConstraint(ConstraintKeys):
-    """Ties the turning of two bodies about the x axes of its frames: `sapien.physx.PhysxGearComponent`."""
+    """Couples the rotations of two bodies about the x axes of its frames: `sapien.physx.PhysxGearComponent`."""
 
     type: Literal["gear"]
     ratio: Leaf[Finite] = Field(description="The child makes −`ratio` turns per turn of the parent; not 0.")
@@ -69,7 +69,7 @@ class GearConstraint(ConstraintKeys):
 
 
 class SpringKeys(SpecModel):
-    """A spring in place of a hard stop."""
+    """A spring instead of a hard stop."""
 
     stiffness: Maybe[Leaf[NonNegative]] = key("Stiffness beyond the limit [N/m; N·m/rad].", default=0)
     damping: Maybe[Leaf[NonNegative]] = key("Damping beyond the limit [N·s/m; N·m·s/rad].", default=0)
@@ -87,14 +87,14 @@ class AxisDriveKeys(SpringKeys):
 
 
 class VelocityTarget(SpecModel):
-    """How fast the child's frame is driven, in the parent's."""
+    """Target velocity of the child's frame in the parent's frame."""
 
     linear: Maybe[Leaf[Vec3]] = key("[m/s]", default=[0, 0, 0])
     angular: Maybe[Leaf[Vec3]] = key("[rad/s]", default=[0, 0, 0])
 
 
 class AxisLimits(SpecModel):
-    """Limits of each axis: [lowest, highest], `-.inf` and `.inf` where there is none."""
+    """Limits of each axis: [lowest, highest], `-.inf` and `.inf` for no limit."""
 
     x: Maybe[Leaf[AxisRange]] = key("Along x of the parent's frame [m].")
     y: Maybe[Leaf[AxisRange]] = key("Along y [m].")
@@ -149,7 +149,7 @@ class AxisMotorKeys(AxisDriveKeys):
 
 
 class HingeConstraint(ConstraintKeys):
-    """Leaves one turn free, about x of its frames: a drive whose other axes are locked."""
+    """Leaves one rotation free, about x of its frames: a drive whose other axes are locked."""
 
     type: Literal["hinge"]
     limits: Maybe[Leaf[AxisRange]] = key(
@@ -160,7 +160,7 @@ class HingeConstraint(ConstraintKeys):
 
 
 class SliderConstraint(ConstraintKeys):
-    """Leaves one step free, along x of its frames: a drive whose other axes are locked."""
+    """Leaves one translation free, along x of its frames: a drive whose other axes are locked."""
 
     type: Literal["slider"]
     limits: Maybe[Leaf[AxisRange]] = key(
