@@ -30,7 +30,7 @@ class SettledSpec(SpecModel):
 
 
 class NoOverlapSpec(SpecModel):
-    """How deep bodies may overlap at the start, and which may overlap anyhow."""
+    """How deep bodies may overlap at the start, and which pairs may always overlap."""
 
     deeper_than: Maybe[Fixed[NonNegative]] = key("How deep bodies may overlap at the start [m].", default=0.0005)
     except_: list[Pair] = Field(
@@ -42,7 +42,7 @@ class NoOverlapSpec(SpecModel):
 
 
 class ConditionSpec(SpecModel):
-    """What holds at a time of the simulation."""
+    """A condition at a time of the simulation."""
 
     after: Fixed[Seconds] = Field(default=0.0, description="Time of the test [s]; 0: at the start.")
     that: Test = Field(
@@ -55,7 +55,7 @@ class ConditionSpec(SpecModel):
 
 
 class ExpectSpec(SpecModel):
-    """What must hold in the scenes; `scenecc check` judges it."""
+    """What must hold in the scenes; `scenecc check` tests it."""
 
     settled: Maybe[SettledSpec] = key("Bodies that stay where they start.")
     no_overlap: Maybe[NoOverlapSpec] = key("Overlaps at the start that are allowed.")
