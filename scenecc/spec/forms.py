@@ -539,6 +539,6 @@ def _misplaced_key_error(other: str, key: str) -> PydanticCustomError:
     """A key that is not allowed beside a form's."""
     owners = [f"`{form}`" for form, companion in COMPANIONS.items() if other == companion]
     if owners:
-        return custom_error("SC117", f"`{other}` stands beside {' or '.join(owners)} only", at="key")
+        return custom_error("SC117", f"`{other}` is allowed only beside {' or '.join(owners)}", at="key")
     hint = f"a pose that has more than a position is a mapping: `p: {{{key}: …}}`" if other in _POSE_KEYS else None
     return custom_error("SC117", f"`{cut(other)}` is not allowed beside `{key}`", at="key", hint=hint)
