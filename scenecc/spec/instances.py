@@ -47,7 +47,7 @@ class Instance(EntityKeys, RepeatKeys):
 
 
 class RepeatedBody(BodySpec, RepeatKeys):
-    """One rigid body a scene, repeated or on a condition."""
+    """A rigid body, which may have `repeat` or `if`."""
 
 
 class Variant(BodyKeys):
@@ -55,7 +55,7 @@ class Variant(BodyKeys):
 
 
 class Variants(EntityKeys, BodyKeys, RepeatKeys):
-    """One body a scene, of one of several structures. What stands beside `variants` is common to all."""
+    """A body with one of several structures in each scene. Keys beside `variants` apply to all."""
 
     variants: Annotated[list[Variant], Field(min_length=1)] = Field(description="The structures.")
     pick: Leaf[NonNegativeInt32] = Field(
