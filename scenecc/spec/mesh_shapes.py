@@ -17,7 +17,7 @@ class ConvexMeshKeys(MeshFileKeys):
 
 
 class ConvexMeshShape(ConvexMeshKeys, ShapeBothKeys):
-    """A convex hull that collides, and the mesh itself seen."""
+    """A mesh that collides as its convex hull."""
 
     scale: Scale = Field(default=1.0, description="One factor or [x, y, z].")
 
@@ -29,7 +29,7 @@ class ConvexMeshCollision(ConvexMeshKeys, CollisionKeys):
 
 
 class ConvexMeshVisual(ConvexMeshKeys, VisualKeys):
-    """A mesh that is only seen."""
+    """A mesh that is only visible."""
 
     scale: MirrorScale = Field(default=1.0, description="One factor or [x, y, z]; negative mirrors.")
 
@@ -64,7 +64,7 @@ class ConvexPartsKeys(MeshFileKeys):
 
 
 class ConvexPartsShape(ConvexPartsKeys, ShapeBothKeys):
-    """Convex parts that collide, and the mesh itself seen."""
+    """A mesh that collides as its convex parts."""
 
 
 class ConvexPartsCollision(ConvexPartsKeys, CollisionKeys):
@@ -80,7 +80,7 @@ class TriangleMeshKeys(MeshFileKeys):
 
 
 class TriangleMeshShape(TriangleMeshKeys, ShapeBothKeys):
-    """A non-convex mesh that collides and is seen."""
+    """A non-convex mesh that collides and is visible."""
 
 
 class TriangleMeshCollision(TriangleMeshKeys, CollisionKeys):
@@ -88,7 +88,7 @@ class TriangleMeshCollision(TriangleMeshKeys, CollisionKeys):
 
 
 class MeshVisual(MeshFileKeys, VisualKeys):
-    """What a file shows, with its own materials unless one is given."""
+    """The mesh of a file, with its own materials unless one is given."""
 
     type: Literal["mesh"]
     scale: MirrorScale = Field(default=1.0, description="One factor or [x, y, z]; negative mirrors.")
