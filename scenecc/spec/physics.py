@@ -58,7 +58,7 @@ class GpuMemoryKeys(SpecModel):
 
 
 class PhysicsSpec(SpecModel):
-    """Settings of the simulation; what is left out is SAPIEN's."""
+    """Settings of the simulation; the defaults are SAPIEN's."""
 
     timestep: Maybe[Fixed[Positive]] = key("Time of a step [s].", default=0.01)
     gravity: Maybe[Fixed[Vec3]] = key("World frame [m/s²].", default=[0, 0, -9.81])
@@ -95,7 +95,7 @@ class InertialSpec(SpecModel):
 
 
 class CollisionGroup(SpecModel):
-    """Which groups this one does not collide with."""
+    """The groups that this group does not collide with."""
 
     ignore: list[Fixed[Name]] = Field(
         default_factory=list, description="Names of groups to ignore; may include the group itself."
