@@ -16,7 +16,7 @@ Corner = Annotated[list[Finite], Field(min_length=2, max_length=3)]
 
 
 class DiskRegion(SpecModel):
-    """A disk that the origin is in."""
+    """A disk for the origin of the placed entity."""
 
     center: Leaf[Vec2] = Field(description="[x, y] [m].")
     radius: Leaf[Positive] = Field(description="[m].")
@@ -34,10 +34,10 @@ Distances = Annotated[tuple[NonNegative, NonNegative], Strict(strict=False)]
 
 
 class PlaceSpec(SpecModel):
-    """Where an entity is placed, by trial, so that it overlaps nothing."""
+    """Places an entity by random tries so that it overlaps nothing."""
 
-    on: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it stands on.")
-    inside: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it stands in.")
+    on: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it is placed on.")
+    inside: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it is placed in.")
     above: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it starts above, in the air.")
     at: Maybe[Leaf[Vec2]] = key("Position of its origin: [x, y] [m].")
     region: Maybe[Region] = key(
@@ -61,7 +61,7 @@ class PlaceSpec(SpecModel):
     ] = key("What its +x points to, by a rotation about z: an entity, or a point [x, y] [m].")
     near: dict[Annotated[OuterReference, MAPPING_KEY], Fixed[Distances]] = Field(
         default_factory=dict,
-        description="Entity → minimum and maximum distance between the colliding shapes [m].",
+        description="Entity → minimum and maximum distance between the collision shapes [m].",
         examples=[{"mug": [0.05, 0.15]}],
     )
     apart: Fixed[NonNegative] = Field(default=0.001, description="Minimum distance from every other body [m].")
