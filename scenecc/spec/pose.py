@@ -18,7 +18,7 @@ Direction = Annotated[
 
 
 class AxisAngle(SpecModel):
-    """A turn about one axis."""
+    """A rotation about one axis."""
 
     axis: Leaf[Direction] = Field(description="[x, y, z] (of any length) or one of x, y, z.")
     angle: Maybe[Leaf[Finite]] = key("Angle [rad]; this or `angle_deg`.")
@@ -41,7 +41,7 @@ Quaternion = Annotated[
 
 
 class PoseMapping(SpecModel):
-    """A position and at most one rotation, or a matrix alone."""
+    """A position and at most one rotation, or a matrix."""
 
     p: Maybe[Leaf[Vec3]] = key("Position [m].", default=[0, 0, 0])
     q: Maybe[ExpressionOnly[Quaternion]] = key(
@@ -88,7 +88,7 @@ else:
 
 
 class FrameSpec(SpecModel):
-    """A place with no body, to put others relative to."""
+    """A named pose without a body, for `relative_to`."""
 
     pose: Pose = Field(description="Pose in the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
     region: Maybe[Region] = key("Region in the axes of this frame, for `place` of bodies.")
