@@ -112,7 +112,7 @@ class SpotLightSpec(LightKeys, DirectionKeys, ShadowKeys, LightConeKeys):
 
 
 class AreaLightSpec(LightKeys):
-    """A rectangle that shines, seen by ray tracing alone: `Scene.add_area_light_for_ray_tracing`."""
+    """A rectangle of light, visible only with ray tracing: `Scene.add_area_light_for_ray_tracing`."""
 
     type: Literal["area"]
     half_width: Leaf[Positive] = Field(description="Along y of its pose [m].")
@@ -120,7 +120,7 @@ class AreaLightSpec(LightKeys):
 
 
 class TexturedLightSpec(LightKeys, DirectionKeys, ShadowKeys, LightConeKeys):
-    """A cone of light that throws a picture: `sapien.render.RenderTexturedLightComponent`."""
+    """A cone of light that projects an image: `sapien.render.RenderTexturedLightComponent`."""
 
     type: Literal["textured"]
     texture: Texture = Field(description="The image: a file, or a mapping with `file`.")
@@ -133,7 +133,7 @@ Light = Annotated[Any, LazyUnion("LightSpec", {"rendering": LIGHT_TYPES}), REPEA
 
 
 class CubeMapKeys(SpecModel):
-    """Six pictures around the scene, each seen along one of the axes."""
+    """Six images around the scene, one along each axis."""
 
     px: Leaf[Text] = Field(description="Image towards +x.")
     nx: Leaf[Text] = Field(description="Image towards -x.")
