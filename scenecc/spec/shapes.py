@@ -52,7 +52,7 @@ Radiance = Annotated[
 
 
 class Physical(SpecModel):
-    """How a surface rubs and bounces, and how heavy what it covers is."""
+    """Friction and restitution of a surface, and density of its shapes."""
 
     static_friction: Maybe[Leaf[NonNegative]] = key("Coefficient of static friction.", default=0.3)
     dynamic_friction: Maybe[Leaf[NonNegative]] = key(
@@ -89,7 +89,7 @@ Texture = TypeAliasType(
 
 
 class Visual(SpecModel):
-    """How a surface looks: `sapien.render.RenderMaterial`."""
+    """Appearance of a surface: `sapien.render.RenderMaterial`."""
 
     base_color: Maybe[Color] = key("Base colour, linear RGB or RGBA.", default=[1, 1, 1, 1])
     emission: Maybe[Leaf[Radiance]] = key("Emitted colour, linear RGB or RGBA.", default=[0, 0, 0, 0])
@@ -108,7 +108,7 @@ class Visual(SpecModel):
 
 
 class Material(SpecModel):
-    """A surface: how it rubs (`physical`) and how it looks (`visual`)."""
+    """A surface: friction and restitution (`physical`) and appearance (`visual`)."""
 
     physical: Maybe[Physical] = key("Friction, restitution and density.")
     visual: Maybe[Visual] = key("Visual properties.")
