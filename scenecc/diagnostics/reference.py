@@ -77,24 +77,22 @@ _FORMATS = """\
 ## Formats
 
 Lines and columns count from 1, and columns count characters (Unicode code points). A scene given as a dict has no
-lines: its places are only paths. An error of the machine without a cause in the scene has no file. An error of the
-caller has no file either; its path is the argument or option (`camera`, `--camera`).
+lines; its places are only paths. An error of the machine that no part of the scene causes has no file. Wrong usage has
+no file either; its path is the argument or option (`camera`, `--camera`).
 
 `--format` of `validate` and `check` is one of:
 
 - `text`, for people: the place, the message, the source line underlined, the hint. Notes come first and errors last,
-  nearest to the prompt; findings of one severity are in the order of their places, as in the other formats.
-  Coloured on a terminal (`NO_COLOR` and `FORCE_COLOR` are respected). Control characters are
-  spelled out.
+  nearest to the prompt; within one severity they are sorted by place. The other formats sort only by place.
+  Coloured on a terminal (see `NO_COLOR` and `FORCE_COLOR`). Control characters are spelled out.
 - `json`, for programs: an object whose `diagnostics` is a list of `code`, `severity` (`error`, `warning` or `note`),
-  `message`, `file`, `line`, `column`, `end_column` (the one after the last), `path`, `hint` and `related` (a list of
+  `message`, `file`, `line`, `column`, `end_column` (after the last), `path`, `hint` and `related` (a list of
   `message`, `file`, `line`, `column` and `end_column`). Unknown values are `null`. ASCII only.
-  With `--fix` it also has `corrections`, a list of the findings that were corrected, each with the text that was
-  written (`wrote`).
+  With `--fix` it also has `corrections`, a list of the corrected findings, each with the written text (`wrote`).
 - `github`, for GitHub Actions: one workflow command per line (`::error file=…,line=…::…`), which annotates a pull
   request.
 - `gitlab`, for GitLab: a Code Quality report.
-- `junit`, for test reports: a test case for each file.
+- `junit`, for test reports: one test case per file.
 - `sarif`, for code scanning and editors: SARIF 2.1.0. Files are relative to `%SRCROOT%`, the working directory.
 """
 

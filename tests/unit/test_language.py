@@ -23,7 +23,7 @@ WORDS = {
     r"in a circle": "circular",
     r"judge[sd]?": "checks, tests",
     r"likewise": "also, the same",
-    r"(?:is|are|was|were) meant(?! to\b)": "is intended",
+    r"(?:is|are|was|were) meant(?! (?:as|to)\b)": "is intended",
     r"mend(?:s|ed)?": "fix",
     r"nothing but": "only",
     r"no body has": "is physically impossible",
