@@ -223,7 +223,7 @@ def key(description: str, *, default: Any = None, examples: list[Any] | None = N
 def _check_literal(text: str) -> str:
     """Refuses an expression where any text is right: it would be taken as it is written."""
     if EXPRESSION_START in text and not EXPANDED.get():
-        raise PydanticCustomError(NOT_MEANT, "a text without `${{`")
+        raise PydanticCustomError(NOT_MEANT, "a string without `${{`")
     return text
 
 
