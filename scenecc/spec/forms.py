@@ -265,7 +265,7 @@ def _check_equal_lengths(reader: FormReader, bounds: tuple[Any, ...], what: str,
     if len(set(lengths)) <= 1:
         return True
     listed = " and ".join(map(str, dict.fromkeys(lengths)))
-    reader.mistake("SC106", f"{what} must have as many values, not {listed}", bounds, loc)
+    reader.mistake("SC106", f"{what} must have equally many values, not {listed}", bounds, loc)
     return False
 
 
