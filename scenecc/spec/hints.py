@@ -167,7 +167,7 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("entities", "default defaults", "repeat values by an anchor and `<<: *NAME`, or name materials under `materials`"),
     ("entities", "version format schema", "leave it out: `scenecc: 1` is the version of the language"),
     ("entities", "randomization randomize domain_randomization distributions",
-     "write a form in place of a value, as in `mass: {uniform: [0.1, 0.2]}`"),
+     "write a form instead of a value, as in `mass: {uniform: [0.1, 0.2]}`"),
     ("entities", "ambient_light", "write it under `environment`: `environment: {ambient_light: [r, g, b]}`"),
     ("color", "intensity power energy brightness", "its numbers also set the brightness: `color: [3, 3, 3]`"),
     ("fovy", "fov fov_deg", "write `fovy_deg: …`, the vertical angle of view in degrees, or `fovy` in radians"),
