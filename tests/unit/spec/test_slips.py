@@ -207,7 +207,7 @@ SLIPS = {
     "import": Slip("import: [a.yaml]\n", "SC101", "did you mean `include`?"),
     "defaults": Slip("default: {}\n", "SC101", "repeat values by an anchor and `<<: *NAME`, or name materials under `materials`"),
     "variables": Slip("variables: {a: 1}\n", "SC101", "did you mean `params`?"),
-    "randomize": Slip("randomization: {a: 1}\n", "SC101", "write a form in place of a value, as in `mass: {uniform: [0.1, 0.2]}`"),
+    "randomize": Slip("randomization: {a: 1}\n", "SC101", "write a form instead of a value, as in `mass: {uniform: [0.1, 0.2]}`"),
     "for": Slip("entities:\n  cube:\n    for: {i: 3}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "copies are `repeat: {i: {count: 4}}`"),
     "uniform min": Slip("entities:\n  cube:\n    mass: {min: 1, max: 2}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "did you mean `{uniform: [low, high]}`?"),
     "list mass": Slip("entities:\n  cube:\n    mass: [1, 2]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write one number; one for each scene is `{per_scene: […]}`"),
