@@ -159,7 +159,7 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("entities", "option sim simulation sim_config physics_config", "did you mean `physics`?"),
     ("entities timestep", "sim_freq control_freq frequency fps hz",
      "write `physics: {timestep: …}` [s], one divided by the frequency"),
-    ("timestep entities", "substeps", "PhysX has none: write a smaller `timestep`"),
+    ("timestep entities", "substeps", "PhysX has no substeps: write a smaller `timestep`"),
     ("entities", "asset assets meshes textures",
      "name a file where it is used: `shapes: [{type: convex_mesh, file: …}]`, `urdf: …` or `base_color_texture: …`"),
     ("entities", "ground floor plane ground_plane",

@@ -132,7 +132,7 @@ SLIPS = {
     "physics dt": Slip("physics: {dt: 0.01}\n", "SC101", "did you mean `timestep`?"),
     "physics freq": Slip("physics: {sim_freq: 100}\n", "SC101", "write `physics: {timestep: …}` [s], one divided by the frequency"),
     "sim_freq": Slip("sim_freq: 100\n", "SC101", "write `physics: {timestep: …}` [s], one divided by the frequency"),
-    "physics substeps": Slip("physics: {substeps: 2}\n", "SC101", "PhysX has none: write a smaller `timestep`"),
+    "physics substeps": Slip("physics: {substeps: 2}\n", "SC101", "PhysX has no substeps: write a smaller `timestep`"),
     "gravity scalar": Slip("physics: {gravity: -9.81}\n", "SC103", "one number for each axis: [0, 0, -9.81]"),
     "gravity false": Slip("physics: {gravity: false}\n", "SC103", "for no gravity write `gravity: [0, 0, 0]`"),
     "mass comma": Slip("entities:\n  cube:\n    mass: 0,5\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write a decimal point instead of the comma: 0.5"),
