@@ -1,7 +1,7 @@
 """Trains a Panda to reach: its hand comes within 5 cm of a goal that is redrawn in every episode.
 
 The scene is a dict, the environments are `scenecc.gymnasium.SceneVectorEnv`, the method is PPO. The wheel of ManiSkill
-has the robot's URDF; nothing of ManiSkill is imported.
+has the robot's URDF; ManiSkill is not imported.
 
     pip install torch 'scenecc[gymnasium,maniskill]'
     python examples/reach.py
