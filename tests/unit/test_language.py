@@ -16,39 +16,40 @@ ROOT = PACKAGE.parent
 
 WORDS = {
     r"alone": "only, by itself",
-    r"anyhow": "always, in any case",
     r"anew": "again; for `draws anew` redraws",
-    r"(?<!there )(?:is|are) no(?! longer)": "is not a, cannot have",
-    r"(?<!there )is (?-i:none)": "is not one of",
+    r"anyhow": "always, in any case",
     r"hangs? on": "is attached to",
     r"in a circle": "circular",
+    r"(?<!there )is (?-i:none)": "is not one of",
+    r"(?<!there )(?:is|are) no(?! longer)": "is not a, cannot have",
+    r"(?:is|are) said": "is written, is set",
+    r"(?:is|are) wanted": "is needed, is expected",
+    r"(?:is|are|be|been|only) seen": "is visible; for `what is seen` visual shapes",
+    r"(?:is|are|was|were) meant(?! (?:as|to)\b)": "is intended",
     r"judge[sd]?": "checks, tests",
     r"likewise": "also, the same",
-    r"(?:is|are|was|were) meant(?! (?:as|to)\b)": "is intended",
     r"mend(?:s|ed)?": "fix",
+    r"no body has": "is physically impossible",
     r"nothing but": "only",
     r"nothing of": "no part of",
-    r"(?:is|are) said": "is written, is set",
-    r"no body has": "is physically impossible",
     r"(?:one|row|value|number|object)s? an? (?:scene|axis|choice|item|joint|pixel)": "one for each, per",
     r"parted by": "separated by",
     r"rubs?": "has friction",
     r"(?:some|no)body": "another program, no user",
-    r"(?:is|are|be|been|only) seen": "is visible; for `what is seen` visual shapes",
     r"stands? (?:alone|around|as|beside|before|below|for|in|inside|relative|there|twice|under)": "is, is written",
     r"tells?": "gives, reports, determines",
     r"tie[sd]?": "connects",
     r"told": "reported, given",
     r"torn": "violated",
     r"wants": "needs",
-    r"(?:is|are) wanted": "is needed, is expected",
     r"whoever": "anyone who",
 }
 """Pattern of a word or a phrase → what to write instead."""
 
 KINDS = {".py", ".yaml", ".yml"}
 
-_BANNED = re.compile(rf"(?<![\w-])(?:{'|'.join(WORDS)})(?![\w-])", re.IGNORECASE)
+_BANNED = re.compile(rf"(?<![\w-])(?:{'|'.join(f'({word})' for word in WORDS)})(?![\w-])", re.IGNORECASE)
+_INSTEAD = tuple(WORDS.values())
 _CODE = re.compile(r"^ *```.*?^ *```|`[^`\n]*`|\]\([^)\n]*\)", re.MULTILINE | re.DOTALL)
 
 
@@ -56,11 +57,8 @@ def faults(text: str, line: int = 1) -> Iterator[tuple[int, str]]:
     """(line, complaint) for each banned phrase of a text, outside `code` and fenced blocks."""
     plain = _CODE.sub(lambda code: "`" * len(code[0]), text).replace("\n", " ")
     for found in _BANNED.finditer(plain):
-        word = found[0].lower()
-        instead = next(
-            words for pattern, words in WORDS.items() if re.fullmatch(re.sub(r"\(\?[<!][^)]*\)", "", pattern), word)
-        )
-        yield line + text.count("\n", 0, found.start()), f"`{word}`: write `{instead}`"
+        instead = _INSTEAD[(found.lastindex or 1) - 1]
+        yield line + text.count("\n", 0, found.start()), f"`{found[0].lower()}`: write `{instead}`"
 
 
 def strings(node: ast.AST, *, with_help: bool) -> Iterator[tuple[int, str]]:
@@ -83,6 +81,8 @@ def strings(node: ast.AST, *, with_help: bool) -> Iterator[tuple[int, str]]:
 def complaints(file: Path) -> list[str]:
     """`FILE:LINE: WORD` for each banned word that a user of this file can meet."""
     text = file.read_text(encoding="utf-8")
+    if file.suffix == ".json":
+        text = re.sub(r'^ *(?!"description"|\s)[^\n]*', "", text, flags=re.MULTILINE)
     if file.suffix == ".py" and _BANNED.search(text):
         literals = strings(ast.parse(text), with_help=file.parent.name == "cli")
         found = [fault for line, literal in literals for fault in faults(literal, line)]
@@ -100,11 +100,26 @@ def test_messages_are_plain_english(folder: str) -> None:
     assert [fault for file in files for fault in complaints(file)] == []
 
 
-@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "docs", "scenes", "examples", "schemas"])
+PAGES = {
+    file.relative_to(ROOT).as_posix() if file.parent == ROOT else file.parent.relative_to(ROOT).as_posix()
+    for pattern in (
+        "README.md",
+        "CONTRIBUTING.md",
+        "docs/**/*.md",
+        "scenes/**/*.yaml",
+        "examples/*.py",
+        "schemas/*.json",
+    )
+    for file in ROOT.glob(pattern)
+}
+
+
+@pytest.mark.parametrize("page", sorted(PAGES))
 def test_docs_and_scenes_are_plain_english(page: str) -> None:
     path = ROOT / page
-    files = [path] if path.is_file() else [one for one in path.rglob("*.*") if one.suffix in {".md", ".yaml", ".json"}]
-    assert [fault for file in sorted(files) for fault in complaints(file)] == []
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    pages = [file for file in files if file.suffix in {".md", ".yaml", ".py", ".json"}]
+    assert [fault for file in pages for fault in complaints(file)] == []
 
 
 def test_what_is_found_names_line_and_word() -> None:
