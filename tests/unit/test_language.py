@@ -61,11 +61,11 @@ def faults(text: str, line: int = 1) -> Iterator[tuple[int, str]]:
         yield line + text.count("\n", 0, found.start()), f"`{found[0].lower()}`: write `{instead}`"
 
 
-def strings(node: ast.AST, *, with_help: bool) -> Iterator[tuple[int, str]]:
-    """(line, text) of each string literal below a node that is prose: not a docstring, except the help of a command."""
+def strings(node: ast.AST, command: str = "") -> Iterator[tuple[int, str]]:
+    """(line, text) of each string literal below a node that is prose: no docstring except the help of a command."""
     for child in ast.iter_child_nodes(node):
         is_docstring = isinstance(child, ast.Expr) and isinstance(child.value, ast.Constant)
-        is_help = with_help and isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
+        is_help = isinstance(node, ast.FunctionDef) and node.name == command
         if is_docstring and not is_help:
             continue
         if isinstance(child, ast.JoinedStr):
@@ -75,7 +75,7 @@ def strings(node: ast.AST, *, with_help: bool) -> Iterator[tuple[int, str]]:
             if isinstance(child.value, str) and " " in child.value:
                 yield child.lineno, child.value
         else:
-            yield from strings(child, with_help=with_help)
+            yield from strings(child, command)
 
 
 def complaints(file: Path) -> list[str]:
@@ -84,7 +84,7 @@ def complaints(file: Path) -> list[str]:
     if file.suffix == ".json":
         text = re.sub(r'^ *(?!"description"|\s)[^\n]*', "", text, flags=re.MULTILINE)
     if file.suffix == ".py" and _BANNED.search(text):
-        literals = strings(ast.parse(text), with_help=file.parent.name == "cli")
+        literals = strings(ast.parse(text), file.stem if file.parent.name == "cli" else "")
         found = [fault for line, literal in literals for fault in faults(literal, line)]
     else:
         found = [] if file.suffix == ".py" else list(faults(text))
@@ -130,5 +130,5 @@ def test_what_is_found_names_line_and_word() -> None:
         (8, "`stands inside`"),
     ]
     source = ast.parse('"""told"""\nreport("SC101", f"the {x} told")\ndef f():\n    """told a lie"""\n    "a b"\n')
-    assert [line for line, _ in strings(source, with_help=False)] == [2]
-    assert [line for line, _ in strings(source, with_help=True)] == [2, 4, 5]
+    assert [line for line, _ in strings(source)] == [2]
+    assert [line for line, _ in strings(source, "f")] == [2, 4, 5]
