@@ -71,6 +71,8 @@ def strings(node: ast.AST, command: str = "") -> Iterator[tuple[int, str]]:
         if isinstance(child, ast.JoinedStr):
             parts = [part.value if isinstance(part, ast.Constant) else "{}" for part in child.values]
             yield child.lineno, "".join(map(str, parts))
+            for part in child.values:
+                yield from strings(part, command)
         elif isinstance(child, ast.Constant):
             if isinstance(child.value, str) and " " in child.value:
                 yield child.lineno, child.value
@@ -122,6 +124,15 @@ def test_docs_and_scenes_are_plain_english(page: str) -> None:
     assert [fault for file in pages for fault in complaints(file)] == []
 
 
+SOURCE = """\
+'no message'
+report("SC101", f"the {'man told' if x else y} told")
+def f():
+    'the help'
+    "a b"
+"""
+
+
 def test_what_is_found_names_line_and_word() -> None:
     text = "The mass is told\nat `told` and there is no mesh;\nthis is\nno mesh, and stands inside."
     assert [(line, said.split(":")[0]) for line, said in faults(text, 5)] == [
@@ -129,6 +140,6 @@ def test_what_is_found_names_line_and_word() -> None:
         (7, "`is no`"),
         (8, "`stands inside`"),
     ]
-    source = ast.parse('"""told"""\nreport("SC101", f"the {x} told")\ndef f():\n    """told a lie"""\n    "a b"\n')
-    assert [line for line, _ in strings(source)] == [2]
-    assert [line for line, _ in strings(source, "f")] == [2, 4, 5]
+    source = ast.parse(SOURCE)
+    assert [line for line, _ in strings(source)] == [2, 2]
+    assert [line for line, _ in strings(source, "f")] == [2, 2, 4, 5]
