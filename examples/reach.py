@@ -1,7 +1,7 @@
-"""Trains a Panda to reach: its hand comes within 5 cm of a goal that is drawn anew in every episode.
+"""Trains a Panda to reach: its hand comes within 5 cm of a goal that is redrawn in every episode.
 
 The scene is a dict, the environments are `scenecc.gymnasium.SceneVectorEnv`, the method is PPO. The wheel of ManiSkill
-has the robot's URDF; nothing of ManiSkill is imported.
+has the robot's URDF; ManiSkill is not imported.
 
     pip install torch 'scenecc[gymnasium,maniskill]'
     python examples/reach.py
@@ -62,7 +62,7 @@ def observe(batch: scenecc.SceneBatch) -> np.ndarray:
 
 
 def reward(batch: scenecc.SceneBatch) -> np.ndarray:
-    """(N,): less for every metre that is left, and more at the goal."""
+    """(N,): minus the distance [m], with a bonus at the goal."""
     distance = np.linalg.norm(offset(batch), axis=1)
     return np.where(distance < REACHED, 1.0, -distance)
 
@@ -109,7 +109,7 @@ class Policy(nn.Module):
 
 
 class Rollout(NamedTuple):
-    """What was met in T steps of N environments: (T, N, …)."""
+    """Data of T steps of N environments: (T, N, …)."""
 
     observed: torch.Tensor
     actions: torch.Tensor
@@ -201,7 +201,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--scenes", type=int, default=64)
     parser.add_argument("--iterations", type=int, default=80, help="rounds of 32 steps in every scene")
-    parser.add_argument("--episodes", type=int, default=8, help="in every scene, to judge the policy by")
+    parser.add_argument("--episodes", type=int, default=8, help="in every scene, to evaluate the policy")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
     torch.set_num_threads(1)  # the simulation has the other core

@@ -334,7 +334,7 @@ def is_within_object_limit(document: Document, limits: Limits, sink: Sink) -> bo
     )
     if count <= limits.objects:
         return True
-    message = f"{count} objects, or as much as these hold, are more than the limit of {limits.objects}"
+    message = f"{count} objects, or an equal amount of data, are more than the limit of {limits.objects}"
     hint = "raise it with --limit objects=N or limits={'objects': N}"
     sink.report("SC604", message, Origin(document.name), hint=hint)
     return False

@@ -449,7 +449,7 @@ def _placement_override(override: Override, sink: Sink) -> Override:
         if key in INSTANCE_KEYS:
             kept[key] = item
         elif not key.startswith(NOTE_PREFIX) and key not in FIXED_OVERRIDE_KEYS:
-            hint = f"it is an instance: write `NAME/…: {{{cut(key)}: …}}` of what is inside, or `with: {{…}}`"
+            hint = f"it is an instance: write `NAME/…: {{{cut(key)}: …}}` for an object inside, or `with: {{…}}`"
             sink.report("SC101", f"unknown key `{cut(key)}`", override.origin(key), at="key", hint=hint)
     kept.pop("with", None)
     return replace(override, value=kept)
@@ -509,7 +509,7 @@ class SceneSelections:
     def _count_scenes(self, selection: tuple[int, ...], place: Origin) -> tuple[int, ...]:
         self._left -= len(selection)
         if self._left < 0:
-            message = f"the selections of all instances exceed {self._most} scenes in all"
+            message = f"all instances together select more than {self._most} scenes in all"
             hint = "raise it with --limit objects=N or limits={'objects': N}"
             self._sink.report("SC604", message, place, hint=hint)
             raise BudgetExhausted

@@ -422,7 +422,7 @@ class ExpansionWriter:
         first, second = _outermost_use(first, second), _outermost_use(second, first)
         uses = [origin.path[-1:] == ("use",) for origin in (first, second)]
         related: list[RelatedPlace] = [("the first of this name", first, "value" if uses[0] else "key")]
-        message = f"the name `{cut(name)}` comes twice among the {section}"
+        message = f"the name `{cut(name)}` is used twice in the {section}"
         hint = None
         if any(uses):
             hint = "give one of them another `prefix`" if all(uses) else 'give the instance a `prefix` other than ""'

@@ -107,7 +107,7 @@ def list_prefabs() -> list[PrefabRow]:
         assert document is not None, f"the prefab {name} cannot be read"
         load = scene_loader(scope, limits, sink)
         params = list_params(document, load=load, limits=limits, sink=sink)
-        assert params is not None, f"the prefab {name} is at fault"
+        assert params is not None, f"the prefab {name} has errors"
         description = str(document.data.get("description", "")).split("\n", 1)[0]
         rows.append(PrefabRow(SHIPPED_PREFIX + name, tuple(params), description, tuple(editions(name)), edition))
     return rows

@@ -279,9 +279,9 @@ class _ModuleCompiler:
 
     def _needs_repeat(self, node: dict[str, Any], entry: SectionEntry) -> None:
         if "name" in node:
-            hint = "an entity is called as its key says; `name` names the copies of what is repeated"
+            hint = "the key of an entity is its name; `name` names the copies of a repeated entity"
             self._frame(entry.part).report(
-                "SC224", "`name` does nothing without `repeat`", (*entry.path, "name"), at="key", hint=hint
+                "SC224", "`name` has no effect without `repeat`", (*entry.path, "name"), at="key", hint=hint
             )
 
     @staticmethod
@@ -302,7 +302,7 @@ class _ModuleCompiler:
             for key in item if is_mapping(item) and not name.startswith(NOTE_PREFIX) else ():
                 if key in FIXED_OVERRIDE_KEYS:
                     message = f"`{key}` cannot be overridden"
-                    hint = "it decides which objects the prefab has; a parameter of the prefab can be given `with`"
+                    hint = "it determines which objects the prefab has; set a parameter of the prefab in `with`"
                     place = (*entry.path, "override", name, key)
                     self._frame(entry.part).report("SC244", message, place, at="key", hint=hint)
         return InstanceTemplate(
@@ -363,7 +363,7 @@ class PrefabLibrary:
         names = [above.shown for above in (*chain, document)]
         if any(document.identity == above.identity for above in chain):
             message = f"a prefab uses itself: {chain_text(names)}"
-            self._sink.report("SC232", message, place, hint="leave one of these uses out")
+            self._sink.report("SC232", message, place, hint="remove one of these uses")
             return None
         if self._library.is_too_deep(names, place):
             return None
@@ -380,12 +380,12 @@ class PrefabLibrary:
             data, parent = part.document.document.data, part.parent(place)
             for key in _IGNORED_KEYS:
                 if key in data:
-                    message = f"`{key}` of a prefab is left out: that of the scene counts"
+                    message = f"`{key}` of a prefab is ignored: the scene sets it"
                     self._sink.report("SC241", message, Origin(part.document.name, (key,), "", parent), at="key")
         for section in module.sections.values():
             for name, entry in section.items():
                 for path in find_per_scene_lists(entry.node, entry.path) if entry.path[:1] != ("params",) else ():
                     origin = entry.origin(place)
-                    message = f"`{cut(name)}` lists its values by scene, and a prefab may be in any of them"
+                    message = f"`{cut(name)}` lists values by scene, but an instance may be in any scenes"
                     hint = "write {per_scene: {0: …, default: …}}, `cycle` or a parameter"
                     self._sink.report("SC242", message, Origin(origin.file, path, "", origin.parent), hint=hint)

@@ -182,7 +182,9 @@ class _ModuleMerger:
             place = Origin(document.name, path, "", part.parent(self._use))
             if "${" in reference:
                 self._report(
-                    "SC203", "`include` cannot hold an expression: parameters come from what is included", place
+                    "SC203",
+                    "`include` cannot contain an expression, because included files may declare parameters",
+                    place,
                 )
                 continue
             found = self._library.find(reference, document, place)
@@ -191,7 +193,7 @@ class _ModuleMerger:
                 continue
             if any(found.identity == above.identity for above in chain):
                 names = [above.shown for above in (*chain, found)]
-                self._report("SC232", f"files include one another in a circle: {chain_text(names)}", place)
+                self._report("SC232", f"circular includes: {chain_text(names)}", place)
                 continue
             inner = ModulePart(found, (*part.via, (document.name, path)))
             if found.identity in self._reached:
@@ -207,7 +209,7 @@ class _ModuleMerger:
         for key in TOP_LEVEL_KEYS:
             if key in part.document.document.data:
                 place = Origin(part.document.name, (key,), "", part.parent(self._use))
-                self._report("SC230", f"an included file has no `{key}`", place, at="key")
+                self._report("SC230", f"an included file cannot have `{key}`", place, at="key")
 
     def _join(self, entries: dict[str, SectionEntry], section: str, node: dict[str, Any], part: ModulePart) -> None:
         for name, item in node.items():
@@ -217,7 +219,7 @@ class _ModuleMerger:
             first = entries.setdefault(name, entry)
             if first is not entry:
                 what = "setting" if section in SETTING_SECTIONS else "name"
-                message = f"the {what} `{cut(name)}` is in another file already"
+                message = f"the {what} `{cut(name)}` is already defined in another file"
                 self._good = False
                 self._sink.report(
                     "SC231",

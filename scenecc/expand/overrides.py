@@ -87,17 +87,17 @@ class InstanceOverrides:
         found = self.entries.get(key)
         first, _ = self.inside.setdefault(key, (section, full))
         if found is not None and first != section:
-            message = f"`{cut(key)}` names two things inside the prefab: one of `{first}` and one of `{section}`"
-            sink.report("SC243", message, found.origin(), at="key", hint="an override needs one name for one thing")
+            message = f"`{cut(key)}` names two objects inside the prefab, one in `{first}` and one in `{section}`"
+            sink.report("SC243", message, found.origin(), at="key", hint="an override needs a unique name")
         return found
 
     def check(self, removed: Mapping[tuple[str, str], Origin], sink: Sink) -> None:
-        """Reports each name that nothing inside has, or that is inside of what is removed. `removed`: all that is."""
+        """Reports names that do not exist inside, or that are inside an object in `removed`."""
         removals = [entry.origin() for entry in self.entries.values() if entry.value == REMOVE]
         for key, entry in self.entries.items():
             place = removed.get(self.inside[key]) if key in self.inside else None
             if place is not None and place != entry.origin() and place in removals:
-                message = f"`{cut(key)}` is inside of what is removed"
+                message = f"`{cut(key)}` is inside an object that is removed"
                 sink.report("SC243", message, entry.origin(), at="key", related=[("removed here", place, "value")])
             elif key not in self.inside:
                 message = f"nothing inside `{cut(self.instance)}` is called `{cut(key)}`"
@@ -191,7 +191,7 @@ class OverrideMerger:
                 continue
             written = (*at, key)
             if key in _ITEM_COPY_KEYS and isinstance(path[-1] if path else None, int):
-                hint = "the items of a list are overridden as they are built; give the whole list"
+                hint = "items of a list are overridden after `repeat`; give the whole list"
                 self._sink.report("SC244", f"`{key}` cannot be overridden", self._origin(written), at="key", hint=hint)
                 continue
             for other in excluded.get(key, frozenset()) & made.keys():
@@ -228,7 +228,7 @@ class OverrideMerger:
             if key.startswith(NOTE_PREFIX):
                 continue
             if not _is_index(key):
-                message = f"`{cut(key)}` is no number of an item, as the other keys are"
+                message = f"`{cut(key)}` is not an item index like the other keys"
                 hint = "items are counted from 0; or give the whole list"
                 self._sink.report("SC243", message, self._origin((*at, key)), at="key", hint=hint)
                 continue
@@ -271,7 +271,7 @@ def check_removals(output: ExpansionWriter, sink: Sink) -> None:
         more = f" and {len(owners) - _LISTED} more" if len(owners) > _LISTED else ""
         message = f"`{cut(name)}` cannot be removed: {shown}{more} refer{'s' if len(owners) == 1 else ''} to it"
         related: list[RelatedPlace] = [("referred to here", origin, "value") for _, origin in owners[:_LISTED]]
-        sink.report("SC245", message, place, hint="remove or override what refers to it too", related=related)
+        sink.report("SC245", message, place, hint="remove or override these objects too", related=related)
 
 
 class _ReferenceSearch:

@@ -230,7 +230,7 @@ def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> ParamI
         return _first_bound_misfit(bounds, limits, wanted)
     wrong = _first_bound_misfit(bounds, replace(limits, low=None, high=None), wanted)
     if wrong is None and drawn.companion not in value and limits.ranged:
-        return "SC212", f"must stay in a range, which a {form} draw leaves: it needs `{drawn.companion}`"
+        return "SC212", f"must stay in its range, but a {form} draw is unbounded: it needs `{drawn.companion}`"
     return wrong or _first_bound_misfit(edges, limits, wanted)
 
 

@@ -296,8 +296,8 @@ class PatternCompiler:
         if not template.observations or (path[:2] == (EXPECT, "holds") and path[3:] == ("that",)):
             return True
         for name, (function, *_) in template.observations.items():
-            message = f"`{function}(…)` may stand only in `that`, below `expect`"
-            hint = "it is what a simulation shows; what is built is known before"
+            message = f"`{function}(…)` is allowed only in `that`, under `expect`"
+            hint = "it is a simulation result; scenes are built before the simulation"
             self.frame.fail(ExpressionError(message, *template.place(name), hint), path, "SC205")
         return False
 
@@ -475,7 +475,7 @@ def check_template_names(
 def check_new_name(name: str, what: str, names: NameMeanings, path: Path, frame: ExpansionFrame) -> bool:
     """Whether a parameter, draw or loop variable may have a name; reported where not."""
     if name in RESERVED_NAMES or keyword.iskeyword(name):
-        message = f"`{cut(name)}` is a word of expressions and cannot name a {what}"
+        message = f"`{cut(name)}` is a reserved word of expressions and cannot name a {what}"
     elif name in names:
         message = f"`{cut(name)}` is the name of a {names[name].removeprefix('later ')} already"
     else:
@@ -510,6 +510,6 @@ def _varying_name(name: str, structure: str, template: Template) -> ExpressionEr
         hint = "a draw may read parameters: declare this one under `draws`"
         return ExpressionError(f"`{cut(name)}` is a draw: a parameter cannot read it", *template.place(name), hint)
     what = "the scene's index" if name == "scene" else f"the draw `{cut(name)}`"
-    hint = "only values may: a parameter can decide here, or `variants` with `pick`"
+    hint = "only values may: read a parameter here, or use `variants` with `pick`"
     message = f"{structure} is the same in every scene, so it cannot read {what}"
     return ExpressionError(message, *template.place(name), hint)

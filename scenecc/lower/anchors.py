@@ -82,7 +82,7 @@ class AnchorPoints:
             frame = frame if pose is None else frame @ pose_matrix(pose.row(row))
         rotation, centre, geometry = frame[:3, :3], frame[:3, 3], shape.geometry
         if isinstance(geometry, Plane):
-            raise AnchorError("a plane has no end")
+            raise AnchorError("a plane is infinite")
         if isinstance(geometry, Primitive):
             yield from (centre + corner for corner in geometry.bounds(rotation, *geometry.sizes(row)))
             return

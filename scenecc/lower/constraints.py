@@ -135,7 +135,7 @@ def _warn_beyond_limits(target: Any, limits: Value | None, fields: FieldLowerer,
         (_, at, low, high), certain = found
         pulls = "pulls" if certain else "may pull"
         message = f"the drive {pulls} to {at:g}, beyond the limits [{low:g}, {high:g}]"
-        fields.sink.report("SC523", message, origin, hint="positions are radians, or metres of a slider")
+        fields.sink.report("SC523", message, origin, hint="positions are radians, or metres for a slider")
 
 
 def _motor(written: Any, key: str, axis: DriveAxis, fields: FieldLowerer, origin: Origin) -> Value | None:
@@ -188,7 +188,7 @@ def _axis_limits(written: DriveConstraint, fields: FieldLowerer, origin: Origin)
         spring: Any = None if written.limit_springs is None else getattr(written.limit_springs, axis)
         if limits is None:
             if spring is not None:
-                message = f"a spring of the limits of `{axis}` does nothing: the axis has no limits"
+                message = f"the limit spring of `{axis}` has no effect: the axis has no limits"
                 place = origin.child("limit_springs", axis)
                 fields.sink.report("SC115", message, place, at="key", hint=f"write `{axis}` under `limits` too")
             continue
@@ -327,8 +327,8 @@ class ConstraintLowerer:
         if written != WORLD:
             return self._mounts.find(written, scope, (), origin.child(key))
         if key == "child":
-            message = "the world cannot be the child of a constraint: a body that moves carries it"
-            hint = "write `parent: world`, and as `child` what is fastened to it"
+            message = "the world cannot be the child of a constraint: the child must be able to move"
+            hint = "write `parent: world`, and the fastened body as `child`"
             self._sink.report("SC340", message, origin.child(key), hint=hint)
         return None
 
@@ -346,7 +346,7 @@ class ConstraintLowerer:
             if others is not None and others is not scenes:
                 scenes = others if scenes is self._sampling.all_scenes else _common_scenes(scenes, others)
         if not scenes:
-            message = f"`{cut(name)}` ties together what is never in the same scene"
+            message = f"`{cut(name)}` connects bodies that are never in the same scene"
             self._sink.report("SC341", message, origin, at="key")
         return scenes
 

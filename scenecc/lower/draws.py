@@ -131,7 +131,7 @@ def lower_draws(
     for name in given:
         if name not in written or name in names.given:
             known = [other for other in written if other not in names.given]
-            message = f"there is no shared draw `{cut(str(name))}` that could be given"
+            message = f"there is no shared draw `{cut(str(name))}` to replace"
             sampling.sink.report("SC250", message, origin, hint=suggest_name(str(name), known, sampling.sink))
     for name, draw in written.items():
         kept = draw.__class__ is Once

@@ -178,7 +178,7 @@ class EntityLowerer:
                 if name in self.selections:
                     self.selections[frame] = self.selections[name]
                 if frame in self._scene.entities:
-                    message = f"`{frame}` names an entity, and a robot of a file"
+                    message = f"`{frame}` names both an entity and a robot of a file"
                     related = [("the entity", self._origin.child("entities", frame), "key")]
                     self._sink.report("SC305", message, place, at="key", related=related)  # pyright: ignore[reportArgumentType]
             still = all(isinstance(body, BodyStructure) and body.body_type == "static" for body in one.structures)
@@ -224,8 +224,8 @@ _NO_DEFAULTS = ShapeDefaults()
 
 _SHAPE_DEFAULTS = (
     ("color", "visible", ("shapes", "visuals")),
-    ("density", "colliding", ("shapes", "collisions")),
-    ("collision_group", "colliding", ("shapes", "collisions")),
+    ("density", "collision", ("shapes", "collisions")),
+    ("collision_group", "collision", ("shapes", "collisions")),
 )
 """Keys of a body that say something of its shapes, of which kind, and the lists that hold these."""
 

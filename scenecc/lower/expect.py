@@ -119,7 +119,7 @@ class _PartLowerer:
             place = origin.child("except", number)
             full = self._body(written, place)
             if full is not None and full not in self._entities:
-                self._sampling.sink.report("SC303", f"`{cut(written)}` is a link, and an entity is wanted", place)
+                self._sampling.sink.report("SC303", f"`{cut(written)}` is a link, but an entity is needed", place)
             elif full is not None and not any(map(_moves, self._entities[full].structures)):
                 hint = "leave it out"
                 self._sampling.sink.report("SC863", f"`{cut(written)}` cannot move", place, hint=hint)
@@ -174,7 +174,7 @@ class _PartLowerer:
                     if link.joint is not None and link.joint.type != "fixed"
                 ]
                 sink = self._sampling.sink
-                message = f"no joint `{cut(joint)}` of `{cut(bodies[0])}` moves"
+                message = f"`{cut(bodies[0])}` has no moving joint `{cut(joint)}`"
                 sink.report("SC325", message, place, hint=suggest_name(joint, known, sink), span=span)
         return (*full, *joints)
 
@@ -194,8 +194,8 @@ class _PartLowerer:
             return None
         entity = self._entities[mount.entity]
         if scenes and set(scenes).isdisjoint(entity.scene_idxs):
-            message = f"`{cut(written)}` is in none of these scenes"
-            hint = "`scene_idxs` says in which scenes this must hold"
+            message = f"`{cut(written)}` does not exist in any of these scenes"
+            hint = "set `scene_idxs` to the scenes in which this must hold"
             self._sampling.sink.report("SC311", message, place, hint=hint, span=span)
             return None
         full = self._names.full_name(written, self._scope)

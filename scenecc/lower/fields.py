@@ -556,7 +556,7 @@ class VariationLowerer:
         # A prefab does not know in which scenes it is used.
         if not self._fields.scope and (extra := read.keys() - set(scenes)):
             scene = min(extra)
-            message = f"scene {scene} is none that the object is in"
+            message = f"the object is not in scene {scene}"
             self._fields.sink.report("SC315", message, origin.child(str(scene)), at="key", hint="leave it out")
         return Rows(scenes, tuple(read.get(scene, default) for scene in scenes))
 

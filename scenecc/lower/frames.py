@@ -219,9 +219,9 @@ class FrameGraph:
         if fix_initial_positions(self.articulations[entity][0], sampling):
             self._sink.report(
                 "SC347",
-                f"the `qpos` of `{cut(entity)}` stays as it is built, and a reset would draw it again",
+                f"the `qpos` of `{cut(entity)}` keeps its values as built, although a reset would redraw it",
                 self.origin(user).child("pose", key),
-                hint="leave `anchor` out" if key == "anchor" else "let the body be kinematic, which a reset moves",
+                hint="leave `anchor` out" if key == "anchor" else "make the body kinematic, so that a reset moves it",
             )
 
     def link(self, entity: str, link: str) -> str:
@@ -405,7 +405,7 @@ class FrameGraph:
         shown = str(written).removeprefix("/")
         outside = (other for other in self._placed if not self._names.scopes.get(other))
         seen = self._names.seen_by(name, self._placed) if shown == written else outside
-        message = f"there is no entity, frame or camera `{cut(shown)}` that stands in the world"
+        message = f"there is no entity, frame or camera `{cut(shown)}` with a pose in the world"
         self._sink.report("SC303", message, place, hint=suggest_name(shown, seen, self._sink))
         return None
 
@@ -420,9 +420,9 @@ class FrameGraph:
         shown = name.rpartition(":")[2]
         self._sink.report(
             "SC311",
-            f"`{parent}` is not in scene {min(missing)}, where `{shown}` stands relative to it",
+            f"`{parent}` is not in scene {min(missing)}, but `{shown}` is relative to it there",
             origin.child("pose", "relative_to"),
-            related=[(f"where `{parent}` is", self.origin(parent).child("scene_idxs"), "value")],
+            related=[(f"the scenes of `{parent}`", self.origin(parent).child("scene_idxs"), "value")],
         )
 
     def _cycle(self, members: list[str]) -> None:
@@ -433,7 +433,7 @@ class FrameGraph:
         shown = [*ordered[:_SHOWN], "…"] if len(ordered) > _SHOWN else ordered
         self._sink.report(
             "SC304",
-            "poses stand relative to one another in a circle: " + " → ".join([*map(cut, shown), cut(ordered[0])]),
+            "circular poses: " + " → ".join([*map(cut, shown), cut(ordered[0])]),
             self.origin(ordered[0]).child("pose", "relative_to"),
             related=[
                 ("and here", self.origin(name).child("pose", "relative_to"), "value") for name in ordered[1:_SHOWN]

@@ -67,7 +67,7 @@ def find_link(
     hint = suggest_name(name, [one for one in each[0] if one in shared], sink)
     message = f"no link of `{cut(entity)}` is called `{cut(name)}`"
     if len(structures) > 1:
-        message = f"not every robot that `{cut(entity)}` may be has a link `{cut(name)}`"
+        message = f"not every robot of `{cut(entity)}` has a link `{cut(name)}`"
     sink.report("SC331", message, place, hint=hint, span=span)
     return None
 

@@ -50,7 +50,7 @@ def local_pose(
         reset: whether a reset may change it.
     """
     if isinstance(pose, PoseMapping) and pose.relative_to is not None:
-        where = f"here: {what} stands in the frame of its body"
+        where = f"here: {what} is in the frame of its body"
         report_unused_key("relative_to", where, owner.child(*at), fields.sink)
     report_unused_anchor(pose, f"on {what}", owner.child(*at), fields.sink)
     if not pose_varies(pose):

@@ -206,7 +206,7 @@ class MaterialLowerer:
         sampling = samplings[0][0] if samplings else None
         for other, place in samplings:
             if other != sampling:
-                message = "a texture is sampled in one way: these alternatives differ in more than their files"
+                message = "alternatives of a texture may differ only in their files"
                 self._sink.report("SC321", message, place.origin, hint="give each the same keys beside its `file`")
                 return None
         return file and Texture(file, *(sampling or ()))

@@ -78,8 +78,8 @@ class MountLookup:
     def _report_absent(self, entity: Entity, scene: int, place: Origin) -> None:
         related: list[RelatedPlace] = []
         if entity.origin is not None:
-            related.append((f"where `{cut(entity.name)}` is", entity.origin.child("scene_idxs"), "value"))
-        message = f"`{cut(entity.name)}` is not in scene {scene}, and this is"
+            related.append((f"the scenes of `{cut(entity.name)}`", entity.origin.child("scene_idxs"), "value"))
+        message = f"`{cut(entity.name)}` is not in scene {scene}, but this is"
         hint = f"write the `scene_idxs` of `{cut(entity.name)}` here too"
         self._sink.report("SC311", message, place, hint=hint, related=related)
 

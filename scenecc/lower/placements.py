@@ -113,7 +113,7 @@ class PlacementLowerer:
             return None
         inner = [one for one in self._placed if f"{self._names.scopes.get(one, '')}/".startswith(f"{name}/")]
         if owner.path[0] == "frames" and inner:
-            message = f"`{cut(name)}` places `{cut(inner[0])}` itself"
+            message = f"`{cut(name)}` contains `{cut(inner[0])}`, which has its own `place`"
             self._sink.report("SC358", message, origin, at="key", hint="give the instance a `pose`")
             return None
         kind, turn = _given_key(place, TARGETS), _given_key(place, TURNS)
@@ -137,7 +137,7 @@ class PlacementLowerer:
             made = self._with_region(made, place.region, fields, owner)
         elif self._is_endless(target):
             self._sink.report(
-                "SC352", f"`{target}` is a plane without an end", origin.child(kind), hint="write `region` or `at`"
+                "SC352", f"`{target}` is an infinite plane", origin.child(kind), hint="write `region` or `at`"
             )
         made = self._with_axes(made, place, fields, owner)
         return self._with_rotation(made, place, turn, fields, owner)
@@ -158,7 +158,7 @@ class PlacementLowerer:
     def _collides(self, target: Mount, place: Origin) -> bool:
         if any(self._shapes(target)):
             return True
-        message = f"nothing stands on `{target}`: it has no colliding shape"
+        message = f"nothing can be placed on `{target}`: it has no collision shape"
         self._sink.report("SC359", message, place, hint=_COLLISIONS_HINT)
         return False
 
@@ -178,9 +178,9 @@ class PlacementLowerer:
             where = origin.child("near", other)
             mount = self._mount(other, name, fields, where)
             if least > most:
-                self._sink.report("SC107", f"the least distance {least:g} is above the greatest, {most:g}", where)
+                self._sink.report("SC107", f"the minimum distance {least:g} is above the maximum, {most:g}", where)
             if mount is not None and mount.link is not None:
-                self._sink.report("SC331", f"`near` names entities, and `{cut(other)}` is a link", where, at="key")
+                self._sink.report("SC331", f"`near` takes entities, but `{cut(other)}` is a link", where, at="key")
             elif mount is not None and self._has_distances(mount, where):
                 found.append(Nearness(mount.entity, least, most))
         if found and not any(any(self._shapes(member)) for member in self._find_members(name)):
@@ -211,7 +211,7 @@ class PlacementLowerer:
             return None
         value = fields.value(place.height, _HEIGHT, origin, "height", reset=True)
         if value.known and (value.data[:, 0] > value.data[:, 1]).any():
-            self._sink.report("SC107", "the least height is above the greatest", origin.child("height"))
+            self._sink.report("SC107", "the minimum height is above the maximum", origin.child("height"))
         return value
 
     def _with_region(self, made: Placement, region: Any, fields: FieldLowerer, owner: Origin) -> Placement:
@@ -232,7 +232,7 @@ class PlacementLowerer:
         if region.__class__ is list:
             place = owner.child(*at)
             if len({len(corner) for corner in region if corner.__class__ is list}) > 1:
-                message = "one corner has a height and the other has none"
+                message = "only one corner has a height"
                 self._sink.report("SC106", message, place, hint="write both as [x, y], or both as [x, y, z]")
             low, high = (
                 fields.value(region[number], kind, place.child(number), reset=True)
@@ -302,10 +302,8 @@ class PlacementLowerer:
             for entity, place in _read_entities(one) if fixed[name] else ():
                 moving = not fixed[owner[entity]] if entity in owner else self._moves_at_reset(entity)
                 if moving:
-                    message = (
-                        f"`{cut(name)}` stays as it is built, and a reset moves `{cut(owner.get(entity, entity))}`"
-                    )
-                    self._sink.report("SC351", message, place, hint="give one of them another body_type")
+                    message = f"`{cut(name)}` cannot move after it is built, but a reset moves `{other}`"
+                    self._sink.report("SC351", message, place, hint="give one of them another `body_type`")
         if self._reports_circle(reads):
             return ()
         ordered: dict[str, Placement] = {}
@@ -339,7 +337,7 @@ class PlacementLowerer:
                 elif other in chain:
                     members = [*chain[chain.index(other) :], other]
                     shown = " → ".join(map(cut, members))
-                    message = f"placements wait for one another in a circle: {shown}"
+                    message = f"circular placements: {shown}"
                     self._sink.report("SC350", message, reads[other][members[1]], hint="give one of them a `pose`")
                     found = True
                 elif other not in clear:
@@ -404,7 +402,7 @@ def warn_of_areas(
         name = one.target.entity
         if one.name in upright and _is_outside(one, entities) and one.origin is not None:
             key = "region" if one.at is None else "at"
-            message = f"`{cut(one.name)}` cannot fit: its `{key}` is outside of `{one.target}`"
+            message = f"`{cut(one.name)}` cannot fit: its `{key}` is outside `{one.target}`"
             hint = "it is in the axes of the target, from its origin; `relative_to` names other axes"
             sink.report("SC355", message, one.origin.child(key), hint=hint)
             continue
@@ -418,7 +416,7 @@ def warn_of_areas(
         before = taken.get(name, 0.0)
         taken[name] = before + area
         if before <= top < taken[name]:
-            what = "with what is placed there before it has" if before else "it has"
+            what = "with the bodies placed there before, it has" if before else "it has"
             message = f"`{cut(one.name)}` cannot fit: {what} {taken[name]:.3g} m² of footprint, and "
             message += f"`{cut(name)}` has {top:.3g} m²"
             sink.report("SC355", message, one.origin.child("on"), hint="make the target larger, or place fewer")
@@ -542,7 +540,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
             message += f", nor in {len(error.scenes) - 1} other scenes"
         message += f"; {error.why}" if error.why else ""
         hint = distance_beyond_target(placement, plan)
-        hint = hint or "make the region larger, `apart` or the things smaller, or place fewer"
+        hint = hint or "make the region larger, `apart` or the bodies smaller, or place fewer"
         sink.report("SC354", message, origin, hint=hint)
     except UnsupportedShapeError as error:
         sink.report("SC357", f"nothing can be placed beside {error}", origin)

@@ -296,7 +296,7 @@ def _fixed_matrix(matrix: Any, origin: Origin, sink: Sink) -> Pose7:
     if (off := rotations.rigidity(matrix)) > RIGID_TOLERANCE:
         sink.report(
             "SC113",
-            f"the matrix is no rigid motion: it is off by {off:.3g}",
+            f"the matrix is not rigid: it is off by {off:.3g}",
             origin.child("matrix"),
             hint="its upper left 3×3 must be a rotation (orthonormal, determinant +1), its last row [0, 0, 0, 1]",
         )
@@ -363,7 +363,7 @@ def pose_item(pose: Any, place: FieldPlace, variation: VariationLowerer, sink: S
 
 
 def _report_several_frames(key: str, origin: Origin, sink: Sink) -> None:
-    what = "stand relative to something" if key == "relative_to" else "have an anchor"
+    what = "be relative to something" if key == "relative_to" else "have an anchor"
     sink.report(
         "SC316",
         f"alternatives of a pose cannot each {what}",

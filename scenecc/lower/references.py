@@ -191,7 +191,7 @@ def _look_up_every_name(node: Computed, origin: Origin, lookup: _ReferenceLookup
             if isinstance(name, str):
                 lookup.number(name, origin)
             else:
-                sink.report("SC317", f"this expression gives {show(name)}, and a name is wanted", origin)
+                sink.report("SC317", f"this expression gives {show(name)}, but a name is needed", origin)
                 lookup.found.append(None)
                 return
     if not lookup.found:

@@ -125,7 +125,7 @@ def mounted_pose(mount_pose: MountPose, what: str, origin: Origin, fields: Field
         fields: of the object.
     """
     if mount_pose.relative_to is not None:
-        where = f"here: {what} that is mounted stands in the frame of its body"
+        where = f"here: {what} that is mounted is in the frame of its body"
         hint = "leave `relative_to` out, or `mount`"
         report_unused_key("relative_to", where, origin.child("pose"), fields.sink, hint=hint)
     if mount_pose.item.__class__ is tuple:
@@ -206,7 +206,7 @@ def _map(given: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -
         found = [face for face in faces if face is not None]
         return CubeMap(*found) if len(found) == len(FACES) else None
     if any(map(_are_faces, alternative_values(given))):
-        message = "alternatives of a map are files: six pictures cannot stand for one"
+        message = "alternatives of a map must be files, not six images"
         fields.sink.report("SC321", message, origin, hint="write the form for each of px, nx, py, ny, pz and nz")
         return None
     file = tables.files_of(given, origin, fields)

@@ -306,10 +306,10 @@ def check_constraint_resets(constraints: tuple[Constraint, ...], sampling: Sampl
         ):
             sampling.sink.report(
                 "SC343",
-                f"`{cut(constraint.name)}` stays where it is built, and a reset draws anew where its bodies start",
+                f"`{cut(constraint.name)}` keeps its pose as built, but a reset redraws where its bodies start",
                 constraint.origin,
                 at="key",
-                hint="write `pose_in_parent`, or let one body stand `relative_to` the other",
+                hint="write `pose_in_parent`, or make one body `relative_to` the other",
             )
 
 

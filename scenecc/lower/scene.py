@@ -163,7 +163,7 @@ def _check_parts(entity: Any, origin: Origin, sink: Sink) -> bool:
     for keys in waiting:
         if len(waiting) > MAX_LINKS:
             message = f"at least {len(waiting)} parts are more than the {MAX_LINKS} links of an articulation"
-            sink.report("SC519", message, origin, at="key", hint="join parts, or leave some out")
+            sink.report("SC519", message, origin, at="key", hint="merge parts, or remove some")
             return False
         waiting += keys.attach.values()
     return True
@@ -421,7 +421,7 @@ def _check_names(scene: SceneFile, origin: Origin, sink: Sink) -> None:
     sections: dict[str, Mapping[str, Any]] = {section: getattr(scene, section) for section in _SECTION_WORDS}
     for section, names in sections.items():
         if WORLD in names:
-            sink.report("SC306", "`world` is the world's own name", origin.child(section, WORLD), at="key")
+            sink.report("SC306", "`world` is reserved for the world frame", origin.child(section, WORLD), at="key")
     for first, second in combinations(SHARED_NAMESPACE, 2):
         for name in sections[first].keys() & sections[second].keys():
             sink.report(

@@ -293,7 +293,9 @@ class ShapeLowerer:
         if isinstance(surface, MaterialChoice):
             visuals = [self._visual(one.visual, color, default, named=named) for one in surface.each]
             if isinstance(geometry, Mesh) and None in visuals and any(visual is not None for visual in visuals):
-                message = "in some scenes this mesh would have the materials of its file, and in others one of these"
+                message = (
+                    "in some scenes this mesh would keep the materials of its file, and in others use one of these"
+                )
                 hint = "give every alternative a `visual`"
                 self._sink.report("SC321", message, origin.child("material"), hint=hint)
             fresh = self._tables.visual_materials.value(VisualMaterial())

@@ -48,7 +48,7 @@ def why_no_tendon(structure: ArticulationStructure, mimic: Mimic) -> str | None:
     if source == joint:
         return "it is the same joint"
     if joint in _ancestors(structure, source):
-        return f"'{mimic.source}' hangs on it, and PhysX does not hold that still"
+        return f"'{mimic.source}' is below it in the tree, and PhysX does not converge for this"
     for number in _links_between(structure, source, joint)[1:]:
         between = structure.links[number].joint
         if between is not None and between.type == "fixed":

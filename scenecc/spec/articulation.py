@@ -65,7 +65,7 @@ _Limit = Annotated[float, Field(ge=-inf, allow_inf_nan=True)]
 LimitPair = Annotated[tuple[_Limit, _Limit], Strict(strict=False)]
 
 Limits = TypeAliasType("Limits", Leaf[LimitPair])
-"""[lowest, highest]; `-.inf` and `.inf` where there is none."""
+"""[lowest, highest]; `-.inf` and `.inf` for no limit."""
 
 MAX_JOINTS = 4096
 """More than any articulation has."""
@@ -84,15 +84,15 @@ JointNumbers = TypeAliasType(
 
 
 class LinkKeys(MotionKeys):
-    """What may be said of a link."""
+    """Keys of a link."""
 
-    material: Maybe[MaterialRef] = key("Of its shapes.")
-    density: Maybe[Leaf[NonNegative]] = key("Of its shapes [kg/m³].")
+    material: Maybe[MaterialRef] = key("Material of its shapes.")
+    density: Maybe[Leaf[NonNegative]] = key("Density of its shapes [kg/m³].")
     patch_radius: Maybe[Leaf[NonNegative]] = key("Torsional patch radius of its shapes [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest torsional patch radius of its shapes [m].", default=0)
     collision_group: Maybe[Fixed[GroupName]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
-        "SAPIEN's four integers, as they are; not with `collision_group`.",
+        "SAPIEN's four integers, used unchanged; not with `collision_group`.",
         default=[1, 1, 0, 0],
         excludes=("collision_group",),
     )
@@ -102,17 +102,17 @@ class LinkKeys(MotionKeys):
 
 
 class JointKeys(SpecModel):
-    """What may be said of joints."""
+    """Keys of joints."""
 
     friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
-    armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
+    armature: Maybe[Leaf[NonNegative]] = key("Inertia of the actuator, added to the joint [kg or kg·m²].", default=0)
     limits: Maybe[Limits] = key("Lowest and highest position [m or rad].", examples=[[-1.57, 1.57]])
     limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[-90, 90]], excludes=("limits",))
     max_velocity: Maybe[Leaf[Positive]] = key("Maximum speed [m/s or rad/s].")
 
 
 class DriveKeys(SpecModel):
-    """What may be said of the drives of joints. In place of the damping that a joint has by itself."""
+    """Keys of the drives of joints. A drive replaces the joint's own damping."""
 
     stiffness: Maybe[Leaf[NonNegative]] = key("Stiffness: force per metre or radian of position error.", default=0)
     damping: Maybe[Leaf[NonNegative]] = key(
@@ -125,14 +125,14 @@ class DriveKeys(SpecModel):
     target: Maybe[Leaf[Finite]] = key(
         "Target position. Default: the initial position of the joint, also after a reset."
     )
-    velocity_target: Maybe[Leaf[Finite]] = key("How fast.", default=0)
+    velocity_target: Maybe[Leaf[Finite]] = key("Target velocity [m/s or rad/s].", default=0)
 
 
 TreeJointType = Literal["fixed", "revolute", "revolute_unwrapped", "continuous", "prismatic"]
 
 
 class MimicKeys(SpecModel):
-    """A joint that moves as another one does."""
+    """A joint that follows another joint."""
 
     joint: Fixed[Name] = Field(description="The other joint.")
     multiplier: Maybe[Leaf[Finite]] = key("Factor of its position.", default=1)
@@ -146,19 +146,19 @@ class TreeJoint(SpecModel):
     type: Fixed[TreeJointType] = Field(
         description="fixed; revolute, revolute_unwrapped, continuous (no limits): about the axis; prismatic: along it."
     )
-    origin: Maybe[Pose] = key("Of the link in its parent's frame, where the joint is at 0.", default=[0, 0, 0])
-    axis: Maybe[Leaf[Direction]] = key("In the link's frame: [x, y, z] or one of x, y, z.", default="x")
+    origin: Maybe[Pose] = key("Pose of the link in its parent's frame when the joint is at 0.", default=[0, 0, 0])
+    axis: Maybe[Leaf[Direction]] = key("Axis in the link's frame: [x, y, z] or one of x, y, z.", default="x")
     pose_in_parent: Maybe[Pose] = key(
-        "Of the joint's frame, in place of `origin`; its x is the axis.", excludes=("origin", "axis")
+        "Pose of the joint's frame in the parent, instead of `origin`; its x is the axis.", excludes=("origin", "axis")
     )
     pose_in_child: Maybe[Pose] = key(
-        "Of the joint's frame, in place of `axis`; its x is the axis.", excludes=("origin", "axis")
+        "Pose of the joint's frame in the link, instead of `axis`; its x is the axis.", excludes=("origin", "axis")
     )
-    limits: Maybe[Limits] = key("Lowest and highest position [m or rad]. Left out: none.", examples=[[0, 1.57]])
+    limits: Maybe[Limits] = key("Lowest and highest position [m or rad]. Default: no limits.", examples=[[0, 1.57]])
     limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[0, 90]], excludes=("limits",))
     friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
     damping: Maybe[Leaf[NonNegative]] = key("Damping [N·s/m or N·m·s/rad]; `drives` replaces it.", default=0)
-    armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
+    armature: Maybe[Leaf[NonNegative]] = key("Inertia of the actuator, added to the joint [kg or kg·m²].", default=0)
     max_velocity: Maybe[Leaf[Positive]] = key("Maximum speed [m/s or rad/s].")
     mimic: Maybe[MimicKeys] = key("The joint to mimic.")
 
@@ -172,7 +172,7 @@ else:
 
 
 class TreeLink(LinkKeys):
-    """A link, and those that hang on it."""
+    """A link with its child links."""
 
     name: Fixed[Name] = Field(description="Name of the link in `links` and mounts.")
     joint: Maybe[TreeJoint] = key("Joint to the parent link; for all links except the root.")
@@ -183,7 +183,7 @@ class TreeLink(LinkKeys):
 
 
 class ChildLink(TreeLink, CopyKeys):
-    """A link that hangs on another, or several. Copies without an expression in their `name` are NAME_0, NAME_1, …."""
+    """A link with its parent, or several copies. Copies without an expression in their `name` are NAME_0, NAME_1, …."""
 
 
 if TYPE_CHECKING:
@@ -216,7 +216,7 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
         "Whether the root is fixed to the world. Default: true for a file, false for a `root`."
     )
     qpos: Maybe[JointNumbers] = key(
-        "Initial joint positions [m or rad]: a list in SAPIEN's order, or by name. Left out: 0, or the nearest limit."
+        "Initial joint positions [m or rad]: a list in SAPIEN's order, or by name. Default: 0, or the nearest limit."
     )
     qvel: Maybe[JointNumbers] = key("Initial joint velocities [m/s or rad/s]: a list in SAPIEN's order, or by name.")
     linear_velocity: Maybe[Leaf[Vec3]] = key(
@@ -226,19 +226,18 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
         "Initial angular velocity of a free root, world frame [rad/s].", default=[0, 0, 0]
     )
     beyond_limits: Maybe[Fixed[bool]] = key(
-        "true: `qpos` is taken as it is, also outside of the limits, which then push the joint back, and a drive may "
-        "pull beyond them.",
+        "true: `qpos` may be outside the limits, which then push the joint back, and a drive may pull beyond them.",
         default=False,
     )
     gravity: Maybe[Leaf[bool]] = key("false: gravity does not act on its links.", default=True)
-    material: Maybe[MaterialRef] = key("For its links.")
+    material: Maybe[MaterialRef] = key("Material of its links.")
     density: Maybe[Leaf[NonNegative]] = key("Density of its links [kg/m³].", default=DEFAULT_DENSITY)
     patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     collision_group: Maybe[Fixed[GroupName]] = key("A name from `collision_groups`, for its links.")
     disable_self_collisions: Maybe[Fixed[bool]] = key("true: its links do not collide with one another.", default=False)
     sapien_bits: Maybe[Fixed[bool]] = key(
-        "true: what ignores one another among its links ignores the same of others that have it, as SAPIEN's loader "
+        "true: links that ignore one another also ignore those of other robots with this key, as in SAPIEN's loader "
         "does.",
         default=False,
     )
@@ -247,7 +246,7 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     sleep_threshold: Maybe[Leaf[NonNegative]] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
     visibility: Maybe[Leaf[Unit]] = key("Visibility of its links, 0 to 1.", default=1)
     attach: dict[Annotated[Name, MAPPING_KEY], Part] = names_key(
-        "Parts from other files, by name: one articulation is built."
+        "Parts from other files, by name. They are built as one articulation."
     )
 
 
@@ -282,7 +281,7 @@ class UrdfKeys(SpecModel):
         description="The file.", examples=["robots/arm.urdf"]
     )
     srdf: Maybe[Leaf[Text]] = key(
-        "The file with the pairs of links that ignore one another, or `none`. Left out: the one beside the URDF."
+        "SRDF with the pairs of links that do not collide, or `none`. Default: the SRDF beside the URDF."
     )
     package_dir: Maybe[Leaf[Text]] = key("Folder that resolves `package://` in the file.")
     repair: Maybe[Fixed[Repairs]] = key(
@@ -294,7 +293,7 @@ class UrdfKeys(SpecModel):
     scale: Maybe[Leaf[Positive]] = key("Scale of all lengths.", default=1)
     collision_is_visual: Maybe[Fixed[bool]] = key("Show the collision shapes too.", default=False)
     load_multiple_collisions: Maybe[Fixed[bool]] = key(
-        "The connected parts of a mesh collide one by one, rather than its convex hull.", default=False
+        "Each connected part of a mesh collides by itself, instead of the convex hull of the mesh.", default=False
     )
     decomposition: Maybe[Fixed[Literal["none", "coacd"]]] = key(
         "none: the file's own parts; coacd: cut by CoACD (extra `convex`).", default="none"
@@ -313,7 +312,7 @@ class MjcfKeys(SpecModel):
         description="The file.", examples=["robots/ant.xml"]
     )
     keyframe: Maybe[Leaf[Text]] = key("The keyframe of the file that gives initial positions; `qpos` replaces it.")
-    visual_groups: Maybe[Fixed[VisualGroups]] = key("The groups of geoms that are seen.", default=[0, 1, 2])
+    visual_groups: Maybe[Fixed[VisualGroups]] = key("The groups of geoms that are visible.", default=[0, 1, 2])
 
 
 class Mjcf(MjcfKeys, ArticulationKeys):

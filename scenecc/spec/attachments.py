@@ -72,16 +72,16 @@ class PartKeys(JointPatterns):
     """Keys of any part. Links and joints have the part's own names in it."""
 
     to: Fixed[Text] = Field(
-        description="The link that it is attached to: one of the whole, or of an earlier part (`gripper/palm`)."
+        description="Link that it is attached to, of the articulation or of an earlier part (`gripper/palm`)."
     )
     pose: Maybe[Pose] = key("Pose of its root in the frame of `to`; a fixed joint holds it there.", default=[0, 0, 0])
-    joint: Maybe[TreeJoint] = key("The joint between `to` and its root, in place of `pose`.", excludes=("pose",))
+    joint: Maybe[TreeJoint] = key("The joint between `to` and its root, instead of `pose`.", excludes=("pose",))
     prefix: Maybe[Fixed[Prefix]] = key(
-        'Before the names of its links and joints; left out: the name of the part and "/".', examples=[""]
+        'Prefix of the names of its links and joints; default: the name of the part and "/".', examples=[""]
     )
-    ignore: list[Fixed[Text]] = list_key("Links of the whole that never collide with it.")
+    ignore: list[Fixed[Text]] = list_key("Links of the articulation that never collide with it.")
     qpos: Maybe[JointNumbers] = key(
-        "Initial positions of its joints [m or rad]; the `qpos` of the whole replaces them."
+        "Initial positions of its joints [m or rad]; the `qpos` of the articulation overrides them."
     )
     fix_root_link: Maybe[Fixed[bool]] = key("Not used: its root is attached to `to`.")
     attach: dict[Annotated[Name, MAPPING_KEY], Annotated[Any, PartAnnotation(nested=True)]] = names_key(

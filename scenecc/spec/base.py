@@ -179,7 +179,7 @@ PREFIX_PATTERN = r"^(?:[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*/?)
 PATTERN_HINTS = {
     NAME_PATTERN: "a name starts with a letter or `_` and continues with letters, digits, `_`, `.` and `-`",
     VARIABLE_PATTERN: "a name in expressions starts with a letter or `_` and continues with letters, digits and `_`",
-    PREFIX_PATTERN: '"" leaves the names inside as they are; anything else is the start of a name',
+    PREFIX_PATTERN: '"" keeps the names inside unchanged; any other value is the start of a name',
 }
 """What may stand where a text does not fit its pattern."""
 
@@ -321,7 +321,7 @@ def names_key(description: str, *, alias: str | None = None, examples: list[Any]
 def _check_literal(text: str) -> str:
     """Refuses an expression where any text is right: it would be taken as it is written."""
     if EXPRESSION_START in text and not EXPANDED.get():
-        raise PydanticCustomError(NOT_MEANT, "a text without `${{`")
+        raise PydanticCustomError(NOT_MEANT, "a string without `${{`")
     return text
 
 

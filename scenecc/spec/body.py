@@ -53,25 +53,23 @@ SceneIdxs = Fixed[
 class EntityKeys(SpecModel):
     """Keys of any entity."""
 
-    pose: Maybe[Pose] = key("In the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
-    place: Maybe[PlaceSpec] = key(
-        "In place of `pose`: where it is put so that it overlaps nothing.", excludes=("pose",)
-    )
+    pose: Maybe[Pose] = key("Pose in the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
+    place: Maybe[PlaceSpec] = key("Instead of `pose`: finds a pose at which it overlaps nothing.", excludes=("pose",))
     scene_idxs: Maybe[SceneIdxs] = key(
-        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.',
+        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Default: every scene.',
         examples=[[0, 2], "::2"],
     )
-    hidden: Fixed[bool] = Field(default=False, description="Whether cameras of the file do not see it; viewers do.")
+    hidden: Fixed[bool] = Field(default=False, description="true: hidden from cameras of the file, visible in viewers.")
 
 
 class MotionKeys(SpecModel):
     """What bodies and links have: pull, damping and the limits of their motion."""
 
     gravity: Maybe[Leaf[bool]] = key("false: gravity does not act on it.", default=True)
-    linear_damping: Maybe[Leaf[NonNegative]] = key("[1/s]; left out: 0, of a link 0.05.")
+    linear_damping: Maybe[Leaf[NonNegative]] = key("Damping [1/s]; default: 0, for a link 0.05.")
     angular_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
     max_linear_velocity: Maybe[Leaf[Speed]] = key("[m/s]")
-    max_angular_velocity: Maybe[Leaf[Speed]] = key("[rad/s]; left out: 100, of a link none.")
+    max_angular_velocity: Maybe[Leaf[Speed]] = key("Maximum angular velocity [rad/s]; default: 100, for a link none.")
     max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Maximum speed of resolving an overlap [m/s].")
     max_contact_impulse: Maybe[Leaf[Positive]] = key("[N·s]")
 
@@ -94,7 +92,7 @@ class BodyKeys(RigidBodyKeys):
 
     body_type: Fixed[BodyTypeName] = Field(
         default="dynamic",
-        description="dynamic: moved by forces; kinematic: moved by you; static: never moves; none: only visible.",
+        description="dynamic: moved by forces; kinematic: moved by your program; static: fixed; none: only visible.",
     )
     shapes: list[ShapeSpec] = list_key("Shapes that collide and are visible.")
     collisions: list[CollisionSpec] = list_key("Shapes that only collide.")
@@ -111,7 +109,7 @@ class BodyKeys(RigidBodyKeys):
         "SAPIEN's four integers; not with `collision_group`.", default=[1, 1, 0, 0], excludes=("collision_group",)
     )
     visibility: Maybe[Leaf[Unit]] = key("Visibility of the render body, 0 to 1.", default=1)
-    shading_mode: Maybe[Leaf[Annotated[int, Field(ge=0, le=255)]]] = key("Of the render body.", default=0)
+    shading_mode: Maybe[Leaf[Annotated[int, Field(ge=0, le=255)]]] = key("Shading mode of the render body.", default=0)
 
 
 class BodySpec(EntityKeys, BodyKeys):

@@ -35,19 +35,18 @@ class ConstraintKeys(RepeatKeys):
         "Whether it acts at the start; `batch.constraints[NAME].enabled` changes that.", default=True
     )
     scene_idxs: Maybe[SceneIdxs] = key(
-        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: those that both of its '
-        "bodies are in."
+        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Default: those with both bodies.'
     )
 
 
 class WeldConstraint(ConstraintKeys):
-    """Keeps both frames together: a drive whose six axes are all locked."""
+    """Holds both frames together: a drive whose six axes are all locked."""
 
     type: Literal["weld"]
 
 
 class ConnectionConstraint(ConstraintKeys):
-    """Keeps the origins of both frames together; rotation is free: `Scene.create_connection`."""
+    """Holds the origins of both frames together; rotation is free: `Scene.create_connection`."""
 
     type: Literal["connection"]
 
@@ -62,7 +61,7 @@ class DistanceConstraint(ConstraintKeys):
 
 
 class GearConstraint(ConstraintKeys):
-    """Ties the turning of two bodies about the x axes of its frames: `sapien.physx.PhysxGearComponent`."""
+    """Couples the rotations of two bodies about the x axes of its frames: `sapien.physx.PhysxGearComponent`."""
 
     type: Literal["gear"]
     ratio: Leaf[Finite] = Field(description="The child makes −`ratio` turns per turn of the parent; not 0.")
@@ -70,17 +69,17 @@ class GearConstraint(ConstraintKeys):
 
 
 class SpringKeys(SpecModel):
-    """A spring in place of a hard stop."""
+    """A spring instead of a hard stop."""
 
-    stiffness: Maybe[Leaf[NonNegative]] = key("Force beyond the limit [N/m; N·m/rad].", default=0)
-    damping: Maybe[Leaf[NonNegative]] = key("Force against motion beyond it [N·s/m; N·m·s/rad].", default=0)
+    stiffness: Maybe[Leaf[NonNegative]] = key("Stiffness beyond the limit [N/m; N·m/rad].", default=0)
+    damping: Maybe[Leaf[NonNegative]] = key("Damping beyond the limit [N·s/m; N·m·s/rad].", default=0)
 
 
 class AxisDriveKeys(SpringKeys):
     """The drive of an axis."""
 
-    stiffness: Maybe[Leaf[NonNegative]] = key("Force off the target [N/m; N·m/rad].", default=0)
-    damping: Maybe[Leaf[NonNegative]] = key("Force off the velocity of the target [N·s/m; N·m·s/rad].", default=0)
+    stiffness: Maybe[Leaf[NonNegative]] = key("Stiffness: force per position error [N/m; N·m/rad].", default=0)
+    damping: Maybe[Leaf[NonNegative]] = key("Damping: force per velocity error [N·s/m; N·m·s/rad].", default=0)
     force_limit: Maybe[Leaf[NonNegative]] = key("Maximum force [N or N·m]. Default: none.")
     mode: Maybe[Fixed[DriveMode]] = key(
         "Whether stiffness and damping scale a force or an acceleration.", default="force"
@@ -88,14 +87,14 @@ class AxisDriveKeys(SpringKeys):
 
 
 class VelocityTarget(SpecModel):
-    """How fast the child's frame is driven, in the parent's."""
+    """Target velocity of the child's frame in the parent's frame."""
 
     linear: Maybe[Leaf[Vec3]] = key("[m/s]", default=[0, 0, 0])
     angular: Maybe[Leaf[Vec3]] = key("[rad/s]", default=[0, 0, 0])
 
 
 class AxisLimits(SpecModel):
-    """Limits of each axis: [lowest, highest], `-.inf` and `.inf` where there is none."""
+    """Limits of each axis: [lowest, highest], `-.inf` and `.inf` for no limit."""
 
     x: Maybe[Leaf[AxisRange]] = key("Along x of the parent's frame [m].")
     y: Maybe[Leaf[AxisRange]] = key("Along y [m].")
@@ -145,27 +144,27 @@ class DriveConstraint(ConstraintKeys):
 class AxisMotorKeys(AxisDriveKeys):
     """The drive of the one axis of a hinge or a slider."""
 
-    target: Maybe[Leaf[Finite]] = key("Where it drives to [rad or m].", default=0)
-    velocity_target: Maybe[Leaf[Finite]] = key("How fast [rad/s or m/s].", default=0)
+    target: Maybe[Leaf[Finite]] = key("Target position [rad or m].", default=0)
+    velocity_target: Maybe[Leaf[Finite]] = key("Target velocity [rad/s or m/s].", default=0)
 
 
 class HingeConstraint(ConstraintKeys):
-    """Leaves one turn free, about x of its frames: a drive whose other axes are locked."""
+    """Leaves one rotation free, about x of its frames: a drive whose other axes are locked."""
 
     type: Literal["hinge"]
     limits: Maybe[Leaf[AxisRange]] = key(
-        "Lowest and highest angle about x [rad]. Left out: none.", examples=[[0, 1.57]]
+        "Lowest and highest angle about x [rad]. Default: no limits.", examples=[[0, 1.57]]
     )
     limits_deg: Maybe[Leaf[AxisRange]] = key("The same in degrees.", examples=[[0, 90]], excludes=("limits",))
     drive: Maybe[AxisMotorKeys] = key("Its drive.", examples=[{"stiffness": 10, "damping": 1}])
 
 
 class SliderConstraint(ConstraintKeys):
-    """Leaves one step free, along x of its frames: a drive whose other axes are locked."""
+    """Leaves one translation free, along x of its frames: a drive whose other axes are locked."""
 
     type: Literal["slider"]
     limits: Maybe[Leaf[AxisRange]] = key(
-        "Lowest and highest position along x [m]. Left out: none.", examples=[[0, 0.3]]
+        "Lowest and highest position along x [m]. Default: no limits.", examples=[[0, 0.3]]
     )
     drive: Maybe[AxisMotorKeys] = key("Its drive.", examples=[{"stiffness": 100, "damping": 10}])
 

@@ -44,8 +44,8 @@ class SceneFile(SpecModel):
     """
 
     scenecc: Version = Field(description="Version of the language.")
-    name: Maybe[Fixed[Text]] = key("Name for people; default: the file's stem.")
-    description: Fixed[AnyText] = Field(default="", description="For people.")
+    name: Maybe[Fixed[Text]] = key("Name of the scene; default: the file's stem.")
+    description: Fixed[AnyText] = Field(default="", description="Description of the scene.")
     num_scenes: Fixed[PositiveInt] = Field(default=1, description="Number of parallel scenes.")
     seed: Fixed[NonNegativeInt] = Field(default=0, description="Seed of every draw.")
     params: dict[Variable, Param] = Field(
@@ -55,7 +55,7 @@ class SceneFile(SpecModel):
         default_factory=dict, description="Values that differ from scene to scene, for any `${…}` of the file."
     )
     include: list[Fixed[Text]] = Field(
-        default_factory=list, description="Files merged in ahead of this one, in order.", examples=[["common.yaml"]]
+        default_factory=list, description="Files merged in before this one, in order.", examples=[["common.yaml"]]
     )
     physics: Maybe[PhysicsSpec] = key("Settings of the simulation.")
     environment: Maybe[EnvironmentSpec] = key("Ambient light and the environment map.")
@@ -68,8 +68,10 @@ class SceneFile(SpecModel):
     constraints: dict[NewName, Constraint] = Field(
         default_factory=dict, description="Constraints between two bodies, or a body and the world."
     )
-    lights: dict[NewName, Light] = Field(default_factory=dict, description="Lights; left out: a default rig.")
+    lights: dict[NewName, Light] = Field(
+        default_factory=dict, description="Lights; default: a rig of ManiSkill's tasks."
+    )
     cameras: dict[NewName, CameraSpec] = Field(
         default_factory=dict, description="Cameras; default: one that frames the scene."
     )
-    expect: Maybe[ExpectSpec] = key("What must hold in the scenes; `scenecc check` judges it.")
+    expect: Maybe[ExpectSpec] = key("What must hold in the scenes; `scenecc check` tests it.")

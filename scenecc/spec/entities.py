@@ -82,7 +82,7 @@ def _check_common_keys(entity: Variants, mistakes: ErrorCollector) -> None:
     for i, variant in enumerate(entity.variants):
         for key in sorted(variant.model_fields_set - {"shapes", "collisions", "visuals"}):
             for other in sorted(common & {key, *excluded.get(key, ())}):
-                message = f"`{other}` is already set beside `variants`, for all of them"
+                message = f"`{key}` is already set next to `variants`, for all variants"
                 if other != key:
                     message = f"`{other}` beside `variants` and `{key}` exclude each other"
                 error = custom_error("SC111", message, at="key")

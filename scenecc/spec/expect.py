@@ -15,47 +15,47 @@ Seconds = Annotated[float, Field(ge=0, le=MAX_SECONDS)]
 
 Pair = Annotated[tuple[Fixed[EntityName], Fixed[EntityName]], Strict(strict=False)]
 
-Test = Annotated[bool, VaryingAnnotation("what holds is said by an expression, `${…}`")]
+Test = Annotated[bool, VaryingAnnotation("a condition is an expression, `${…}`")]
 
 
 class SettledSpec(SpecModel):
     """Dynamic bodies and free articulations stay where they start."""
 
-    seconds: Fixed[Seconds] = Field(default=1.0, description="How long they are simulated [s].")
-    within: Fixed[NonNegative] = Field(default=0.005, description="How far each may then be from its start [m].")
-    within_deg: Fixed[NonNegative] = Field(default=2.0, description="How far each may then be turned [degrees].")
+    seconds: Fixed[Seconds] = Field(default=1.0, description="Duration of the simulation [s].")
+    within: Fixed[NonNegative] = Field(default=0.005, description="Maximum distance from the start [m].")
+    within_deg: Fixed[NonNegative] = Field(default=2.0, description="Maximum rotation from the start [degrees].")
     except_: list[Fixed[EntityName]] = Field(
         default_factory=list[str], alias="except", description="Entities that may move.", examples=[["ball"]]
     )
 
 
 class NoOverlapSpec(SpecModel):
-    """How deep bodies may overlap at the start, and which may overlap anyhow."""
+    """How deep bodies may overlap at the start, and which pairs may always overlap."""
 
     deeper_than: Maybe[Fixed[NonNegative]] = key("How deep bodies may overlap at the start [m].", default=0.0005)
     except_: list[Pair] = Field(
         default_factory=list[tuple[str, str]],
         alias="except",
-        description="Pairs that may overlap: ENTITY, which stands for all its links, or ENTITY/LINK.",
+        description="Pairs that may overlap: ENTITY (all its links) or ENTITY/LINK.",
         examples=[[["peg", "hole"]]],
     )
 
 
 class ConditionSpec(SpecModel):
-    """What holds at a time of the simulation."""
+    """A condition at a time of the simulation."""
 
-    after: Fixed[Seconds] = Field(default=0.0, description="When it is judged [s]; 0: at the start.")
+    after: Fixed[Seconds] = Field(default=0.0, description="Time of the test [s]; 0: at the start.")
     that: Test = Field(
-        description="An expression that is true. It may read `position(name)`, `speed(name)`, `tilt(name)`, "
+        description="An expression that must be true. It may read `position(name)`, `speed(name)`, `tilt(name)`, "
         "`distance(a, b)`, `touching(a, b)` and `qpos(name, joint)`.",
         examples=["${position('cube')[2] > 0.01}"],
     )
-    because: Fixed[AnyText] = Field(default="", description="What it means, for the message where it does not hold.")
+    because: Fixed[AnyText] = Field(default="", description="Explanation that the message gives if it does not hold.")
     scene_idxs: Maybe[SceneIdxs] = key("The scenes in which it must hold; default: all.", examples=["::2"])
 
 
 class ExpectSpec(SpecModel):
-    """What must hold in the scenes; `scenecc check` judges it."""
+    """What must hold in the scenes; `scenecc check` tests it."""
 
     settled: Maybe[SettledSpec] = key("Bodies that stay where they start.")
     no_overlap: Maybe[NoOverlapSpec] = key("Overlaps at the start that are allowed.")

@@ -87,7 +87,7 @@ def read_distribution(
         return reader.mistake("SC116", f"`{key}` draws only numbers", node, at, hint)
     drawn = DISTRIBUTIONS[key]
     if domain.whole and not drawn.whole:
-        hint = f"write `integers: {show(node[key])}`" if key == "uniform" else "`integers: [low, high]` does"
+        hint = f"write `integers: {show(node[key])}`" if key == "uniform" else "write `integers: [low, high]`"
         return reader.mistake("SC116", f"`{key}` does not draw integers", node, at, hint)
     names = f"[{', '.join(drawn.operands)}]"
     operands = _operands(reader, node[key], [domain.of_role(role) for role in drawn.roles], plain, at, names)
@@ -176,7 +176,7 @@ def _read_bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, 
         # A colour or an axis. It stays as it is written, since a colour may leave its alpha to the field.
         return reader.plain(node, plain, loc)
     if isinstance(node, str) or is_mapping(node) or (is_sequence(node) and domain.item is None):
-        found = f", not the text {show(node)}" if isinstance(node, str) else ""
+        found = f", not the string {show(node)}" if isinstance(node, str) else ""
         return reader.mistake("SC103", f"{VALUE_NAME} must be a number{found}", node, loc)
     if is_sequence(node):
         return reader.vector(node, domain, loc)
@@ -219,7 +219,7 @@ def _convert_to_integers(reader: FormReader, bound: Any, loc: Loc) -> Any:
         if not _is_number(part):
             return part
         if not float(part).is_integer():
-            reader.mistake("SC104", f"{VALUE_NAME} must be whole, not {show(part)}", part, loc)
+            reader.mistake("SC104", f"{VALUE_NAME} must be an integer, not {show(part)}", part, loc)
         elif abs(part) > WIDEST_INTEGERS:
             reader.mistake(
                 "SC104", f"{VALUE_NAME} must be at most {WIDEST_INTEGERS} (2⁵³) in size, not {show(part)}", part, loc
@@ -265,7 +265,7 @@ def _check_equal_lengths(reader: FormReader, bounds: tuple[Any, ...], what: str,
     if len(set(lengths)) <= 1:
         return True
     listed = " and ".join(map(str, dict.fromkeys(lengths)))
-    reader.mistake("SC106", f"{what} must have as many values, not {listed}", bounds, loc)
+    reader.mistake("SC106", f"{what} must have equally many values, not {listed}", bounds, loc)
     return False
 
 
@@ -412,15 +412,15 @@ class FormReader:
     def _once(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
         """What a reset keeps; a plain value, which only an expression may have given, as it is."""
         if self._in_once:
-            return self.mistake("SC117", "`once` does nothing inside `once`", node, loc, "leave the inner one out")
+            return self.mistake("SC117", "`once` has no effect inside `once`", node, loc, "remove the inner one")
         self._in_once = True
         found = self.leaf(node, domain, plain, loc)
         self._in_once = False
         if isinstance(found, forms.Varying):
             return forms.Once(found)
         if not (found is None or EXPANDED.get()):
-            message = "`once` stands around a form or an expression, and this is the same at every reset"
-            self.mistake("SC117", message, node, loc, "leave `once` out")
+            message = "`once` takes a form or an expression, and this value is the same at every reset"
+            self.mistake("SC117", message, node, loc, "remove `once`")
         return found
 
     def _listed(self, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
@@ -450,7 +450,7 @@ class FormReader:
                 if is_varying(item):
                     self._list(item, (*loc, i))
                 elif any_varying([item]):
-                    self.mistake("SC116", f"{VALUE_NAME} holds what is no number", item, (*loc, i))
+                    self.mistake("SC116", f"{VALUE_NAME} must contain only numbers", item, (*loc, i))
             # The order is drawn once the expressions have their values.
             return forms.Shuffle((node[0],))
         # Of a draw, texts and flags may be shuffled though it holds no other lists of them.
@@ -511,7 +511,7 @@ class FormReader:
         found = [self._weight(weight, (*at, i)) for i, weight in enumerate(weights)]
         if len(weights) != count:
             self._mistakes.add(
-                custom_error("SC106", f"{VALUE_NAME} must have {count} values, one a choice"), weights, *at
+                custom_error("SC106", f"{VALUE_NAME} must have {count} values, one for each choice"), weights, *at
             )
         elif found == [0.0] * count:
             self._mistakes.add(custom_error("SC104", f"{VALUE_NAME} must not all be 0"), weights, *at)
@@ -539,6 +539,6 @@ def _misplaced_key_error(other: str, key: str) -> PydanticCustomError:
     """A key that is not allowed beside a form's."""
     owners = [f"`{form}`" for form, companion in COMPANIONS.items() if other == companion]
     if owners:
-        return custom_error("SC117", f"`{other}` stands beside {' or '.join(owners)} only", at="key")
+        return custom_error("SC117", f"`{other}` is allowed only beside {' or '.join(owners)}", at="key")
     hint = f"a pose that has more than a position is a mapping: `p: {{{key}: …}}`" if other in _POSE_KEYS else None
     return custom_error("SC117", f"`{cut(other)}` is not allowed beside `{key}`", at="key", hint=hint)

@@ -45,17 +45,17 @@ HALVES: dict[str, tuple[str, ...]] = {
 
 SYNTAX_HINTS: dict[str, str] = {
     "include": "write the files as a list: `include: [FILE]`",
-    "repeat": "a number of copies is `{i: {count: 4}}`",
+    "repeat": "for 4 copies write `{i: {count: 4}}`",
 }
 """Key → how what stands there is written."""
 
 MISSING_KEY_HINTS: dict[str, str] = {
-    "color": "its numbers say how bright the light is: `color: [3, 3, 3]`",
+    "color": "its numbers also set the brightness: `color: [3, 3, 3]`",
     "inertia": "write `inertia: [ixx, iyy, izz]`, along the axes of `com`",
     "radius": "write `radius: …` [m]",
     "half_size": "write `half_size: [x, y, z]`, from the centre to its faces [m]",
     "half_length": "write `half_length: …`, half of its straight part [m], and turn it by `axis` or `pose`",
-    "pick": "it says which variant each scene has: `pick: {cycle: [0, 1]}`, or any form over their indices",
+    "pick": "it selects the variant of each scene: `pick: {cycle: [0, 1]}`, or any form over their indices",
 }
 """Missing key → what it is for."""
 
@@ -99,30 +99,30 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "write shapes in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"),
     ("body_type", "mesh file filename path uri src",
      "write it in a shape: `shapes: [{type: convex_mesh, file: …}]`; a robot is `urdf: …` or `mjcf: …`"),
-    ("body_type", "visual", "write `visuals: [{type: …}]`, a list of shapes that are only seen"),
+    ("body_type", "visual", "write `visuals: [{type: …}]`, a list of shapes that are only visible"),
     ("body_type", "collision", "write `collisions: [{type: …}]`, a list of shapes that only collide"),
     ("body_type", "collidable contype conaffinity disable_collision collision_enabled",
-     "what does not collide stands in `visuals`; `collision_group` says what collides with what"),
+     "write shapes that do not collide in `visuals`; `collision_group` selects which bodies collide"),
     ("material", "collision collidable contype conaffinity disable_collision collision_enabled",
-     "what does not collide stands in `visuals`; `collision_group` says what collides with what"),
+     "write shapes that do not collide in `visuals`; `collision_group` selects which bodies collide"),
     ("body_type pose", "scale global_scaling",
      "only meshes and robots have a `scale`: write the size of the shape itself"),
     ("body_type", "usd usda usdc sdf world_file", "convert it: `scenecc import FILE -o scene.yaml`"),
     ("body_type", "xml", "did you mean `mjcf`?"),
     ("body_type", "joint joints children links link",
-     "a body has no joints: tie two by `constraints`, or write an articulation, `root: {name: …, children: […]}`"),
+     "a body has no joints: connect two with `constraints`, or write an articulation `root: {name: …, children: […]}`"),
     ("entities", "joint joints equality welds", "did you mean `constraints`?"),
     ("mount", "parent attached_to parent_link", "did you mean `mount`?"),
     ("body_type fix_root_link", "parent attached_to parent_link mount",
-     "write `pose: {relative_to: NAME, p: […]}`, or tie them: `constraints: {NAME: {type: weld, …}}`"),
+     "write `pose: {relative_to: NAME, p: […]}`, or connect them: `constraints: {NAME: {type: weld, …}}`"),
     ("pose_in_child", "parent attached_to parent_link child child_link",
-     "a link stands in the `children` of its parent: leave it out"),
-    ("body_type", "freejoint free_joint", "leave it out: a body moves freely, as `body_type: dynamic` says"),
+     "write the link in the `children` of its parent, without this key"),
+    ("body_type", "freejoint free_joint", "remove it: a body with `body_type: dynamic` moves freely"),
     ("body_type", "inertia com center_of_mass", "write `inertial: {mass: …, com: …, inertia: [ixx, iyy, izz]}`"),
     ("body_type", "disable_gravity gravcomp no_gravity", "write `gravity: false`"),
     ("body_type", "count num copies for n number", "copies are `repeat: {i: {count: 4}}`"),
     ("fix_root_link", "body_type fix_base fixed_base use_fixed_base fixed", "did you mean `fix_root_link`?"),
-    ("material", "body_type", "write it beside `shapes`: it is of the body"),
+    ("material", "body_type", "write it beside `shapes`: it is a property of the body"),
     ("body_type", "static immovable is_static fixed", "did you mean `body_type: static`?"),
     ("body_type", "kinematic is_kinematic", "did you mean `body_type: kinematic`?"),
     ("body_type", "dynamic is_dynamic movable", "`body_type` is one of dynamic, kinematic and static"),
@@ -137,7 +137,7 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("rpy_deg", "yaw heading", "write `rpy: [0, 0, yaw]`, or `rpy_deg: [0, 0, yaw]` in degrees"),
     ("rpy_deg", "pos xyz translation location position p initial_pose base_position", "write `p: [x, y, z]`"),
     ("pose", "pos xyz translation location position p initial_pose base_position origin", "did you mean `pose`?"),
-    ("body_type", "scene_idxs repeat if pose", "write it beside `variants`, for all of them"),
+    ("body_type", "scene_idxs repeat if pose", "write it beside `variants`, for all variants"),
     ("children", "pose", "write it as the `origin` of its joint: `joint: {origin: …}`; of the root, beside `root`"),
     ("origin", "pos xyz translation location position p initial_pose base_position pose", "did you mean `origin`?"),
     ("com", "pos xyz translation location position p initial_pose base_position origin", "did you mean `com`?"),
@@ -159,7 +159,7 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("entities", "option sim simulation sim_config physics_config", "did you mean `physics`?"),
     ("entities timestep", "sim_freq control_freq frequency fps hz",
      "write `physics: {timestep: …}` [s], one divided by the frequency"),
-    ("timestep entities", "substeps", "PhysX has none: write a smaller `timestep`"),
+    ("timestep entities", "substeps", "PhysX has no substeps: write a smaller `timestep`"),
     ("entities", "asset assets meshes textures",
      "name a file where it is used: `shapes: [{type: convex_mesh, file: …}]`, `urdf: …` or `base_color_texture: …`"),
     ("entities", "ground floor plane ground_plane",
@@ -167,9 +167,9 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("entities", "default defaults", "repeat values by an anchor and `<<: *NAME`, or name materials under `materials`"),
     ("entities", "version format schema", "leave it out: `scenecc: 1` is the version of the language"),
     ("entities", "randomization randomize domain_randomization distributions",
-     "write a form in place of a value, as in `mass: {uniform: [0.1, 0.2]}`"),
+     "write a form instead of a value, as in `mass: {uniform: [0.1, 0.2]}`"),
     ("entities", "ambient_light", "write it under `environment`: `environment: {ambient_light: [r, g, b]}`"),
-    ("color", "intensity power energy brightness", "the numbers of `color` say how bright it is: `color: [3, 3, 3]`"),
+    ("color", "intensity power energy brightness", "its numbers also set the brightness: `color: [3, 3, 3]`"),
     ("fovy", "fov fov_deg", "write `fovy_deg: …`, the vertical angle of view in degrees, or `fovy` in radians"),
     ("fovy", "resolution image_size size", "write `width: …` and `height: …` [px]"),
     ("outer_radius", "radius thickness", "a ring has an `inner_radius` and an `outer_radius`"),
@@ -196,7 +196,7 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "leave it out: MuJoCo reads every MJCF; `scenecc decompile` writes ManiSkill's robots as trees of links"),
     ("fix_root_link", "keyframe", "only `mjcf` has keyframes: write `qpos: […]`"),
     ("fix_root_link", "controller control_mode controllers",
-     'a scene has drives and no controllers: `drives: {".*": {stiffness: …, damping: …}}`'),
+     'a scene has drives, not controllers: `drives: {".*": {stiffness: …, damping: …}}`'),
     ("limits", "range limit lower upper", "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
     ("armature", "effort max_force forcerange", "set it on drives: `drives: {JOINT: {force_limit: …}}`"),
     ("max_velocity", "velocity velocity_limit", "write `max_velocity: …`"),
@@ -240,12 +240,11 @@ VALUE_SYNONYMS: dict[str, tuple[str, ...]] = {
 
 VALUE_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
     **dict.fromkeys(
-        ("ball", "spherical"), (("continuous", "write three `revolute` joints, one an axis, with small links between"),)
+        ("ball", "spherical"),
+        (("continuous", "write three `revolute` joints, one for each axis, with small links between"),),
     ),
-    **dict.fromkeys(
-        ("floating", "free"), (("continuous", "of a robot that nothing holds write `fix_root_link: false`"),)
-    ),
-    "ellipsoid": (("sphere", "write a `sphere`, or a `convex_mesh` with a file of that form"),),
+    **dict.fromkeys(("floating", "free"), (("continuous", "for a free robot write `fix_root_link: false`"),)),
+    "ellipsoid": (("sphere", "write a `sphere`, or a `convex_mesh` with a file of that shape"),),
     "ambient": (("directional", "write it under `environment`: `environment: {ambient_light: [r, g, b]}`"),),
 }
 """What people write → a word that is known where it stands, and what to say there."""
@@ -272,8 +271,8 @@ LENGTH_HINTS: dict[tuple[str, int], str] = {
     ("pose", 4): "a matrix is {matrix: [[…], […], […], […]]}, a rotation {q: [w, x, y, z]}",
     ("pose", 6): "a position and three angles are {p: [x, y, z], rpy: [roll, pitch, yaw]}, or rpy_deg",
     ("inertia", 6): "[ixx, iyy, izz] along the axes of `com`: turn `com` until the others are 0",
-    ("gravity", 1): "one number an axis: [0, 0, -9.81]",
-    ("half_size", 1): "one number an axis: [x, y, z]",
+    ("gravity", 1): "one number for each axis: [0, 0, -9.81]",
+    ("half_size", 1): "one number for each axis: [x, y, z]",
     ("region", 4): "write two corners: [[x, y], [x, y]]",
 }
 """Key and the number of its values → what they were probably meant to be."""

@@ -30,17 +30,17 @@ class Instance(EntityKeys, RepeatKeys):
     )
     with_: dict[Variable, Any] = names_key("Its parameters; values may differ from scene to scene.", alias="with")
     prefix: Maybe[Fixed[Prefix]] = key(
-        'Before the names inside; left out: the instance\'s name and "/".', examples=[""]
+        'Prefix of the names inside; default: the instance\'s name and "/".', examples=[""]
     )
     override: dict[Annotated[Reference, MAPPING_KEY], Override] = names_key(
-        "What is inside, by the prefab's own name (`lights/NAME`, `cameras/`, `constraints/`, `frames/`, "
+        "Object inside, by its name in the prefab (`lights/NAME`, `cameras/`, `constraints/`, `frames/`, "
         "`materials/` too) → keys that are merged into it, or `remove`.",
         examples=[{"cube": {"color": "#f0f0f0"}, "goal": "remove"}],
     )
 
 
 class RepeatedBody(BodySpec, RepeatKeys):
-    """One rigid body a scene, repeated or on a condition."""
+    """A rigid body, which may have `repeat` or `if`."""
 
 
 class Variant(BodyKeys):
@@ -48,7 +48,7 @@ class Variant(BodyKeys):
 
 
 class Variants(EntityKeys, BodyKeys, RepeatKeys):
-    """One body a scene, of one of several structures. What stands beside `variants` is common to all."""
+    """A body with one of several structures in each scene. Keys beside `variants` apply to all."""
 
     variants: Annotated[list[Variant], Field(min_length=1)] = Field(description="The structures.")
     pick: Leaf[NonNegativeInt32] = Field(

@@ -36,17 +36,17 @@ _LIST_FORMS: dict[str, Any] = {
         "description": "By scene index modulo the length.",
         "anyOf": [{"type": "array", "minItems": 1}, EXPRESSION_REF],
     },
-    "choice": {"description": "One of them, drawn.", "anyOf": [{"type": "array", "minItems": 1}, EXPRESSION_REF]},
+    "choice": {"description": "One of the items, drawn.", "anyOf": [{"type": "array", "minItems": 1}, EXPRESSION_REF]},
     "shuffle": {
         "description": "A random order of a list.",
         "anyOf": [{"type": "array", "minItems": 1}, EXPRESSION_REF],
     },
     "once": {
-        "description": "A form whose value no reset draws anew.",
+        "description": "A form whose value a reset does not redraw.",
         "anyOf": [{"type": ["object", "array"]}, EXPRESSION_REF],
     },
     "weights": {
-        "description": "How likely each choice is.",
+        "description": "Weight of each choice.",
         "anyOf": [
             {"type": "array", "items": {"anyOf": [{"type": "number", "minimum": 0}, EXPRESSION_REF]}},
             EXPRESSION_REF,
@@ -121,15 +121,15 @@ DEFINITIONS: dict[str, Any] = {
                 "type": "object",
                 "properties": {
                     "type": {
-                        "description": "Type of the value. Left out: that of the default.",
+                        "description": "Type of the value. Default: that of the default value.",
                         "enum": ["number", "integer", "string", "boolean", "vector", "color", "file", "material",
                                  "entity", "choice", "list"],
                     },
-                    "default": {"description": "Value where none is given. Left out: a value is required."},
-                    "min": {"description": "The least number or components.", "type": ["number", "array"]},
-                    "max": {"description": "The greatest number or components.", "type": ["number", "array"]},
-                    "description": {"description": "For people.", "type": "string"},
-                    "options": {"description": "What a choice is among.", "type": "array", "minItems": 1},
+                    "default": {"description": "Default value. Without it, a value is required."},
+                    "min": {"description": "Minimum of the number or of each component.", "type": ["number", "array"]},
+                    "max": {"description": "Maximum of the number or of each component.", "type": ["number", "array"]},
+                    "description": {"description": "Description of the parameter.", "type": "string"},
+                    "options": {"description": "Options of a choice.", "type": "array", "minItems": 1},
                 },
                 "patternProperties": NOTE_SCHEMA,
                 "additionalProperties": False,

@@ -17,7 +17,7 @@ class ConvexMeshKeys(MeshFileKeys):
 
 
 class ConvexMeshShape(ConvexMeshKeys, ShapeBothKeys):
-    """A convex hull that collides, and the mesh itself seen."""
+    """A mesh that collides as its convex hull."""
 
     scale: Scale = Field(default=1.0, description="One factor or [x, y, z].")
 
@@ -29,7 +29,7 @@ class ConvexMeshCollision(ConvexMeshKeys, CollisionKeys):
 
 
 class ConvexMeshVisual(ConvexMeshKeys, VisualKeys):
-    """A mesh that is only seen."""
+    """A mesh that is only visible."""
 
     scale: MirrorScale = Field(default=1.0, description="One factor or [x, y, z]; negative mirrors.")
 
@@ -42,7 +42,7 @@ class CoacdKeys(SpecModel):
         "Maximum number of parts; -1: no limit.", default=-1
     )
     preprocess_mode: Maybe[Fixed[Literal["auto", "on", "off"]]] = key("Make the mesh manifold first.", default="auto")
-    preprocess_resolution: Maybe[Fixed[PositiveInt32]] = key("Resolution of that.", default=30)
+    preprocess_resolution: Maybe[Fixed[PositiveInt32]] = key("Resolution of the manifold mesh.", default=30)
     resolution: Maybe[Fixed[PositiveInt32]] = key("Samples for the concavity.", default=2000)
     mcts_nodes: Maybe[Fixed[PositiveInt32]] = key("Child nodes of the search.", default=20)
     mcts_iterations: Maybe[Fixed[PositiveInt32]] = key("Iterations of the search.", default=150)
@@ -64,7 +64,7 @@ class ConvexPartsKeys(MeshFileKeys):
 
 
 class ConvexPartsShape(ConvexPartsKeys, ShapeBothKeys):
-    """Convex parts that collide, and the mesh itself seen."""
+    """A mesh that collides as its convex parts."""
 
 
 class ConvexPartsCollision(ConvexPartsKeys, CollisionKeys):
@@ -80,7 +80,7 @@ class TriangleMeshKeys(MeshFileKeys):
 
 
 class TriangleMeshShape(TriangleMeshKeys, ShapeBothKeys):
-    """A non-convex mesh that collides and is seen."""
+    """A non-convex mesh that collides and is visible."""
 
 
 class TriangleMeshCollision(TriangleMeshKeys, CollisionKeys):
@@ -88,7 +88,7 @@ class TriangleMeshCollision(TriangleMeshKeys, CollisionKeys):
 
 
 class MeshVisual(MeshFileKeys, VisualKeys):
-    """What a file shows, with its own materials unless one is given."""
+    """The mesh of a file, with its own materials unless one is given."""
 
     type: Literal["mesh"]
     scale: MirrorScale = Field(default=1.0, description="One factor or [x, y, z]; negative mirrors.")

@@ -173,7 +173,7 @@ def make_refusal(
 
     def refuse(node: object) -> PydanticCustomError:
         if expected is None or node_kind(node) in labels:
-            return PydanticCustomError(NOT_MEANT, "another branch was meant")
+            return PydanticCustomError(NOT_MEANT, "another branch applies")
         return PydanticCustomError(WRONG_KIND, "{expected}", {"expected": expected})
 
     return refuse

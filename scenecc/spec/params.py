@@ -183,7 +183,7 @@ Draw = TypeAliasType(
             | Annotated[bool, Tag(FLAG)]
             | Annotated[AnyText, Tag(WORD)]
             | Annotated[list[Number], Field(min_length=1, max_length=MAX_DRAW_COMPONENTS), Tag(COMPONENTS)],
-            union_by_kind("a form, an expression, a number, true or false, a text or a list of numbers"),
+            union_by_kind("a form, an expression, a number, true or false, a string or a list of numbers"),
         ]
     ],
 )

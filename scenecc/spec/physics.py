@@ -40,7 +40,7 @@ class SdfKeys(SpecModel):
     spacing: Maybe[Fixed[Positive]] = key("Distance between samples [m].", default=0.01)
     subgrid_size: Maybe[Fixed[PositiveInt32]] = key("Cells along an edge of a subgrid.", default=6)
     num_threads_for_construction: Maybe[Fixed[Annotated[int, Field(ge=1, le=MAX_THREADS)]]] = key(
-        "Threads that cook.", default=4
+        "Number of cooking threads.", default=4
     )
 
 
@@ -58,7 +58,7 @@ class GpuMemoryKeys(SpecModel):
 
 
 class PhysicsSpec(SpecModel):
-    """Settings of the simulation; what is left out is SAPIEN's."""
+    """Settings of the simulation; the defaults are SAPIEN's."""
 
     timestep: Maybe[Fixed[Positive]] = key("Time of a step [s].", default=0.01)
     gravity: Maybe[Fixed[Vec3]] = key("World frame [m/s²].", default=[0, 0, -9.81])
@@ -69,7 +69,7 @@ class PhysicsSpec(SpecModel):
     enable_tgs: Maybe[Fixed[bool]] = key("Temporal Gauss-Seidel solver.", default=True)
     enable_ccd: Maybe[Fixed[bool]] = key("Continuous collision detection.", default=False)
     enable_enhanced_determinism: Maybe[Fixed[bool]] = key(
-        "Results that do not depend on what else is in the scene.", default=False
+        "Results do not depend on other objects in the scene.", default=False
     )
     enable_friction_every_iteration: Maybe[Fixed[bool]] = key("Friction in every solver iteration.", default=True)
     cpu_workers: Maybe[Fixed[Annotated[int, Field(ge=0, le=MAX_THREADS)]]] = key(
@@ -95,7 +95,7 @@ class InertialSpec(SpecModel):
 
 
 class CollisionGroup(SpecModel):
-    """Which groups this one does not collide with."""
+    """The groups that this group does not collide with."""
 
     ignore: list[Fixed[Name]] = Field(
         default_factory=list, description="Names of groups to ignore; may include the group itself."

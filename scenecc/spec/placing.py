@@ -28,7 +28,7 @@ Corner = Annotated[list[Finite], Field(min_length=2, max_length=3)]
 
 
 class DiskRegion(SpecModel):
-    """A disk that the origin is in."""
+    """A disk for the origin of the placed entity."""
 
     center: Leaf[Vec2] = Field(description="[x, y] [m].")
     radius: Leaf[Positive] = Field(description="[m].")
@@ -51,21 +51,19 @@ TURNS = ("yaw", "yaw_deg", "facing", "q", "rpy", "rpy_deg", "axis_angle")
 
 
 class PlaceSpec(SpecModel):
-    """Where an entity is placed, by trial, so that it overlaps nothing."""
+    """Places an entity by random tries so that it overlaps nothing."""
 
-    on: Maybe[Fixed[EntityName]] = key("ENTITY or ENTITY/LINK that it stands on.", excludes=TARGETS)
-    inside: Maybe[Fixed[EntityName]] = key("ENTITY or ENTITY/LINK that it stands in.", excludes=TARGETS)
-    above: Maybe[Fixed[EntityName]] = key(
-        "ENTITY or ENTITY/LINK that it starts above, standing on nothing.", excludes=TARGETS
-    )
-    at: Maybe[Leaf[Vec2]] = key("Where its origin is: [x, y] [m].")
+    on: Maybe[Fixed[EntityName]] = key("ENTITY or ENTITY/LINK that it is placed on.", excludes=TARGETS)
+    inside: Maybe[Fixed[EntityName]] = key("ENTITY or ENTITY/LINK that it is placed in.", excludes=TARGETS)
+    above: Maybe[Fixed[EntityName]] = key("ENTITY or ENTITY/LINK that it starts above, in the air.", excludes=TARGETS)
+    at: Maybe[Leaf[Vec2]] = key("Position of its origin: [x, y] [m].")
     region: Maybe[Region] = key(
-        "Where its origin may be: two corners, a disk or the name of a frame with a region [m]. Left out: the top.",
+        "Region of its origin: two corners, a disk or the name of a frame with a region [m]. Default: the top.",
         examples=[[[-0.3, -0.2], [0.3, 0.2]], {"center": [0, 0], "radius": 0.2}],
         excludes=("at",),
     )
     relative_to: Maybe[Fixed[EntityName]] = key(
-        "Whose axes count, turned by its heading alone. Left out: the target's."
+        "Object whose axes are used, rotated only by its heading. Default: the target."
     )
     yaw: Maybe[Leaf[Finite]] = key("Turn about z [rad].", excludes=TURNS)
     yaw_deg: Maybe[Leaf[Finite]] = key("Turn about z [degrees].", examples=[{"uniform": [0, 360]}], excludes=TURNS)
@@ -80,13 +78,15 @@ class PlaceSpec(SpecModel):
             Annotated[Leaf[Vec2], Tag(COMPONENTS)] | Annotated[EntityName, Tag(WORD)],
             union_by_kind("[x, y] or the name of an entity"),
         ]
-    ] = key("What its +x points to, about z alone: an entity, or a point [x, y] [m].", excludes=TURNS)
+    ] = key("What its +x points to, by a rotation about z: an entity, or a point [x, y] [m].", excludes=TURNS)
     near: dict[Annotated[EntityName, MAPPING_KEY], Fixed[Distances]] = Field(
         default_factory=dict,
-        description="Entity → least and greatest distance between the colliding shapes [m].",
+        description="Entity → minimum and maximum distance between the collision shapes [m].",
         examples=[{"mug": [0.05, 0.15]}],
     )
-    apart: Fixed[NonNegative] = Field(default=APART, description="Least distance from every other body [m].")
-    gap: Fixed[NonNegative] = Field(default=GAP, description="Between its lowest point and the surface [m].")
-    height: Maybe[Leaf[Vec2]] = key("With `above`: the least and the most above the target's top [m].")
-    tries: Fixed[Annotated[int, Field(ge=1, le=10_000)]] = Field(default=TRIES, description="In each scene.")
+    apart: Fixed[NonNegative] = Field(default=APART, description="Minimum distance from every other body [m].")
+    gap: Fixed[NonNegative] = Field(default=GAP, description="Distance between its lowest point and the surface [m].")
+    height: Maybe[Leaf[Vec2]] = key("With `above`: minimum and maximum height above the target's top [m].")
+    tries: Fixed[Annotated[int, Field(ge=1, le=10_000)]] = Field(
+        default=TRIES, description="Number of tries in each scene."
+    )

@@ -18,7 +18,7 @@ Direction = Annotated[
 
 
 class AxisAngle(SpecModel):
-    """A turn about one axis."""
+    """A rotation about one axis."""
 
     axis: Leaf[Direction] = Field(description="[x, y, z] (of any length) or one of x, y, z.")
     angle: Maybe[Leaf[Finite]] = key("Angle [rad]; this or `angle_deg`.")
@@ -46,7 +46,7 @@ ROTATIONS = ("q", "rpy", "rpy_deg", "axis_angle", "look_at")
 
 
 class PoseMapping(SpecModel):
-    """A position and at most one rotation, or a matrix alone."""
+    """A position and at most one rotation, or a matrix."""
 
     p: Maybe[Leaf[Vec3]] = key("Position [m].", default=[0, 0, 0])
     q: Maybe[ExpressionOnly[Quaternion]] = key(
@@ -60,14 +60,14 @@ class PoseMapping(SpecModel):
     )
     axis_angle: Maybe[WholeAxisAngle] = key("Rotation about one axis.", excludes=ROTATIONS)
     look_at: Maybe[Leaf[Vec3]] = key(
-        "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m].",
+        "Point in the frame of the pose that +x points to; +z points up as far as possible (SAPIEN's camera) [m].",
         excludes=ROTATIONS,
     )
     matrix: Maybe[ExpressionOnly[Matrix]] = key(
         "A rigid 4×4 transformation, row by row; excludes the other keys.", excludes=("p", "anchor", *ROTATIONS)
     )
     anchor: Maybe[Fixed[Literal["bottom", "center", "top"]]] = key(
-        "The point of an entity's bounds that is at `p`, in place of its origin."
+        "The point of an entity's bounds that is at `p`, instead of its origin."
     )
     relative_to: Maybe[Fixed[EntityName]] = key(
         "The entity, ENTITY/LINK, frame or camera that this pose is relative to."
@@ -99,8 +99,8 @@ else:
 
 
 class FrameSpec(SpecModel):
-    """A place with no body, to put others relative to."""
+    """A named pose without a body, for `relative_to`."""
 
-    pose: Pose = Field(description="In the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
-    region: Maybe[Region] = key("Where `place` may put what names this frame as its region, in its axes.")
-    place: Maybe[PlaceSpec] = key("Of instances alone.")
+    pose: Pose = Field(description="Pose in the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
+    region: Maybe[Region] = key("Region in the axes of this frame, for `place` of bodies.")
+    place: Maybe[PlaceSpec] = key("For instances only.")

@@ -71,7 +71,7 @@ class HeightfieldKeys(SpecModel):
     """Terrain of triangles over a grid of heights, on bodies that do not fall: one of `file` and `heights`."""
 
     type: Literal["heightfield"]
-    size: Leaf[Positive3] = Field(description="Extents along x and y, and how high a 1 or white is [m].")
+    size: Leaf[Positive3] = Field(description="Extents along x and y, and the height of the value 1 or of white [m].")
     file: Maybe[Fixed[Text]] = key("A grey PNG of 8 or 16 bits, its top at +y; black is 0 and white 1.")
     heights: Maybe[Fixed[list[Fixed[HeightRow]]]] = key(
         "Rows of heights from +y to -y, each from -x to +x.", excludes=("file",)
@@ -113,7 +113,7 @@ class TiledPlaneVisual(VisualKeys):
 _ROLES: dict[str, tuple[type[SpecModel], str]] = {
     "Shape": (ShapeBothKeys, "A {}."),
     "Collision": (CollisionKeys, "A {} that only collides."),
-    "Visual": (VisualKeys, "A {} that is only seen."),
+    "Visual": (VisualKeys, "A {} that is only visible."),
 }
 """End of a model's name: the keys of the list that it stands in, and its description."""
 

@@ -142,11 +142,11 @@ def resolve_scene_idxs(
                 failed = True
                 before = first[index]
                 message = f"scene {index} is selected twice"
-                sink.report("SC308", message, place, related=[("selected here already", before, "value")])
+                sink.report("SC308", message, place, related=[("already selected here", before, "value")])
                 break
             first[index] = place
     if not first and not failed:
-        sink.report("SC309", "this selects no scene", origin, hint="leave it out to select every scene")
+        sink.report("SC309", "this selects no scene", origin, hint="remove it to select every scene")
     return None if failed or not first else tuple(sorted(first))
 
 

@@ -48,11 +48,11 @@ class LightKeys(RepeatKeys):
 
     color: LightColor = Field(description='Colour times brightness: linear RGB, which may exceed 1, or "#rrggbb".')
     pose: Maybe[Pose] = key(
-        "It shines along x of this pose: in the world, in the frame of `relative_to`, or in that of `mount`."
+        "Pose of the light, which shines along x: in the world, in the frame of `relative_to`, or in that of `mount`."
     )
     mount: Maybe[Fixed[BodyName]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
     scene_idxs: Maybe[SceneIdxs] = key(
-        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'
+        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Default: every scene.'
     )
 
 
@@ -96,7 +96,7 @@ class DirectionalLightSpec(LightKeys, DirectionKeys, ShadowKeys):
     type: Literal["directional"]
     # It stands nowhere, so what lies behind it may throw shadows too.
     shadow_near: Maybe[Leaf[Finite]] = key(  # pyright: ignore[reportIncompatibleVariableOverride]
-        "Where shadows begin, along the light from its position [m].", default=plan.PARALLEL_SHADOW_NEAR
+        "Distance along the light at which shadows begin [m].", default=plan.PARALLEL_SHADOW_NEAR
     )
     shadow_far: Maybe[Leaf[Finite]] = key("Where they end [m].", default=plan.SHADOW_FAR)  # pyright: ignore[reportIncompatibleVariableOverride]
     shadow_scale: Maybe[Leaf[Positive]] = key(
@@ -117,7 +117,7 @@ class SpotLightSpec(LightKeys, DirectionKeys, ShadowKeys, LightConeKeys):
 
 
 class AreaLightSpec(LightKeys):
-    """A rectangle that shines, seen by ray tracing alone: `Scene.add_area_light_for_ray_tracing`."""
+    """A rectangle of light, visible only with ray tracing: `Scene.add_area_light_for_ray_tracing`."""
 
     type: Literal["area"]
     half_width: Leaf[Positive] = Field(description="Along y of its pose [m].")
@@ -125,10 +125,10 @@ class AreaLightSpec(LightKeys):
 
 
 class TexturedLightSpec(LightKeys, DirectionKeys, ShadowKeys, LightConeKeys):
-    """A cone of light that throws a picture: `sapien.render.RenderTexturedLightComponent`."""
+    """A cone of light that projects an image: `sapien.render.RenderTexturedLightComponent`."""
 
     type: Literal["textured"]
-    texture: Texture = Field(description="The picture: a file, or a mapping with `file`.")
+    texture: Texture = Field(description="The image: a file, or a mapping with `file`.")
 
 
 LIGHT_TYPES = ("directional", "point", "spot", "area", "textured")
@@ -138,14 +138,14 @@ Light = Annotated[Any, LazyUnion("LightSpec", {"rendering": LIGHT_TYPES}), REPEA
 
 
 class CubeMapKeys(SpecModel):
-    """Six pictures around the scene, each seen along one of the axes."""
+    """Six images around the scene, one along each axis."""
 
-    px: Leaf[Text] = Field(description="Picture towards +x.")
-    nx: Leaf[Text] = Field(description="Picture towards -x.")
-    py: Leaf[Text] = Field(description="Picture towards +y.")
-    ny: Leaf[Text] = Field(description="Picture towards -y.")
-    pz: Leaf[Text] = Field(description="Picture towards +z.")
-    nz: Leaf[Text] = Field(description="Picture towards -z.")
+    px: Leaf[Text] = Field(description="Image towards +x.")
+    nx: Leaf[Text] = Field(description="Image towards -x.")
+    py: Leaf[Text] = Field(description="Image towards +y.")
+    ny: Leaf[Text] = Field(description="Image towards -y.")
+    pz: Leaf[Text] = Field(description="Image towards +z.")
+    nz: Leaf[Text] = Field(description="Image towards -z.")
 
 
 if TYPE_CHECKING:
@@ -194,7 +194,9 @@ _LENSES = ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic")
 class CameraSpec(RepeatKeys):
     """A camera. It looks along x of its pose, z is up."""
 
-    pose: Maybe[Pose] = key("In the world, in the frame of `relative_to`, or in that of `mount`; `look_at` aims it.")
+    pose: Maybe[Pose] = key(
+        "Pose in the world, in the frame of `relative_to`, or in that of `mount`; `look_at` aims it."
+    )
     width: Maybe[Fixed[_Pixels]] = key("[px]", default=plan.WIDTH)
     height: Maybe[Fixed[_Pixels]] = key("[px]", default=plan.HEIGHT)
     fovy: Maybe[Leaf[OpeningAngle]] = key("Angle of view from top to bottom [rad].", excludes=_LENSES)
@@ -208,5 +210,5 @@ class CameraSpec(RepeatKeys):
     mount: Maybe[Fixed[BodyName]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
     shader: Maybe[Fixed[plan.ShaderName]] = key("SAPIEN's shader pack.", default="default")
     scene_idxs: Maybe[SceneIdxs] = key(
-        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'
+        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Default: every scene.'
     )

@@ -54,7 +54,7 @@ NewVariable = Annotated[_Variable, ScopedName(), MAPPING_KEY]
 class RepeatCount(SpecModel):
     """The numbers from 0 to count - 1."""
 
-    count: Fixed[NonNegativeInt] = Field(description="How many.")
+    count: Fixed[NonNegativeInt] = Field(description="Number of copies.")
 
 
 RepeatValues = Fixed[
@@ -72,7 +72,7 @@ class CopyKeys(SpecModel):
     """Keys that say how often something is there."""
 
     repeat: Maybe[Repeat] = key(
-        "Loop variable → its values, or {count: n}; one copy for each of their product, the last varying fastest.",
+        "Loop variable → its values, or {count: n}. One copy for each combination; the last variable varies fastest.",
         examples=[{"i": [-1, 1], "j": {"count": 3}}],
     )
     if_: Maybe[Fixed[bool]] = Field(

@@ -54,7 +54,7 @@ Radiance = Annotated[
 
 
 class Physical(SpecModel):
-    """How a surface rubs and bounces, and how heavy what it covers is."""
+    """Friction and restitution of a surface, and density of its shapes."""
 
     static_friction: Maybe[Leaf[NonNegative]] = key(
         "Coefficient of static friction.", default=properties.STATIC_FRICTION
@@ -64,7 +64,7 @@ class Physical(SpecModel):
     )
     restitution: Maybe[Leaf[NonNegative]] = key("Coefficient of restitution, 0 to 1.", default=properties.RESTITUTION)
     density: Maybe[Leaf[NonNegative]] = key(
-        "Density [kg/m³] of shapes that give none.", default=properties.DEFAULT_DENSITY
+        "Density [kg/m³] of shapes without their own.", default=properties.DEFAULT_DENSITY
     )
 
 
@@ -73,7 +73,7 @@ class TextureMapping(SpecModel):
 
     file: Leaf[Text] = Field(description="The image.")
     mipmap_levels: Maybe[Fixed[Annotated[int, Field(ge=1, le=32)]]] = key("Levels of detail.", default=1)
-    filter_mode: Maybe[Fixed[Literal["nearest", "linear"]]] = key("Between texels.", default="linear")
+    filter_mode: Maybe[Fixed[Literal["nearest", "linear"]]] = key("Filter between texels.", default="linear")
     address_mode: Maybe[Fixed[Literal["repeat", "border", "edge", "mirror"]]] = key("Outside 0..1.", default="repeat")
     srgb: Maybe[Fixed[bool]] = key("Whether 8-bit values are sRGB: true for colours, false for the rest.", default=True)
 
@@ -95,26 +95,26 @@ Texture = TypeAliasType(
 
 
 class Visual(SpecModel):
-    """How a surface looks: `sapien.render.RenderMaterial`."""
+    """Appearance of a surface: `sapien.render.RenderMaterial`."""
 
     base_color: Maybe[Color] = key("Base colour, linear RGB or RGBA.", default=[1, 1, 1, 1])
     emission: Maybe[Leaf[Radiance]] = key("Emitted colour, linear RGB or RGBA.", default=[0, 0, 0, 0])
     specular: Maybe[Leaf[Unit]] = key("Specular reflection of a dielectric.", default=0)
     roughness: Maybe[Leaf[Unit]] = key("Roughness.", default=1)
-    metallic: Maybe[Leaf[Unit]] = key("Metallic share.", default=0)
-    transmission: Maybe[Leaf[Unit]] = key("Share of light that passes (ray tracing).", default=0)
+    metallic: Maybe[Leaf[Unit]] = key("Metallic factor.", default=0)
+    transmission: Maybe[Leaf[Unit]] = key("Fraction of light that is transmitted (ray tracing).", default=0)
     ior: Maybe[Leaf[Annotated[float, Field(ge=1, allow_inf_nan=False)]]] = key("Index of refraction.", default=1.45)
-    transmission_roughness: Maybe[Leaf[Unit]] = key("Roughness of what passes.", default=0)
+    transmission_roughness: Maybe[Leaf[Unit]] = key("Roughness of the transmission.", default=0)
     base_color_texture: Maybe[Texture] = key("Image of the base colour.")
     normal_texture: Maybe[Texture] = key("Normal map.")
     roughness_texture: Maybe[Texture] = key("Image of the roughness.")
-    metallic_texture: Maybe[Texture] = key("Image of the metallic share.")
+    metallic_texture: Maybe[Texture] = key("Image of the metallic factor.")
     emission_texture: Maybe[Texture] = key("Image of the emission.")
     transmission_texture: Maybe[Texture] = key("Image of the transmission.")
 
 
 class Material(SpecModel):
-    """A surface: how it rubs (`physical`) and how it looks (`visual`)."""
+    """A surface: friction and restitution (`physical`) and appearance (`visual`)."""
 
     physical: Maybe[Physical] = key("Friction, restitution and density.")
     visual: Maybe[Visual] = key("Visual properties.")
@@ -165,7 +165,7 @@ MirrorScale = TypeAliasType(
 def _allow_repeat(schema: dict[str, Any]) -> None:
     """Shapes take `repeat`, which expansion takes out before their models see it."""
     schema["patternProperties"] = NOTE_SCHEMA
-    schema["properties"]["repeat"] = {"x-ref": "Repeat", "description": "As of an entity."}
+    schema["properties"]["repeat"] = {"x-ref": "Repeat", "description": "As for an entity."}
 
 
 class ShapeKeys(SpecModel):
@@ -173,7 +173,7 @@ class ShapeKeys(SpecModel):
 
     model_config = ConfigDict(json_schema_extra=_allow_repeat)
 
-    pose: Maybe[Pose] = key("In the body's frame: [x, y, z] or a mapping.")
+    pose: Maybe[Pose] = key("Pose in the body's frame: [x, y, z] or a mapping.")
     material: Maybe[MaterialRef] = key("A name from `materials`, or {physical, visual}.")
 
 
@@ -194,7 +194,7 @@ class CollisionKeys(ShapeKeys):
     )
     patch_radius: Maybe[Leaf[NonNegative]] = key("Radius of the torsional friction patch [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest radius of the torsional friction patch [m].", default=0)
-    collision_bits: Maybe[Fixed[CollisionBits]] = key("SAPIEN's four integers, in place of the body's.")
+    collision_bits: Maybe[Fixed[CollisionBits]] = key("SAPIEN's four integers, instead of the body's.")
 
 
 class VisualKeys(ShapeKeys):

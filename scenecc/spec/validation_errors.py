@@ -169,9 +169,9 @@ def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) ->
     if limit == FLOAT32_MIN and found <= 0:
         words, limit = "greater than", 0
         if path and path[-1] == "mass":
-            hint = "leave it out to get it from `density`; what never moves is `body_type: static`"
+            hint = "remove it to get it from `density`; a body that never moves is `body_type: static`"
     elif abs(limit) in {FLOAT32_MIN, FLOAT32_MAX}:
-        hint = "the engine computes in single precision, whose range ends there"
+        hint = "this is the range of single precision, in which the engine computes"
     elif limit == 1 and found > 1 and any(str(key).endswith("color") for key in path[-2:]):
         hint = "colours are in 0..1: divide numbers up to 255 by 255"
     elif path and limit == math.pi:
@@ -368,7 +368,7 @@ def _report_wrong_kind(expected: str, path: Path, found: Any, place: Origin, sin
 def describe_value(found: Any) -> str:
     """A value with its kind, as a message names it."""
     if isinstance(found, str):
-        return f"the text {show(found)}"
+        return f"the string {show(found)}"
     if isinstance(found, int | float) and not isinstance(found, bool):
         return f"the number {show(found)}"
     if is_sequence(found):

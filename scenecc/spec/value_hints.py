@@ -50,7 +50,7 @@ def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:
     if found is True and key in {"settled", "no_overlap"}:
         return f"write `{key}: {{}}`, or its keys in the braces"
     if key == "gravity" and found is False:
-        return "none is `gravity: [0, 0, 0]`"
+        return "for no gravity write `gravity: [0, 0, 0]`"
     # A number alone is meant as a list of one.
     return None if isinstance(found, bool) else LENGTH_HINTS.get((key, 1))
 
@@ -71,11 +71,11 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:
     if expected == MAPPING_OF_NAMES:
         return _names_hint(path, found)
     if expected == "a mapping":
-        return "leave out the `-` before each: here are keys, `key: value`"
+        return "remove the `-` before each item: this is a mapping, `key: value`"
     if expected == "one of x, y, z" and sorted(found, key=str) == [0, 0, 1]:
         return f"write `axis: {'xyz'[list(found).index(1)]}`"
     if "friction" in str(path[-1:]) and expected == "a number":
-        return "write the first alone: PhysX has no torsional and no rolling friction"
+        return "write only the first: PhysX has no torsional and no rolling friction"
     if expected == "a number":
         return "write one number; one for each scene is `{per_scene: […]}`"
     return None
@@ -87,7 +87,7 @@ def _names_hint(path: Path, found: Sequence[Any]) -> str:
     name = first.get("name") if is_mapping(first) else None
     if path and isinstance(name, str):
         return f"the name is the key: `{path[-1]}: {{{cut(name)}: {{…}}}}`"
-    return "leave out the `-` before each: here are keys, `NAME: …`"
+    return "remove the `-` before each item: this is a mapping, `NAME: …`"
 
 
 def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
@@ -136,7 +136,7 @@ def _place_hint(path: Path, text: str) -> str | None:
     if len(path) > 1 and path[-2] == "holds":
         return f'write `- that: "{shown if shown.startswith("${") else f"${{{shown}}}"}"`'
     if len(path) == 2 and path[0] == "entities":
-        return f"another scene file is used by `{{use: {shown}}}`"
+        return f"to use another scene file write `{{use: {shown}}}`"
     hints = {
         "place": f"write `place: {{on: {shown}}}`",
         "mimic": f"write `mimic: {{joint: {shown}}}`",
@@ -172,7 +172,7 @@ _SLIPS: tuple[TextSlip, ...] = (
     ),
     (
         re.compile(r"([A-Za-z_]\w*) ?= ?([^=]+)"),
-        lambda found: f"write a colon in place of `=`: `{cut(found[1])}: {cut(found[2])}`",
+        lambda found: f"write a colon instead of `=`: `{cut(found[1])}: {cut(found[2])}`",
     ),
 )
 """Texts of any kind → what to write."""
@@ -189,9 +189,9 @@ _NUMERIC_SLIPS: tuple[TextSlip, ...] = (
         lambda found: f"write {float(found[1]) * _UNITS[found[2]]:.12g}: {_SI}",
     ),
     (re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"), "remove the quotes"),
-    (re.compile(r"[-+]?[\d.]{1,24} ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}"), f"write the number alone: {_SI}"),
+    (re.compile(r"[-+]?[\d.]{1,24} ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}"), f"write only the number: {_SI}"),
     (re.compile(r".*random.*"), "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
-    (re.compile(r"None"), "leave the key out, or write a number"),
+    (re.compile(r"None"), "remove the key, or write a number"),
     (re.compile(r"([-+]?)inf(inity)?", re.IGNORECASE), lambda found: f"write {found[1]}.inf, without quotes"),
 )
 
@@ -208,7 +208,10 @@ _LIST_SLIPS: tuple[TextSlip, ...] = (
 
 _NUMBER_SLIPS: tuple[TextSlip, ...] = (
     _FORM_SLIP,
-    (re.compile(r"[-+]?\d+,\d+"), lambda found: f"write a point for the comma: {found[0].replace(',', '.')}"),
+    (
+        re.compile(r"[-+]?\d+,\d+"),
+        lambda found: f"write a decimal point instead of the comma: {found[0].replace(',', '.')}",
+    ),
     *_NUMERIC_SLIPS,
     *_SLIPS,
     # Arithmetic, a name, or a function of a value.

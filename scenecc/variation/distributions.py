@@ -114,7 +114,7 @@ class Uniform(Distribution):
     """`uniform: [low, high]`."""
 
     key = "uniform"
-    description = "[low, high]: numbers or vectors; each component is drawn by itself."
+    description = "[low, high]: numbers or vectors; each component is drawn independently."
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
         """Numbers (B, n)."""
@@ -166,7 +166,7 @@ class Normal(Distribution):
     roles = ("mean", "deviation")
     companion = "clip"
     description = "[mean, std]: needs `clip` where the value has a range."
-    companion_description = "[low, high]: what a normal draw stays within."
+    companion_description = "[low, high]: limits of a normal draw."
     listed = "mean, std and clip"
     conditions = (
         OperandRule("the standard deviation is negative", 1),
@@ -228,7 +228,7 @@ class _Ranged(Distribution):
 
     companion = "range"
     needs_companion = True
-    companion_description = "[low, high]: between what a `beta` or `truncated_normal` draws."
+    companion_description = "[low, high]: range of a `beta` or `truncated_normal` draw."
     between = (2, 3)
 
     edges_crossed: ClassVar[OperandRule] = OperandRule("the lower edge of `range` is above the upper one", 3, 2)
@@ -297,7 +297,7 @@ class TruncatedNormal(_Ranged):
     operands = ("mean", "std")
     roles = ("mean", "positive")
     members = ("mean", "std")
-    description = "[mean, std]: a normal distribution within `range`, drawn inside and not put on the edges."
+    description = "[mean, std]: a normal distribution truncated to `range`, without clamping."
     listed = "mean, std and range"
     cost = 5
     conditions = (OperandRule("the standard deviation is not positive", 1, strict=True), _Ranged.edges_crossed)

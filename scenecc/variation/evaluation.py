@@ -414,7 +414,7 @@ def _rows(batch: Batch, node: nodes.Rows) -> NDArray[Any]:
     index = np.minimum(np.searchsorted(known, batch.scenes), max(len(known) - 1, 0))
     missing = np.flatnonzero(known[index] != batch.scenes) if known.size else np.arange(len(batch.scenes))
     if missing.size:
-        raise batch.error("nothing is given for this scene", int(missing[0]), node)
+        raise batch.error("no value is given for this scene", int(missing[0]), node)
     return batch.selected(node.items, index)
 
 
@@ -479,7 +479,7 @@ def _draw_operands(batch: Batch, node: nodes.Drawn) -> list[Floats]:
         _refuse(batch, node, (low != np.floor(low)) | (high != np.floor(high)), "a bound is not an integer")
         wide = (np.abs(low) > WIDEST_INTEGERS) | (np.abs(high) > WIDEST_INTEGERS)
         _refuse(batch, node, wide, f"a bound is beyond {WIDEST_INTEGERS}")
-        _refuse(batch, node, high - low >= WIDEST_INTEGERS, f"the bounds hold more than {WIDEST_INTEGERS} integers")
+        _refuse(batch, node, high - low >= WIDEST_INTEGERS, f"the bounds contain more than {WIDEST_INTEGERS} integers")
     return found
 
 
@@ -543,7 +543,7 @@ def _result_rows(batch: Batch, node: nodes.Computed, results: list[Any]) -> NDAr
     if node.shape == ():
         for row, result in enumerate(results):
             if type(result) in {list, tuple, dict}:
-                raise batch.error(f"it gives {kind_name(result)} where one value is wanted", row, node)
+                raise batch.error(f"it gives {kind_name(result)} where one value is needed", row, node)
             if type(result) is int and not -_INT64 <= result < _INT64:
                 raise batch.error("it gives an integer of more than 64 bits", row, node)
         return row_array(results)
@@ -561,7 +561,7 @@ def _converted(batch: Batch, node: nodes.Converted) -> NDArray[Any]:
     made = [convert(row) for row in rows]
     if None in made:
         row = made.index(None)
-        raise batch.error(f"it gives {show(rows[row])}, which means nothing here", row, node.of)
+        raise batch.error(f"it gives {show(rows[row])}, which is not valid here", row, node.of)
     return np.array(made, dtype=np.float64 if shape else np.bool_).reshape(len(made), *shape)
 
 
@@ -587,7 +587,7 @@ def _from_matrix(batch: Batch, node: nodes.FromMatrix) -> Floats:
     (matrix,) = _parts(batch, node)
     off = rotation_arrays.rigidity(matrix)
     wrong = ~(off <= RIGID_TOLERANCE)
-    _refuse(batch, node, wrong, f"the matrix is no rigid motion: it is off by {off[wrong.argmax()]:.3g}")
+    _refuse(batch, node, wrong, f"the matrix is not rigid: it is off by {off[wrong.argmax()]:.3g}")
     return np.concatenate((matrix[:, :3, 3], rotation_arrays.from_matrix(matrix[:, :3, :3])), axis=1)
 
 
@@ -640,7 +640,7 @@ def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
         raise batch.error(f"this is not {wanted}", 0, node)
     if not is_single:
         if node.index >= rows.shape[1]:
-            raise batch.error(f"this has {rows.shape[1]} numbers only", 0, node)
+            raise batch.error(f"this has only {rows.shape[1]} numbers", 0, node)
         rows = rows[:, node.index]
     moved = batch.item(node.factor) * rows + batch.item(node.offset)
     return np.maximum(np.minimum(moved.astype(np.float64), batch.item(node.high)), batch.item(node.low))
@@ -649,7 +649,7 @@ def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
 def _placed(batch: Batch, node: nodes.Placed) -> Floats:
     """Poses (B, 7)."""
     if node.name not in batch.placed:
-        raise batch.error(f"`{node.name}` has no place yet", 0, node)
+        raise batch.error(f"`{node.name}` is not placed yet", 0, node)
     return batch.placed[node.name][batch.scenes]
 
 

@@ -55,7 +55,7 @@ _REASONS = {
     "=": "a comparison is written `==`",
     "{": "braces are not allowed in an expression",
     "#": "comments are not allowed in an expression",
-    "\\": "a backslash may only stand in a string, as \\\\, \\', \\\", \\n or \\t",
+    "\\": "a backslash is only allowed in a string, as \\\\, \\', \\\", \\n or \\t",
 }
 
 
@@ -77,15 +77,15 @@ def find_end(text: str, start: int) -> int:
             case "number" | "string":
                 _check_literal(kind, token, before, at)
             case "name" if token in _REFUSED or before == "number":
-                what = f"`{token}` is not allowed in an expression" if before != "number" else "this is no number"
+                what = f"`{token}` is not allowed in an expression" if before != "number" else "invalid number"
                 raise ExpressionError(what, at, found.end())
             case "open":
                 opened.append((_PAIRS[token], at))
                 if len(opened) > MAX_BRACKET_DEPTH:
-                    raise ExpressionError(f"more than {MAX_BRACKET_DEPTH} brackets within one another", at, at + 1)
+                    raise ExpressionError(f"more than {MAX_BRACKET_DEPTH} nested brackets", at, at + 1)
             case "close":
                 if not opened or opened.pop()[0] != token:
-                    raise ExpressionError(f"`{token}` closes nothing", at, at + 1)
+                    raise ExpressionError(f"`{token}` has no opening bracket", at, at + 1)
             case "end":
                 if opened:
                     raise ExpressionError("this bracket is never closed", opened[-1][1], opened[-1][1] + 1)
@@ -102,11 +102,11 @@ def _check_literal(kind: str, token: str, before: str, at: int) -> None:
     end = at + len(token)
     if kind == "number":
         if before in {"number", "name"}:
-            raise ExpressionError("this is no number", at, end)
+            raise ExpressionError("invalid number", at, end)
         if token.isdecimal() and token[0] == "0" and token.strip("0"):
             raise ExpressionError("a number is written without leading zeros", at, end)
     elif before == "name":
-        raise ExpressionError("strings take no prefix", at, end)
+        raise ExpressionError("strings cannot have a prefix", at, end)
     elif before == "string":
         raise ExpressionError("two strings side by side", at, end, "a comma or `+` is missing")
 
@@ -119,7 +119,7 @@ def _unreadable(text: str, start: int, at: int, limit: int) -> ExpressionError:
         hint = r"a string ends on its own line, and a backslash in it is followed by \, ', " + '", n or t'
         return ExpressionError("this string cannot be read", at, at + 1, hint)
     shown = found if found.isprintable() else ascii(found)[1:-1]
-    message = _REASONS.get(found, f"`{cut(shown)}` has no place in an expression")
+    message = _REASONS.get(found, f"`{cut(shown)}` is not allowed in an expression")
     return ExpressionError(message, at, at + 1, _HINTS.get(found))
 
 
@@ -216,7 +216,7 @@ def parse_expression(text: str, start: int, end: int) -> Expression:
         tree = ast.parse(f"({source})", mode="eval").body
     except SyntaxError as error:
         at = min(max(start + (error.offset or 2) - 2, start), end)
-        raise ExpressionError("this is no expression", at, min(at + 1, end)) from None
+        raise ExpressionError("invalid expression", at, min(at + 1, end)) from None
     except (MemoryError, RecursionError):
         raise _too_deep(start, end) from None
     compiler = _Compiler(source, start)
@@ -356,7 +356,7 @@ class _Compiler:
         """A call of one of `FUNCTIONS`, by its name and with as many arguments as it takes."""
         func, span = node.func, self.span(node)
         if not isinstance(func, ast.Name):
-            raise ExpressionError("only functions are called", *self.span(func))
+            raise ExpressionError("only functions can be called", *self.span(func))
         if func.id in _BOUND_CALLS:
             return self._bound_call(node, func.id, depth)
         if func.id not in FUNCTIONS:

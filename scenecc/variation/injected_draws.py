@@ -70,7 +70,7 @@ def convert_injected(rows: ArrayLike, wanted: DrawType, count: int) -> NDArray[A
         raise InjectedShapeError(f"must be of shape {(count, *wanted.shape)}, as the file declares, not {data.shape}")
     kind = _KINDS.get(data.dtype.kind)
     if kind is None:
-        raise InjectedDrawError(f"must be of {wanted.kind or 'numbers, flags or texts'}, not of other objects")
+        raise InjectedDrawError(f"must be of {wanted.kind or 'numbers, booleans or strings'}, not of other objects")
     if kind == "numbers":
         _check_finite(data)
     if wanted.kind == "integers" and kind == "numbers":

@@ -162,7 +162,7 @@ def scalar_text(value: Any, span: Span) -> str:
         return value
     if is_number(value):
         return repr(value)
-    raise ExpressionError(f"{kind_name(value)} cannot stand within a longer text", *span)
+    raise ExpressionError(f"{kind_name(value)} cannot be part of a longer string", *span)
 
 
 def as_lists(value: Any) -> Any:
@@ -256,9 +256,9 @@ def power(a: Any, b: Any, span: Span) -> Any:
     if not (is_number(a) and is_number(b)):
         raise _kinds_error("**", a, b, span)
     if a == 0 and b < 0:
-        raise ExpressionError("0 has no negative power", *span)
+        raise ExpressionError("0 cannot have a negative exponent", *span)
     if a < 0 and b != int(b):
-        raise ExpressionError("a negative number has whole powers only", *span)
+        raise ExpressionError("a negative number cannot have a fractional exponent", *span)
     if type(a) is int and type(b) is int and b > 0 and abs(a) > 1 and (abs(a).bit_length() - 1) * b >= MAX_INT_BITS:
         raise ExpressionError(f"the integer has more than {MAX_INT_BITS} bits", *span)
     if type(a) is int and type(b) is int and abs(a) <= 1 and abs(b) > 2:
@@ -338,10 +338,10 @@ def truth(value: Any, span: Span) -> bool:
 def shape_mismatch(given: Any, shape: tuple[int, ...], text: str) -> str | None:
     """What is wrong with the shape of a value, where one value or lists of numbers are wanted; `text`: what gave it."""
     if not shape:
-        return f"it gives {kind_name(given)} where one value is wanted" if type(given) in LISTS else None
+        return f"it gives {kind_name(given)} where one value is needed" if type(given) in LISTS else None
     wanted = " lists of ".join(map(str, shape)) + " numbers"
     if type(given) not in LISTS:
-        return f"it gives {kind_name(given)} where {wanted} are wanted"
+        return f"it gives {kind_name(given)} where {wanted} are needed"
     if has_shape(given, shape):
         return None
     repeated = len(given) > shape[0] and len(given) % shape[0] == 0 and "*" in text
@@ -393,7 +393,7 @@ def _number_function(name: str, apply: Callable[..., Any]) -> Callable[..., Any]
         except OverflowError:
             raise ExpressionError("the result is not a finite number", *span) from None
         except ValueError:
-            raise ExpressionError(f"`{name}` has no value for {arguments[0]!r}", *span) from None
+            raise ExpressionError(f"`{name}` is not defined for {arguments[0]!r}", *span) from None
 
     return run
 
@@ -403,7 +403,7 @@ def _extreme(name: str, apply: Callable[..., Any]) -> Callable[..., Any]:
         if len(arguments) == 1 and type(arguments[0]) in LISTS:
             arguments = list(arguments[0])
         if not arguments:
-            raise ExpressionError(f"`{name}` of nothing has no value", *span)
+            raise ExpressionError(f"`{name}` needs at least one number", *span)
         for argument in arguments:
             if not is_number(argument):
                 raise ExpressionError(

@@ -136,7 +136,7 @@ def test_hover_shows_size_and_mass(client, scene):
             break
     for part in ("entity `cube` (dynamic)", "mass 8 kg", "size 0.2 × 0.2 × 0.2 m"):
         assert part in told["contents"]["value"]
-    assert client.at("hover", scene, 4, 6)["contents"]["value"].startswith("In the world")
+    assert client.at("hover", scene, 4, 6)["contents"]["value"].startswith("Pose in the world")
     assert client.at("hover", scene, 6, 0) is None
 
 

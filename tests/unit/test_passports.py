@@ -190,7 +190,7 @@ CHANGES: dict[str, tuple[Callable[[Path], object], list[str]]] = {
     ),
     "broken include": (
         lambda folder: (folder / "parts/base.yaml").write_text(BASE + "seed: 3\n"),
-        ["SC931 `parts/base.yaml` differs: its SHA-256 was", "SC230 an included file has no `seed`"],
+        ["SC931 `parts/base.yaml` differs: its SHA-256 was", "SC230 an included file cannot have `seed`"],
     ),
     "lost mesh": (
         lambda folder: (folder / "bowl.obj").unlink(),

@@ -56,7 +56,7 @@ _FREE_ROOT_KEYS = ("linear_velocity", "angular_velocity")
 _FIXED = "a root that is fixed"
 _BODY = "a body: its file has no joints"
 _HINTS = {
-    (_BODY, "fix_root_link"): "say `fix_root_link: false`; a constraint of `type: weld` fastens the body to the world"
+    (_BODY, "fix_root_link"): "write `fix_root_link: false`; a constraint of `type: weld` fastens the body to the world"
 }
 _HINT_ENDS = {_FIXED: ", or set fix_root_link: false"}
 
@@ -77,7 +77,7 @@ def report_unused_keys(
         _report_unused(entity, _VISIBLE_KEYS, "an articulation without a visible shape", origin, sink)
     untouched = not any(body.collisions for body in bodies)
     if untouched:
-        _report_unused(entity, _COLLIDING_KEYS, "an articulation without a colliding shape", origin, sink)
+        _report_unused(entity, _COLLIDING_KEYS, "an articulation without a collision shape", origin, sink)
     if untouched and not any(body.visuals for body in bodies):
         _report_unused(entity, ("material",), "an articulation without a shape", origin, sink)
     linked = [structure for structure in structures if isinstance(structure, ArticulationStructure)]
@@ -95,17 +95,15 @@ def report_unused_keys(
         alone.remove("fix_root_link")
     _report_unused(entity, alone, _BODY, origin, sink)
     if not any(body.body_type == "dynamic" for body in bodies):
-        _report_unused(entity, _MOVING_KEYS, "a body that stands still", origin, sink)
+        _report_unused(entity, _MOVING_KEYS, "a body that cannot move", origin, sink)
 
 
 def warn_free_body(firsts: Iterable[tuple[DescribedRobot, ArticulationDraft]], sink: Sink) -> None:
     """Warns of files whose first robot is a free body, if `fix_root_link` is left out."""
     for robot, draft in firsts:
         if robot.body_type == "dynamic" and robot.fixed is None:
-            message = (
-                f"`{cut(draft.links[0].name)}` has no joint: it is a body that moves freely, and no root that is fixed"
-            )
-            hint = "say `fix_root_link: false` of it; a constraint of `type: weld` fastens it to the world"
+            message = f"`{cut(draft.links[0].name)}` has no joint: it is a free body without a fixed root"
+            hint = "write `fix_root_link: false`; a constraint of `type: weld` fastens it to the world"
             sink.report("SC525", message, draft.origin, hint=hint)
 
 
@@ -300,9 +298,7 @@ class ArticulationLowerer:
         if len(whole) < len(made):
             return []
         if found.pick is not None and any(one.constraints or one.pose != IDENTITY_POSE for one in whole):
-            message = (
-                "where files differ from scene to scene, they have no welds and connections, and no pose of the root"
-            )
+            message = "files that differ from scene to scene cannot have welds, connections or a pose of the root"
             hint = "declare an entity for each file, with `scene_idxs` of its own"
             self._sink.report("SC327", message, origin, at="key", hint=hint)
             return []
@@ -331,8 +327,10 @@ class ArticulationLowerer:
         place = one.places[key]
         if others or robot.body_type in {"static", "kinematic"}:
             what = f"{len(others) + 1} robots or bodies" if others else "a body that does not move"
-            hint = "write what is attached into a file of its own, with a joint or a `<freejoint/>` in it"
-            self._sink.report("SC336", f"this file holds {what}, and `attach` joins articulations", place, hint=hint)
+            hint = "write the part into a file of its own, with a joint or a `<freejoint/>`"
+            self._sink.report(
+                "SC336", f"this file contains {what}, but `attach` needs one articulation", place, hint=hint
+            )
             return None
         if "to" in keys.model_fields_set:
             self._drop_root_motion(robot, place)
@@ -345,10 +343,10 @@ class ArticulationLowerer:
         """Notes what the file of a part says of its root."""
         where = place if robot.location is None else place.into(robot.location)
         if robot.fixed is False:
-            message = "the free joint of this root is left out: the root is attached to `to`"
+            message = "the free joint of this root is ignored: the root is attached to `to`"
             self._sink.report("SC337", message, where)
         if robot.pose != IDENTITY_POSE:
-            message = "the pose of this root is left out: `pose` or `joint` of the part says where it is attached"
+            message = "the pose of this root is ignored: `pose` or `joint` of the part replaces it"
             self._sink.report("SC337", message, where)
 
     def _file(
@@ -380,8 +378,8 @@ class ArticulationLowerer:
         """One structure for each way in which a file is read."""
         kinds = {robots[0][0].body_type is None for robots in drafts}
         if len(kinds) > 1 or any(len(robots) > 1 or robots[0][0].pose != IDENTITY_POSE for robots in drafts):
-            message = "where scenes differ, each file must hold one articulation, or each one body"
-            hint = "several robots of one file are entities of their own"
+            message = "if files differ from scene to scene, each must contain one articulation, or each one body"
+            hint = "declare the robots of such a file as separate entities"
             self._sink.report("SC327", message, origin, hint=hint)
             return []
         self._warn_of_free_root(drafts, work.entity)
@@ -546,8 +544,10 @@ class ArticulationLowerer:
         number = self._next_id
         self._next_id += 1
         if number == COLLISION_ID_BITS + 1:
-            message = f"PhysX tells {number} articulations apart whose links ignore one another, and this is one more"
-            hint = "leave out `disable_self_collisions`, or the SRDF, of some"
+            message = (
+                f"PhysX can distinguish {number} articulations whose links ignore one another, and this is one more"
+            )
+            hint = "remove `disable_self_collisions` or the SRDF of some of them"
             self._sink.report("SC519", message, work.origin, at="key", hint=hint)
         # Of those that are one too many the scene is not built.
         self._shared[id(entity)] = number if number <= COLLISION_ID_BITS else 0
@@ -595,9 +595,9 @@ def _warn_ignored_pairs_collide(
         (first, second), count = pairs[0], len({frozenset(pair) for pair in pairs}) - 1
         names = f"`{cut(draft.links[first].name)}` and `{cut(draft.links[second].name)}`"
         more = f", and {count} other pair{'s' if count > 1 else ''}" if count else ""
-        message = f"by these bits {names}{more} collide, which are to ignore one another"
-        hint = "say `collision_group` instead, which keeps what is ignored, or give all of them a bit in common"
-        related = [("are to ignore one another", _ignore_origin(first, second, draft, whole), "value")]
+        message = f"with these bits {names}{more} collide, but should ignore one another"
+        hint = "write `collision_group` instead, which keeps ignored pairs, or give all of them a common bit"
+        related = [("should ignore one another", _ignore_origin(first, second, draft, whole), "value")]
         sink.report("SC524", message, place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
 
 

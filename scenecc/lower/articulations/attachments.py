@@ -80,7 +80,7 @@ class ArticulationAssembler:
         for name, part in keys.attach.items():
             place = origin.child("attach", name)
             if part.fix_root_link is not None:
-                message = "`fix_root_link` of a part is left out: its root is attached to `to`"
+                message = "`fix_root_link` of a part is ignored: its root is attached to `to`"
                 self._sink.report("SC337", message, place.child("fix_root_link"), at="key")
             added = self.assemble(part, place, one.parts[name])
             whole = None
@@ -107,7 +107,9 @@ class ArticulationAssembler:
         for link in draft.links:
             mimic = None if link.joint is None else link.joint.mimic
             if link.joint is not None and mimic is not None and mimic.source not in joints:
-                message = f"`{cut(link.joint.name)}` follows `{cut(mimic.source)}`, which is no joint of the same part"
+                message = (
+                    f"`{cut(link.joint.name)}` follows `{cut(mimic.source)}`, which is not a joint of the same part"
+                )
                 hint = suggest_name(mimic.source, sorted(joints), self._sink)
                 self._sink.report("SC521", message, mimic.origin, hint=hint)
                 good = False
@@ -119,7 +121,7 @@ class ArticulationAssembler:
         for key in ("qpos", "qvel"):
             written = getattr(keys, key, None)
             if written is not None and written.__class__ is not dict:
-                message = f"`{key}` is a mapping by joint name where there is `attach`"
+                message = f"`{key}` must be a mapping by joint name if there is `attach`"
                 hint = f"`{key}: {{JOINT: 0.1, PART/JOINT: 0.2}}`: the order of a list changes with the parts"
                 self._sink.report("SC325", message, origin.child(key), hint=hint)
                 good = False
@@ -157,7 +159,7 @@ class ArticulationAssembler:
         if name in names:
             return names.index(name)
         hint = suggest_name(name, names, self._sink)
-        message = f"what this is attached to has no link `{cut(name)}`"
+        message = f"this is attached to an articulation without the link `{cut(name)}`"
         self._sink.report("SC331", message, place, hint=hint)
         return None
 
@@ -173,8 +175,8 @@ class ArticulationAssembler:
             else:
                 known = self._trees.joint(part.joint, place.child("joint"), self._fields)
                 if known.mimic is not None:
-                    message = "the joint of a part follows no other joint: those of the part hang on it"
-                    hint = "leave `mimic` out, and drive both joints"
+                    message = "the joint of a part cannot follow another joint"
+                    hint = "remove `mimic`, and drive both joints"
                     self._sink.report("SC521", message, known.mimic.origin, hint=hint)
             self._joints[id(part)] = known
         return known
@@ -183,7 +185,7 @@ class ArticulationAssembler:
         """Whether no link or joint has the name of another one; otherwise that is reported."""
         if len(links) + len(added) > MAX_LINKS:
             message = f"with this part there are {len(links) + len(added)} links, and PhysX holds {MAX_LINKS}"
-            hint = "make one link of links that are fixed to one another"
+            hint = "merge links that are fixed to one another"
             self._sink.report("SC519", message, place, at="key", hint=hint)
             return False
         for names in (_link_names, _joint_names):
@@ -194,8 +196,8 @@ class ArticulationAssembler:
         return True
 
     def _report_double(self, name: str, place: Origin) -> bool:
-        hint = "give the part another `prefix`, or leave `prefix` out"
-        message = f"`{cut(name)}` is already the name of a link, joint or constraint of the whole"
+        hint = "give the part another `prefix`, or remove `prefix`"
+        message = f"`{cut(name)}` is already the name of a link, joint or constraint of the articulation"
         self._sink.report("SC326", message, place, at="key", hint=hint)
         return False
 
@@ -222,7 +224,7 @@ class ArticulationAssembler:
             joined = replace(joined, ignored={})
         if len(sets) > MAX_SETS:
             message = f"links that ignore one another need {len(sets)} bits with this part, and SAPIEN has {MAX_SETS}"
-            hint = "leave out pairs that never meet, or say `disable_self_collisions: true` with `srdf: none`"
+            hint = "remove pairs that never touch, or write `disable_self_collisions: true` with `srdf: none`"
             self._sink.report("SC336", message, place, at="key", hint=hint)
             return None
         bits = [0] * len(links)

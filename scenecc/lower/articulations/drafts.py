@@ -219,7 +219,7 @@ class LinkTreeDrafter:
     def _link(self, link: TreeLink, origin: Origin, parent: int | None, fields: FieldLowerer) -> DraftLink:
         joint = None
         if parent is None and link.joint is not None:
-            where = "on the root, which hangs on nothing: `fix_root_link` fixes it"
+            where = "on the root, which has no parent: `fix_root_link` fixes it"
             report_unused_key("joint", where, origin, self._sink)
         elif parent is not None and link.joint is None:
             self._sink.report("SC102", f"the link `{link.name}` lacks the key `joint`", origin, at="key")
@@ -239,7 +239,7 @@ class LinkTreeDrafter:
             return
         for key in _COLLIDING_KEYS if link.visuals else (*_COLLIDING_KEYS, "material"):
             if getattr(link, key) is not None:
-                shape = "shape" if key == "material" else "colliding shape"
+                shape = "shape" if key == "material" else "collision shape"
                 report_unused_key(key, f"on a link without a {shape}", origin, self._sink)
 
     def _lower_shapes(
@@ -274,7 +274,7 @@ class LinkTreeDrafter:
             place = origin.child("mimic")
             if not name:
                 message = "a joint that follows another lacks the key `name`"
-                self._sink.report("SC102", message, origin, hint="it is known by its name, as the one that it follows")
+                self._sink.report("SC102", message, origin, hint="other joints are found by name too")
             multiplier = fields.optional(joint.mimic.multiplier, field_type("Mimic.multiplier"), place, "multiplier")
             offset = fields.optional(joint.mimic.offset, field_type("Mimic.offset"), place, "offset")
             mimic = DraftMimic(joint.mimic.joint, multiplier or literal(1.0), offset or literal(0.0), place)
@@ -511,12 +511,12 @@ class _KeyAlternatives:
 
     def _misfit(self, given: Any, value: Any, place: Origin, fields: FieldLowerer) -> None:
         if value is not None:
-            message = f"this expression gives {show(given)}, and it must be {self._kind.bounds.requirement(value)}"
+            message = f"this expression gives {show(given)}, but it must be {self._kind.bounds.requirement(value)}"
             fields.sink.report("SC513", message, place)
             return
         wanted = "a name" if self._kind is _TEXT_TYPE else _TYPE_WORDS[self._kind.dtype]
         code = "SC317" if self._kind is _TEXT_TYPE else "SC515"
-        fields.sink.report(code, f"this expression gives {show(given)}, and {wanted} is wanted", place)
+        fields.sink.report(code, f"this expression gives {show(given)}, but {wanted} is needed", place)
 
 
 class _Combinations:

@@ -161,7 +161,7 @@ class InitialStateLowerer:
         # Limits the wrong way round are another rule's.
         if limits is not None and low <= high and not low <= 0 <= high and not self._quiet:
             nearest = high if high < 0 else low
-            message = f"`{cut(joint.name)}` starts at its limit {nearest:g}, for it cannot start at 0"
+            message = f"`{cut(joint.name)}` starts at its limit {nearest:g}, because 0 is outside the limits"
             place = self._origin.child("qpos") if told else self._origin
             hint = f"give it a position: `qpos: {{{joint.name}: …}}`"
             # One entity, and one thing to mend: the other joints are counted.
@@ -226,11 +226,11 @@ class InitialStateLowerer:
             angle := min(map(suspect_degrees, numbers), default=0.0)
         ):
             return
-        hint = "positions are radians: `${radians(90)}` is 90 degrees; if it is meant, say `beyond_limits: true`"
+        hint = "positions are radians: `${radians(90)}` is 90 degrees; if this is intended, write `beyond_limits: true`"
         warn_large_angle(angle, place, self._sink, hint=hint)
 
     def _report_outside_limits(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
-        """Reports the first position that is outside of its limits."""
+        """Reports the first position that is outside its limits."""
         limits = joint.limits
         if self._beyond_limits or limits is None or not limits.known:
             # With drawn limits, the rows decide whether it is outside.
@@ -241,8 +241,8 @@ class InitialStateLowerer:
         row, at, low, high = found
         several = max(len(limits.numbers()) // 2, len(positions)) > 1
         scene = f" in scene {self._fields.scenes[row]}" if several else ""
-        message = f"`{cut(joint.name)}` starts at {at:g}{scene}, outside of its limits [{low:g}, {high:g}]"
-        hint = "positions are radians, or metres of a prismatic joint"
+        message = f"`{cut(joint.name)}` starts at {at:g}{scene}, outside its limits [{low:g}, {high:g}]"
+        hint = "positions are radians, or metres for a prismatic joint"
         self._sink.report("SC517", message, place, hint=hint)
 
 
@@ -355,14 +355,16 @@ class JointNumbers:
                 found[numbers[name]] = self._read_value(item, place)
             elif name not in self.others:
                 hint = names_hint(self.names, name)
-                self.sink.report("SC325", f"no joint `{cut(name)}` moves here", place.origin, at="key", hint=hint)
+                self.sink.report(
+                    "SC325", f"there is no moving joint `{cut(name)}` here", place.origin, at="key", hint=hint
+                )
         return found
 
     def _misfit(self, written: Any, key: str, origin: Origin) -> bool:
         """Whether some list has another length, or is a mapping where only a list is allowed, which is reported."""
         for found, place in _lists(written):
             if found.__class__ is dict:
-                message = f"alternatives of `{key}` are lists: names cannot stand for one"
+                message = f"alternatives of `{key}` must be lists, not mappings by name"
                 hint = f"write the form for each joint: `{key}: {{JOINT: {{choice: [0, 1]}}}}`"
                 self.sink.report("SC321", message, origin.child(*place), hint=hint)
                 return True

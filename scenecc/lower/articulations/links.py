@@ -134,10 +134,8 @@ class LinkLowerer:
             return None, given
         mass = values.of(nearest, "mass", _MASS_TYPE)
         if not dense and link.inertial is None:
-            message = (
-                f"`{cut(link.name)}` has no colliding shape and no inertia, so there is nothing that `mass` could scale"
-            )
-            hint = "give it `shapes` or `collisions`, or `inertial` in place of `mass`"
+            message = f"`{cut(link.name)}` has no collision shape and no inertia, so `mass` has nothing to scale"
+            hint = "give it `shapes` or `collisions`, or `inertial` instead of `mass`"
             self._sink.report("SC510", message, nearest[1].child("mass"), hint=hint)
         return (mass, None) if link.inertial is None else (None, _scaled_inertial(link.inertial, mass, values))
 
@@ -147,7 +145,7 @@ class LinkLowerer:
         if moments and 2 * max(moments) > sum(moments) * (1 + 1e-9):
             self._sink.report(
                 "SC506",
-                f"no body has the inertia of `{cut(link.name)}`: one moment is above the sum of the others",
+                f"the inertia of `{cut(link.name)}` is impossible: one moment exceeds the sum of the others",
                 layer[1].child("inertial", "inertia"),
                 hint="each of ixx, iyy, izz is at most the sum of the other two",
             )
@@ -315,9 +313,7 @@ class DriveTargetCheck:
         scene = f" in scene {self._fields.scenes[row]}" if several else ""
         pulls = "pulls" if certain else "may pull"
         message = f"the drive of `{cut(joint.name)}` {pulls} to {at:g}{scene}, beyond its limits [{low:g}, {high:g}]"
-        hint = (
-            "positions are radians, or metres of a prismatic joint; to press against a limit, say `beyond_limits: true`"
-        )
+        hint = "positions are radians, or metres for a prismatic joint; `beyond_limits: true` allows the target"
         self._sink.report("SC523", message, place, hint=hint)
 
 

@@ -107,12 +107,12 @@ class PatternOverrides:
 
     def _report_too_many(self) -> None:
         message = f"matching the patterns with the names of links and joints takes more than {MOST_MATCHING} steps"
-        self._sink.report("SC323", message, self._origin, at="key", hint="name several links or joints by one pattern")
+        self._sink.report("SC323", message, self._origin, at="key", hint="use one pattern for several links or joints")
 
     def _report_unmatched(self, pattern: str, what: str, names: Sequence[str], *, still: bool, origin: Origin) -> None:
         message = f"`{cut(pattern)}` matches no {what}"
         if still:
-            message += ": what it matches is fixed"
+            message += ": it matches only fixed joints"
         self._sink.report("SC324", message, origin, at="key", hint=names_hint(names, pattern))
 
 
@@ -120,7 +120,7 @@ def names_hint(names: Sequence[str], wrong: str) -> str:
     """A hint with the names that there are, the one that was probably meant first."""
     known = [name for name in names if name]
     if not known:
-        return "there is none that has a name"
+        return "none of them has a name"
     near = nearest(wrong, known)
     shown = ", ".join(f"`{cut(name)}`" for name in known[:_SHOWN])
     rest = f" and {len(known) - _SHOWN} more" if len(known) > _SHOWN else ""

@@ -354,7 +354,7 @@ def test_a_name_in_a_form_is_found(expanded: Expander) -> None:
 def test_what_is_inside_of_what_is_removed_is_not_overridden(expanded: Expander) -> None:
     text = "entities: {work: {use: work.yaml, override: {inner: remove, cameras/eye: remove, inner/cube: {mass: 2}}}}"
     found = expanded.one(text, FILES)
-    assert (found.code, found.message) == ("SC243", "`inner/cube` is inside of what is removed")
+    assert (found.code, found.message) == ("SC243", "`inner/cube` is inside an object that is removed")
 
 
 @pytest.mark.parametrize(
@@ -384,7 +384,7 @@ def test_one_name_for_two_things(expanded: Expander) -> None:
     }
     found = expanded.one("entities: {a: {use: p.yaml, override: {lights/cube: {mass: 1}}}}", files)
     assert found.code == "SC243"
-    assert found.message == "`lights/cube` names two things inside the prefab: one of `entities` and one of `lights`"
+    assert found.message == "`lights/cube` names two objects inside the prefab, one in `entities` and one in `lights`"
 
 
 def test_an_expression_may_remove(expanded: Expander) -> None:

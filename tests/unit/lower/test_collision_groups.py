@@ -106,8 +106,8 @@ def test_bits_by_which_links_collide_that_ignore_one_another_are_told_with_both_
     (found,) = validate(data)
     assert (found.code, found.severity, found.path) == ("SC524", "warning", "entities.arm.links.l1.collision_bits")
     # The root is its parent, with which it collides never.
-    assert found.message == "by these bits `l1` and `l0`, and 1 other pair collide, which are to ignore one another"
-    assert [note.message for note in found.related] == ["are to ignore one another"]
+    assert found.message == "with these bits `l1` and `l0`, and 1 other pair collide, but should ignore one another"
+    assert [note.message for note in found.related] == ["should ignore one another"]
 
 
 KEPT = {
@@ -131,7 +131,7 @@ def test_another_id_parts_what_shares_a_bit_and_a_pattern_is_told_once() -> None
     data = articulation_scene({"l[12]": {"collision_bits": [1, 1, ALL, 7]}}, disable_self_collisions=True)
     ((code, path, message),) = told(data)
     assert (code, path) == ("SC524", 'entities.arm.links["l[12]"].collision_bits')
-    assert message.startswith("by these bits `l1` and `l0`, and 1 other pair collide")
+    assert message.startswith("with these bits `l1` and `l0`, and 1 other pair collide")
 
 
 def test_a_link_that_touches_nothing_is_none_of_them() -> None:
@@ -161,7 +161,7 @@ def of_a_file(folder: Path, **keys: str) -> list[Diagnostic]:
 
 def test_of_an_srdf_the_pair_is_shown(tmp_path: Path) -> None:
     (found,) = of_a_file(tmp_path, l3="collision_bits: [1, 1, 0, 0]")
-    assert found.message == "by these bits `l3` and `l2` collide, which are to ignore one another"
+    assert found.message == "with these bits `l3` and `l2` collide, but should ignore one another"
     assert (found.line, found.column) == (7, 28)
     (note,) = found.related
     assert (str(note.location.file).endswith("pairs.srdf"), note.location.line) == (True, 4)
@@ -196,7 +196,7 @@ def test_more_articulations_than_the_fourth_integer_tells_apart_are_told_once(mo
         return {"scenecc": 1, "entities": {**free, **arms}}
 
     assert told(of(3)) == []
-    message = "PhysX tells 3 articulations apart whose links ignore one another, and this is one more"
+    message = "PhysX can distinguish 3 articulations whose links ignore one another, and this is one more"
     assert told(of(5)) == [("SC519", "entities.arm3", message)]
     bits = [entity.structures[0].bodies[0].collision_groups for entity in compile_scene(of(3)).entities]
     assert [None if groups is None else groups.numbers() for groups in bits] == [

@@ -82,8 +82,8 @@ def test_a_link_of_robots_that_differ_is_in_all_of_them(tmp_path: Path) -> None:
         ("bal", "SC330", "there is no entity `bal`", "did you mean `ball`?"),
         ("ball/hand", "SC331", "`ball` is a body and has no links", None),
         ("arm/hadn", "SC331", "no link of `arm` is called `hadn`", "did you mean `hand`?"),
-        ("either/claw", "SC331", "not every robot that `either` may be has a link `claw`", "known here: base, hand"),
-        ("some", "SC311", "`some` is not in scene 1, and this is", "write the `scene_idxs` of `some` here too"),
+        ("either/claw", "SC331", "not every robot of `either` has a link `claw`", "known here: base, hand"),
+        ("some", "SC311", "`some` is not in scene 1, but this is", "write the `scene_idxs` of `some` here too"),
     ],
 )
 def test_a_mistake_is_told_at_the_name(mount: str, code: str, words: str, hint: str | None, tmp_path: Path) -> None:

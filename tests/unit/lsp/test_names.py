@@ -189,7 +189,7 @@ def test_hover_describes_keys_names_and_parameters(tmp_path):
         return found.text, found.entity
 
     assert told("body_type")[0].startswith("dynamic: moved by forces")
-    assert told("hidden")[0].startswith("Whether cameras of the file do not see it")
+    assert told("hidden")[0].startswith("true: hidden from cameras of the file")
     assert told("  bulb") == ("entity `bulb`", "bulb")
     assert told("desk/top") == ("entity `desk/top` — table.yaml", "desk/top")
     assert told("relative_to: lamp") == ("entity `lamp` — part.yaml", "lamp")

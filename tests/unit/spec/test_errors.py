@@ -194,4 +194,4 @@ def test_the_normal_of_a_plane_is_no_form() -> None:
 def test_one_size_of_a_box_is_told_that_it_has_three(given: Any) -> None:
     found = only({"entities": {"box": {"shapes": [{"type": "box", "half_size": given}]}}})
     assert found.code == ("SC106" if isinstance(given, list) else "SC103")
-    assert found.hint == "one number an axis: [x, y, z]"
+    assert found.hint == "one number for each axis: [x, y, z]"

@@ -100,7 +100,7 @@ def test_a_draw_without_a_value_is_missed_only_where_it_is_read() -> None:
     batch = Batch(np.arange(2), 0, 2, draws, {})
     assert batch.evaluate(Cycled((0.0, Shared("next")))).tolist() == [0.0, 8.0]
     for _ in range(2):
-        with pytest.raises(DrawError, match="nothing is given") as caught:
+        with pytest.raises(DrawError, match="no value is given") as caught:
             batch.evaluate(Shared("next"))
         assert caught.value.scene == 0
 

@@ -104,7 +104,7 @@ def test_several_joints_that_start_at_a_limit_are_one_warning() -> None:
         "crab": {"root": {"name": "base", "shapes": BALL, "children": [leg("a"), leg("b")]}, "qpos": {"to_a": 0.6}},
     }
     found = validate({"scenecc": 1, "entities": entities})
-    starts = "starts at its limit 0.5, for it cannot start at 0"
+    starts = "starts at its limit 0.5, because 0 is outside the limits"
     assert [(one.code, one.path, one.message) for one in found] == [
         ("SC518", "entities.spider", f"`to_a` {starts} (and 2 others like it)"),
         ("SC518", "entities.crab.qpos", f"`to_b` {starts}"),
