@@ -302,7 +302,7 @@ class PlacementLowerer:
             for entity, place in _read_entities(one) if fixed[name] else ():
                 moving = not fixed[owner[entity]] if entity in owner else self._moves_at_reset(entity)
                 if moving:
-                    message = f"`{cut(name)}` cannot move after it is built, but a reset moves `{other}`"
+                    message = f"`{cut(name)}` cannot move after it is built, but a reset moves `{entity}`"
                     self._sink.report("SC351", message, place, hint="give one of them another `body_type`")
         if self._reports_circle(reads):
             return ()
