@@ -106,7 +106,7 @@ def check_samples(deferred: DeferredCheck, fields: FieldLowerer) -> None:
 
         deferred.value.drop_samples()
         if len(outside) == len(rows):
-            message = f"this expression gives {_span(rows)}, and it must be {wrong}"
+            message = f"this expression gives {_span(rows)}, but it must be {wrong}"
             fields.sink.report("SC513", message, deferred.origin)
             return
         scene, seed = sample_of(outside[0], deferred.scenes)

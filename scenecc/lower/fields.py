@@ -174,7 +174,7 @@ class FieldLowerer:
         types, words = _VALUE_TYPES[kind.dtype]
         for row, one in enumerate(found.tolist()):
             if not kind.shape and type(one) not in types:
-                raise batch.error(f"this expression gives {cut(show(one))}, and {words} is wanted", row, node)
+                raise batch.error(f"this expression gives {cut(show(one))}, but {words} is needed", row, node)
         raise batch.error(f"this is not {_described_type(kind)}", 0, node)
 
     def inside(self, scope: str) -> FieldLowerer:

@@ -147,7 +147,7 @@ def _warn_of_kept(names: Sequence[str]) -> None:
     if names:
         shown = ", ".join(names[:_SHOWN]) + (", …" if len(names) > _SHOWN else "")
         message = f"a reset draws these again, but on a GPU they stay as built: {shown}"
-        warnings.warn(f"{message}. Write `{{once: …}}` around their forms if that is meant", stacklevel=2)
+        warnings.warn(f"{message}. Write `{{once: …}}` around their forms if that is intended", stacklevel=2)
 
 
 _SHOWN = 10

@@ -44,18 +44,18 @@ def box(half_size: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        (box("${r}"), "it gives a number where 3 numbers are wanted"),
+        (box("${r}"), "it gives a number where 3 numbers are needed"),
         (box("${[r, r]}"), "it gives a list that is not 3 numbers"),
         (box("${v}"), "it gives a list that is not 3 numbers"),
-        (box("${which}"), "it gives a string where 3 numbers are wanted"),
-        (box(["${v}", 1, 1]), "it gives a list where one value is wanted"),
-        ({"pose": {"p": "${scene}"}}, "it gives a number where 3 numbers are wanted"),
-        ({"mass": "${which}"}, "this expression gives 'b', and a number is wanted"),
-        ({"mass": "${r > 0.15}"}, "this expression gives true, and a number is wanted"),
-        ({"gravity": "${die + 1}"}, "it gives 3, which means nothing here"),
-        ({"color": "${r}"}, "it gives 0.17967091834200766, which means nothing here"),
-        ({"gravity": "${z}"}, "it gives 0.4107852794476545, which means nothing here"),
-        ({"solver_position_iterations": "${which}"}, "this expression gives 'b', and an integer is wanted"),
+        (box("${which}"), "it gives a string where 3 numbers are needed"),
+        (box(["${v}", 1, 1]), "it gives a list where one value is needed"),
+        ({"pose": {"p": "${scene}"}}, "it gives a number where 3 numbers are needed"),
+        ({"mass": "${which}"}, "this expression gives 'b', but a number is needed"),
+        ({"mass": "${r > 0.15}"}, "this expression gives true, but a number is needed"),
+        ({"gravity": "${die + 1}"}, "it gives 3, which is not valid here"),
+        ({"color": "${r}"}, "it gives 0.17967091834200766, which is not valid here"),
+        ({"gravity": "${z}"}, "it gives 0.4107852794476545, which is not valid here"),
+        ({"solver_position_iterations": "${which}"}, "this expression gives 'b', but an integer is needed"),
         (box("${v * 2}"), "it gives a list that is not 3 numbers"),
     ],
     ids=str,
@@ -67,14 +67,14 @@ def test_a_value_of_another_kind_is_an_error(body: dict[str, Any], message: str)
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ({"color": "${'#ff0000' if r > 0.15 else 'reddish'}"}, "it gives 'reddish', which means nothing here"),
-        ({"color": "${'#ff0000' if which == 'a' else 'reddish'}"}, "it gives 'reddish', which means nothing here"),
+        ({"color": "${'#ff0000' if r > 0.15 else 'reddish'}"}, "it gives 'reddish', which is not valid here"),
+        ({"color": "${'#ff0000' if which == 'a' else 'reddish'}"}, "it gives 'reddish', which is not valid here"),
         (
             {"color": {"choice": ["#ffffff", "${'red' if r > 1 else 'rot'}"]}},
-            "it gives 'rot', which means nothing here",
+            "it gives 'rot', which is not valid here",
         ),
-        (box("${[r, r, r] if n > 0 else r}"), "it gives a number where 3 numbers are wanted"),
-        (box("${[die, die, die] if die > 1 else die}"), "it gives a number where 3 numbers are wanted"),
+        (box("${[r, r, r] if n > 0 else r}"), "it gives a number where 3 numbers are needed"),
+        (box("${[die, die, die] if die > 1 else die}"), "it gives a number where 3 numbers are needed"),
     ],
     ids=str,
 )
@@ -120,16 +120,16 @@ def test_what_is_rarer_than_the_samples_is_an_error_of_the_build() -> None:
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ({"mass": "${r - 0.5}"}, "this expression gives about -0.399972 to -0.300054, and it must be above 0"),
-        ({"mass": "${-die}"}, "this expression gives about -6 to -1, and it must be above 0"),
-        ({"mass": "${die * 0}"}, "this expression gives 0, and it must be above 0"),
+        ({"mass": "${r - 0.5}"}, "this expression gives about -0.399972 to -0.300054, but it must be above 0"),
+        ({"mass": "${-die}"}, "this expression gives about -6 to -1, but it must be above 0"),
+        ({"mass": "${die * 0}"}, "this expression gives 0, but it must be above 0"),
         (
             box("${[0.5, 0.5, -r]}"),
-            "this expression gives about [0.5, 0.5, -0.199946] to [0.5, 0.5, -0.100028], and it must be above 0",
+            "this expression gives about [0.5, 0.5, -0.199946] to [0.5, 0.5, -0.100028], but it must be above 0",
         ),
         (
             {"material": {"physical": {"restitution": "${1 + r}"}}},
-            "this expression gives about 1.10003 to 1.19995, and it must be at most 1",
+            "this expression gives about 1.10003 to 1.19995, but it must be at most 1",
         ),
         ({"mass": "${2 - scene}"}, "in scene 2 this is 0: it must be above 0"),
         ({"mass": "${1 if scene < 7 else -1}"}, "in scene 7 this is -1: it must be above 0"),
@@ -146,17 +146,17 @@ def test_numbers_that_are_all_out_of_range_are_an_error(body: dict[str, Any], me
         ({"mass": "${1 / z}"}, [("SC514", "this is -1.20435: it must be above 0")]),
         ({"pose": ["${1 / z}", 0, 0]}, []),
         ({"mass": "${1 / (die - 3) + 9}"}, [("SC516", "this has no value: division by zero")]),
-        ({"mass": "${1 + sqrt(z)}"}, [("SC516", "this has no value: `sqrt` has no value for -0.8303218561796184")]),
+        ({"mass": "${1 + sqrt(z)}"}, [("SC516", "this has no value: `sqrt` is not defined for -0.8303218561796184")]),
         (
             {"mass": "${[1, 2][die - 1]}"},
             [("SC516", "this has no value: index 3 is out of range: the list has 2 items")],
         ),
         (
             {"mass": "${sqrt(r - 1)}"},
-            [("SC202", "this has no value, whatever is drawn: `sqrt` has no value for -0.8203290816579923")],
+            [("SC202", "this has no value, whatever is drawn: `sqrt` is not defined for -0.8203290816579923")],
         ),
         ({"mass": "${1 / (scene - 3) + 9}"}, [("SC202", "in scene 3: division by zero")]),
-        ({"pose": ["${sqrt(5 - scene)}", 0, 0]}, [("SC202", "in scene 6: `sqrt` has no value for -1")]),
+        ({"pose": ["${sqrt(5 - scene)}", 0, 0]}, [("SC202", "in scene 6: `sqrt` is not defined for -1")]),
         ({"mass": "${1 / (scene - 8) + 9}"}, []),
         ({"mass": "${1 / z + 9 if z > 0.5 else 1}"}, []),
         ({"mass": "${z + 0.1 if z > 0 else 0.1}"}, []),
@@ -208,7 +208,7 @@ def test_one_expression_in_many_places_is_sampled_once() -> None:
         ("${r[0]}", "a number has no items"),
         ("${len(r)}", "`len` takes a list or a string, not a number"),
         ("${1 if v else 2}", "a condition is a boolean or a number, not a list"),
-        ("x_${v}", "a list cannot stand within a longer text"),
+        ("x_${v}", "a list cannot be part of a longer string"),
     ],
 )
 def test_what_cannot_be_done_with_kinds_of_values_is_told_of_a_draw(expression: str, message: str) -> None:
@@ -415,11 +415,11 @@ def test_a_matrix_is_given_whole_or_by_rows() -> None:
 @pytest.mark.parametrize(
     ("matrix", "message"),
     [
-        ("${scene}", "in scene 0: it gives a number where 4 lists of 4 numbers are wanted"),
+        ("${scene}", "in scene 0: it gives a number where 4 lists of 4 numbers are needed"),
         ("${[[scene]]}", "in scene 0: it gives a list that is not 4 lists of 4 numbers"),
         (
             ["${scene}", [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
-            "in scene 0: it gives a number where 4 numbers are wanted",
+            "in scene 0: it gives a number where 4 numbers are needed",
         ),
     ],
     ids=str,

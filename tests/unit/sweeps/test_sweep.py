@@ -99,7 +99,6 @@ def test_draws_have_the_names_of_the_file() -> None:
         "toy.variants[0].shapes[0].half_size",
         "toy.variants[1].shapes[0].radius",
         "arm.links.right.shapes[0].radius",
-        "arm.links.right.joint.qpos",
         "arm.mimics.follow.multiplier",
     }
 

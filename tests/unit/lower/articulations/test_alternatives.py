@@ -174,7 +174,7 @@ def test_what_cannot_be(folder: Path, robot: str, code: str, key: str) -> None:
 
 def test_a_range_is_refused_with_what_can_be_written(folder: Path) -> None:
     (fault,) = found(folder, "urdf: one.urdf, scale: {uniform: [0.5, 1]}")
-    assert fault.message == "the values that this gives cannot be determined"
+    assert fault.message == "this gives more than 64 values"
     assert fault.hint == "each value is a structure of its own: write them in a `choice`"
 
 
