@@ -237,8 +237,8 @@ def _format_reset(recipe: Node | None, plan: ScenePlan) -> str:
     found = BoundsAnalysis(dict(plan.draws), {}, plan.num_scenes).bounds(recipe)
     if is_any_rotation(found):
         return "any rotation at reset"
-    within = "" if found.exact or found.alternatives is not None or found.low is None else "within "
-    return f"{within}{format_value_bounds(found)} at reset"
+    about = "" if found.exact or found.alternatives is not None or found.low is None else "about "
+    return f"{about}{format_value_bounds(found)} at reset"
 
 
 def to_tuples(item: Any) -> Any:

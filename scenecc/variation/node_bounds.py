@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -200,6 +201,16 @@ def _translated(poses: tuple[Any, ...]) -> Any:
     return (*(a + b for a, b in zip(outer[:3], inner[:3], strict=True)), *inner[3:])
 
 
+def _computed(analysis: BoundsAnalysis, node: nodes.Computed) -> ValueBounds:
+    name = node.template.text.removeprefix("${").removesuffix("}").strip()
+    draw = node.draws_by_name.get(name)
+    if draw is None:
+        return analysis.sampled(node)
+    # Of a draw by its name the ends are known. They are not exact, since other values may read the same draw.
+    found = analysis.shared(draw)
+    return replace(found if node.shape is None else _shaped(found, node.shape), exact=False)
+
+
 def _affine_clamp(analysis: BoundsAnalysis, node: nodes.AffineClamp) -> ValueBounds:
     of = analysis.item(node.of)
     parts = [
@@ -257,7 +268,7 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     nodes.Drawn: _drawn,
     nodes.RandomRotated: lambda _analysis, _node: _ANY_ROTATION,
     nodes.Stacked: _stacked,
-    nodes.Computed: BoundsAnalysis.sampled,
+    nodes.Computed: _computed,
     nodes.Converted: _converted,
     nodes.Shared: lambda analysis, node: analysis.shared(node.name),
     nodes.Placed: lambda _analysis, _node: UNKNOWN,

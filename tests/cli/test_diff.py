@@ -176,7 +176,7 @@ def test_what_is_drawn_is_compared_as_it_is_written(run, tmp_path: Path) -> None
     assert done.returncode == 1
     assert done.stdout.splitlines() == [
         "~ entities.ball",
-        "~     pose.p: [0, 0, 0 … 2] at reset → [0, 0, 0 … 2] at reset, drawn otherwise (in 4 scenes)",
+        "~     pose.p: about [0, 0, 0 … 2] at reset → about [0, 0, 0.0077719 … 1.98] at reset (in 4 scenes)",
         "1 difference",
     ]
 
