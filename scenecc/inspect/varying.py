@@ -67,14 +67,14 @@ class _Found:
 
 
 def _shown_bounds(value: Value) -> ValueBounds:
-    """Returns the bounds to show for a value: those of its samples if it has no finite ones."""
+    """Returns the bounds to show for a value: those of its samples, or of its drawn rows, if it has no finite ones."""
     found = value.bounds
     if found.alternatives is not None or not value.may_vary or _is_finite(found.low, found.high):
         return found
     try:
         return ValueBounds.of_samples(value.samples)
-    except DrawError:  # a warning says where it has no value
-        return found
+    except DrawError:  # a pose of what is placed, which has no samples
+        return ValueBounds.of_samples(value.data)
 
 
 def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str = "") -> str:
