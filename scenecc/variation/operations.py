@@ -58,9 +58,6 @@ class DrawError(Exception):
 
 COMPUTE_LIMIT_HINT = "compute less, in fewer scenes, or raise the limit with --limit objects=N or limits={'objects': N}"
 
-NAME_LOOKUP_COST = 100
-"""How many operations it takes to look up a file or a material that an expression names."""
-
 _CHARACTERS_PER_OPERATION = 16
 """How many characters of an expression count as one operation."""
 
