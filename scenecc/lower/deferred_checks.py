@@ -88,6 +88,9 @@ def report_draw_failure(error: DrawError, origins: Origins, origin: Origin, sink
 
 _CHECKED_LATER = "each scene is checked when it is built"
 
+_MOST_CERTAIN = 100
+"""Nodes without a value for which it is found out whether they have none in any sample."""
+
 
 def check_samples(deferred: DeferredCheck, fields: FieldLowerer) -> None:
     """Reports a value that is missing or out of range: an error if all samples are, a warning if some are."""
@@ -162,7 +165,8 @@ def report_sample_failure(
     if id(node) in sampling.failed:
         return
     sampling.failed[id(node)] = node
-    certain = not _may_have_value(rows, fields.analysis.samples, error.scene)
+    # It takes milliseconds to find out, and a few errors are enough to refuse a file.
+    certain = len(sampling.failed) <= _MOST_CERTAIN and not _may_have_value(rows, fields.analysis.samples, error.scene)
     where = f"in scene {error.scene} with seed {error.seed}"
     expression = error.expression
     span = None if expression is None else (expression.start, expression.end)

@@ -208,13 +208,14 @@ def values_given(node: Node, origin: Origin, fields: FieldLowerer, *, is_random:
         is_random: whether a seed decides its values.
     """
     origins = {**fields.sampling.draw_origins, id(node): (node, origin)}
+    found: list[Any] = []
     try:
-        found: list[Any] = fields.batch().evaluate(node).tolist()
+        found += fields.batch().evaluate(node).tolist()
     except DrawError as error:
+        # A random one is reported when it is drawn.
         if not is_random or isinstance(error, ComputeLimitError):
             report_draw_failure(error, origins, origin, fields.sink)
             return []
-        found = list(_values_of_single_rows(fields.batch(), node))
     if is_random:
         samples = fields.analysis.samples
         try:
