@@ -79,7 +79,7 @@ def test_a_dry_run_lists_the_varying_fields(run, scene: Path) -> None:
         "differs  values",
         "cube  pose.p  at reset  about [-1 … 1, 0, 0.2 … 0.4]",
         "mass  at reset  1 | 2",
-        "shapes[0].half_size  about [0.1, 0.1, 0.1 … 0.2]",
+        "shapes[0].half_size  about [0.1, 0.1, 0.10052 … 0.19989]",
         "post  pose.p  [0, 0, 1] | [0, 0, 2] | [0, 0, 3]",
         "shapes[0].material.base_color  #00ff00 | #ff0000 | #0000ff",
     ]
