@@ -190,7 +190,7 @@ _POSE_SUFFIX, _ONCE_SUFFIX = ".pose", ".once"
 
 
 def shared_pose_name(name: str, number: int = 0) -> str:
-    """Name of the draw for the pose of an entity or a frame, which no draw of a file can have. `number`: of the pose."""
+    """Name of the draw for the pose of an entity or a frame; no draw in a file can have it. `number`: of the pose."""
     return f"{name}{_POSE_SUFFIX}.{number}" if number else name + _POSE_SUFFIX
 
 
