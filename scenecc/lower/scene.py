@@ -63,7 +63,7 @@ def check_limits(
         * (len(selections[name]) if name in selections else count_scene_idxs(entity.scene_idxs, num_scenes))
         for name, entity in scene.entities.items()
     )
-    # Fastened objects of an instance with fewer scenes count as if they were in all scenes.
+    # Constraints, lights and cameras of an instance with fewer scenes count as if they were in all scenes.
     built += sum(count_scene_idxs(other.scene_idxs, num_scenes) for other in others)
     return _check_objects(sum(shapes.values()) + len(others), built, bounds, origin, sink)
 

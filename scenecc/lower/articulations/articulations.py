@@ -340,7 +340,7 @@ class ArticulationLowerer:
         return Assembly(self._draft(robot, file[0], keys, one, key, fields), constraints, robot.pose)
 
     def _drop_root_motion(self, robot: DescribedRobot, place: Origin) -> None:
-        """Records what a part's file says about the motion of its root."""
+        """Reports root settings in a part's file, which are ignored."""
         where = place if robot.location is None else place.into(robot.location)
         if robot.fixed is False:
             message = "the free joint of this root is ignored: the root is attached to `to`"
