@@ -137,9 +137,7 @@ class EntityLowerer:
     def _lower_structures(
         self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]
     ) -> list[_UnplacedEntity]:
-        """Lowers the structures of all entities before any pose, since a pose may be relative to a link of another
-        entity.
-        """
+        """Lowers the structures of all entities before any pose, which may be relative to another entity's link."""
         made: list[_UnplacedEntity] = []
         scopes, of_all = self._names.scopes, self._sampling.fields()
         linked: ArticulationLowerer | None = None

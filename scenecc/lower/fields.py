@@ -246,7 +246,7 @@ class FieldLowerer:
         if self._batch is None:
             import numpy as np  # noqa: PLC0415 - checking a scene in which nothing varies needs none
 
-            from scenecc.variation.evaluation import Batch  # noqa: PLC0415 - likewise
+            from scenecc.variation.evaluation import Batch  # noqa: PLC0415 - see above
 
             scenes = np.array(self.scenes, dtype=np.int64)
             sampling = self.sampling
@@ -417,7 +417,7 @@ class FieldPlace:
         return FieldPlace(self.origin.child(*step), (self.path + steps).removeprefix("."), self.word)
 
     def key(self, name: str) -> FieldPlace:
-        """The place of a key of the mapping here."""
+        """The place of a key in the mapping."""
         return FieldPlace(self.origin.child(name), f"{self.path}.{name}")
 
 

@@ -410,7 +410,7 @@ class FrameGraph:
         return None
 
     def _exists_wherever(self, name: str, parent: str) -> None:
-        """Reports a scene that contains the one entity but not the other."""
+        """Reports a scene that contains the object but not its reference entity."""
         self._is_wherever(name, self._fields_of(name).scenes, parent, self.origin(name))
 
     def _is_wherever(self, name: str, mine: tuple[int, ...], parent: str, origin: Origin) -> None:

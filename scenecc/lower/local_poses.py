@@ -99,7 +99,7 @@ def _with_rotation(pose: Value, rotation: Quat, fields: FieldLowerer, step: Vec3
     def turn(poses: NDArray[Any]) -> NDArray[Any]:
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
+        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - see above
 
         parts = (np.broadcast_to(part, (len(poses), len(part))) for part in (rotation, step))
         return rotation_arrays.turned(poses, *parts)
@@ -155,7 +155,7 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer
         """Rotates each pose from x to its normal, and translates it along the normal."""
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
+        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - see above
 
         count = max(map(len, (poses, rotations, normals, offsets)))
         steps = normals / rotation_arrays.hypot(normals)[:, None] * offsets[:, None]
@@ -181,7 +181,7 @@ def chain_poses(steps: Sequence[PoseStep], scenes: tuple[int, ...]) -> Value:
     def draw() -> NDArray[Any]:
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        from scenecc.geometry.rotation_arrays import compose as compose_rows  # noqa: PLC0415 - likewise
+        from scenecc.geometry.rotation_arrays import compose as compose_rows  # noqa: PLC0415 - see above
 
         poses = np.broadcast_to(np.array(IDENTITY_POSE), (len(scenes), 7))
         for step in steps:

@@ -66,7 +66,7 @@ def select_per_scene(values: Sequence[Value], pick: Value, scenes: tuple[int, ..
         return first
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.variation.bounds import union_bounds  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import union_bounds  # noqa: PLC0415 - see above
 
     def select(which: NDArray[Any], *rows_of: NDArray[Any]) -> NDArray[Any]:
         count = max(len(which), *map(len, rows_of))
@@ -243,7 +243,7 @@ def _reference_numbers(
         return fields.finish(node, variation, _INDEX_TYPE, place.origin)
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - see above
 
     def rows(batch: Batch) -> NDArray[Any]:
         found = batch.evaluate(node).tolist()

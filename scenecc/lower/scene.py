@@ -288,7 +288,7 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
     sampling = lowered.sampling
     if not sampling.varies:
         return lowered.plan
-    from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - likewise
+    from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - see above
 
     plan = lowered.plan
     recipes = RecipeBuilder(sampling, lowered.frames)
@@ -390,7 +390,7 @@ class _SectionLowerer:
         if not self.scene.constraints and not self.entities.constraints:
             return ()
         from scenecc.lower.constraints import ConstraintLowerer  # noqa: PLC0415 - loaded where there are any
-        from scenecc.lower.mounts import MountLookup  # noqa: PLC0415 - likewise
+        from scenecc.lower.mounts import MountLookup  # noqa: PLC0415 - see above
 
         sink = self.sampling.sink
         mounts = MountLookup(self.built, self.entities.frames.unread, self.names, sink)

@@ -118,7 +118,7 @@ def _file_heights(uri: str, tables: PlanTables, origin: Origin, sink: Sink) -> t
         return tables.heights[found.path]
     try:
         heights = tables.heights[found.path] = read_heights(read_at_most(found.path, _MAX_PNG_BYTES), MAX_HEIGHTS)
-        return heights  # noqa: TRY300 - what may raise stands above
+        return heights  # noqa: TRY300 - what may raise is above
     except TooLongError as error:
         sink.report("SC529", f"cannot read heights from {uri}: {error.strerror}", origin)
     except OSError as error:

@@ -278,9 +278,7 @@ def _fit(
 
 
 def hidden_share(subject: Subject, eye: NDArray[np.float64]) -> float:
-    """Fraction of bodies whose centre is behind an obstacle, 0 to 1. A centre inside an obstacle's box counts as
-    visible.
-    """
+    """Fraction of bodies whose centre is behind an obstacle, 0 to 1. A centre inside of an obstacle is visible."""
     targets, boxes = subject.boxes.mean(axis=1), subject.obstacles
     if len(targets) > _MOST_TARGETS:
         targets = targets[:: len(targets) // _MOST_TARGETS + 1]

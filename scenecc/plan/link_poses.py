@@ -66,7 +66,7 @@ def step_poses(step: PoseStep, data: NDArray[Any]) -> NDArray[Any]:
     """The poses (B, 7) of a step. `data`: its value in each scene, (B, 7) or (B,)."""
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.geometry import rotation_arrays as by_row  # noqa: PLC0415 - likewise
+    from scenecc.geometry import rotation_arrays as by_row  # noqa: PLC0415 - see above
 
     if step.kind == "pose":
         if not step.back:

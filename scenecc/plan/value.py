@@ -191,7 +191,7 @@ class Value:
 
     def _sampled_bounds(self) -> ValueBounds:
         from scenecc.variation.bounds import UNKNOWN, ValueBounds  # noqa: PLC0415 - checking a scene seldom needs it
-        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
+        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - see above
 
         source = self._source
         if isinstance(source, _DrawSource) and source.sample is None:

@@ -196,7 +196,7 @@ def _composed(analysis: BoundsAnalysis, node: nodes.Composed) -> ValueBounds:
 
 
 def _translated(poses: tuple[Any, ...]) -> Any:
-    """Composes two poses if the outer one has no rotation."""
+    """Composes two poses, the outer one without rotation."""
     outer, inner = poses
     return (*(a + b for a, b in zip(outer[:3], inner[:3], strict=True)), *inner[3:])
 
