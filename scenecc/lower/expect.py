@@ -160,9 +160,7 @@ class _PartLowerer:
     def _resolve_names(
         self, function: str, arguments: list[str], scenes: tuple[int, ...], place: Origin, span: tuple[int, int]
     ) -> tuple[str, ...]:
-        """The full names of an observed quantity's objects. Reports unknown names. `span`: of the call in the
-        expression.
-        """
+        """The full names of an observed quantity's objects. Reports unknown names. `span`: of the call."""
         bodies, joints = (arguments[:1], arguments[1:]) if function == "qpos" else (arguments, [])
         full = tuple(self._body(body, place, scenes, span) or body for body in bodies)
         for joint in joints:

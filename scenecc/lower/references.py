@@ -1,6 +1,6 @@
-"""Resolves references by name: full names, files and materials. Each possible reference is looked up and has an entry
-in a
-table of the plan.
+"""Resolves references by name: full names, files and materials.
+
+Each possible reference is looked up and has an entry in a table of the plan.
 """
 
 from __future__ import annotations
@@ -409,9 +409,8 @@ class RobotRequest:
 
 
 RobotReader = Callable[[RobotRequest, Mapping[str, "Origin"]], "tuple[AssetFile, RobotDescription] | None"]
-"""Reads a robot file and its description; None after an error. Takes the origins of the keys that are given: the
-format's
-key, `srdf` and `package_dir`.
+"""Reads a robot file and its description; None after an error. Takes the origins of the given keys: the
+format's key, `srdf` and `package_dir`.
 """
 
 MeshReader = Callable[["AssetFile", "Origin"], "NDArray[Any] | None"]

@@ -125,9 +125,7 @@ class Joint:
             about x.
         limits: (·, 2) lowest and highest position; infinite on a side without a limit.
         friction, armature, max_velocity: (·,).
-        stiffness, damping, force_limit: (·,) of the drive; a joint with damping but no stiffness has a drive of
-        stiffness
-            0.
+        stiffness, damping, force_limit: (·,) of the drive. Damping alone gives a drive of stiffness 0.
         drive_mode: "force" or "acceleration"; None: "force".
         qpos, qvel: (·,) initial.
         drive_target, drive_velocity_target: (·,) initial targets of the drive.

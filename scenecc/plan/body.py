@@ -40,8 +40,7 @@ class AssetFile:
             (posix), else an absolute path.
         path: where it was found on this machine; not part of the plan's identity.
         sha256: hash when it was checked; None if no build opens the file (a robot's description) or the plan's files
-            were
-            not checked.
+            were not checked.
         names: the files that it references and that a build opens.
         state: of the file when it was checked. A build compares it to detect a later change.
         optional_names: whether its images and material files may be missing. Missing ones are not rendered.
@@ -233,7 +232,7 @@ class BodyStructure:
         linear_velocity, angular_velocity: (·, 3) initial, world frame [m/s, rad/s].
         linear_damping, angular_damping: (·,) [1/s].
         max_linear_velocity [m/s], max_angular_velocity [rad/s], max_depenetration_velocity [m/s],
-        max_contact_impulse [N·s], sleep_threshold [m²/s²]: (·,).
+            max_contact_impulse [N·s], sleep_threshold [m²/s²]: (·,).
         solver_position_iterations, solver_velocity_iterations: (·,) integers.
         collision_groups: (·, 4) SAPIEN's four integers, for each shape without its own.
         visibility: (·,) in 0..1; shading_mode: (·,) integer; of the render body.

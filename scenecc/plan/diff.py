@@ -446,9 +446,8 @@ def diff_plans(a: ScenePlan, b: ScenePlan) -> list[Difference]:
     """Lists all differences in what two plans build and reset, and in `name`, `description` and `seed`.
 
     Values are compared bit by bit in the scenes that contain both objects. Recipes are equal if they and the shared
-    draws
-    that they read have the same text. The order of the file and material tables and unused entries are ignored. Files
-    differ if their content differs, or if both URI and path differ.
+    draws that they read have the same text. The order of the file and material tables and unused entries are ignored.
+    Files differ if their content differs, or if both URI and path differ.
     """
     found: list[Difference] = []
     for slot in plan_fields(ScenePlan):

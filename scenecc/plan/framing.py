@@ -126,10 +126,8 @@ def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
     """Finds the subject of a picture: the moving bodies, and bodies of similar size beside them.
 
     If `focus` names bodies by number, these are the subject. Without dynamic bodies the kinematic ones are, without
-    these
-    everything but floors. Much larger bodies (a room, a table under a cube) do not belong to the subject. An empty
-    scene
-    has a box of 1 m around its origin.
+    these everything but floors. Much larger bodies (a room, a table under a cube) do not belong to the subject. An
+    empty scene has a box of 1 m around its origin.
     """
     count = len(solids.motions)
     lows, highs = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)

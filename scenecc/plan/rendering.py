@@ -244,8 +244,7 @@ FLAT_THICKNESS: Final = 1e-4
 
 
 def shadow_parameters(light: Light) -> dict[str, Value]:
-    """The shadow settings of a light, by the names of its component's attributes, in SAPIEN's order; {} for an area
-    light.
+    """The shadow settings of a light, by attribute of its component, in SAPIEN's order; {} for an area light.
 
     Distances are [m], the size of the map [px].
     """

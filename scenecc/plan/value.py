@@ -205,8 +205,7 @@ class Value:
         """Numbers that bound the value, row by row. Does not draw.
 
         For a known value these are the numbers of all rows; for a drawn one those of all alternatives, or else the
-        lowest and
-        the highest row. A `literal` makes no array.
+        lowest and the highest row. A `literal` makes no array.
         """
         source = self._source
         if source is None:

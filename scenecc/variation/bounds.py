@@ -28,8 +28,7 @@ class ValueBounds:
         low, high: the lowest and the highest number, or one per component as a tuple (or a tuple of rows); infinite if
             unbounded. None if the value is not numeric or nothing is known.
         exact: whether every alternative or bound can occur, or be approached. Otherwise they come from samples, and
-            rarer
-            values may be outside.
+            rarer values may be outside.
     """
 
     alternatives: tuple[Any, ...] | None

@@ -1,6 +1,4 @@
-"""Conversions of other notations to a field's row: colours as texts, one factor for three axes, corners without a
-height.
-"""
+"""Conversions to a field's row: colours as texts, one factor for three axes, corners without a height."""
 
 from __future__ import annotations
 
@@ -21,9 +19,7 @@ Rgba = tuple[float, float, float, float]
 
 
 def to_rgba(color: str | Sequence[float]) -> Rgba:
-    """Converts a colour to four numbers. "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha defaults to
-    1.
-    """
+    """Converts a colour to RGBA. "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is optional."""
     if isinstance(color, str):
         digits = color[1:]
         color = [int(digits[i : i + 2], 16) / 255 for i in range(0, len(digits), 2)]

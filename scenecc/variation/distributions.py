@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     Interval = tuple[float, float]
 
 Role = Literal["value", "mean", "deviation", "positive", "shape"]
-"""Role of an operand: a value of the field, any number, a non-negative number, a positive number, or a shape parameter
-within `SHAPE_BOUNDS`.
-"""
+"""Role of an operand: a field value, any number, a number >= 0, one > 0, or a shape parameter in `SHAPE_BOUNDS`."""
 
 SHAPE_BOUNDS = (1e-3, 1e6)
 """Range of a beta distribution's parameters. Beyond it, float32 values are all at the ends or all equal."""

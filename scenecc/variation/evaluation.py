@@ -124,9 +124,7 @@ def units(raw: NDArray[np.uint64]) -> NDArray[np.float64]:
 
 
 def rotation(u: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Uniform random rotations as quaternions (B, 4), from numbers (B, 3): K. Shoemake, "Uniform random rotations"
-    (1992).
-    """
+    """Uniform rotations as quaternions (B, 4), from numbers (B, 3): K. Shoemake, "Uniform random rotations" (1992)."""
     a, b = np.sqrt(1.0 - u[:, 0]), np.sqrt(u[:, 0])
     s, t = _unit_complex(2.0 * math.pi * u[:, 1]), _unit_complex(2.0 * math.pi * u[:, 2])
     return np.stack((b * t.real, a * s.imag, a * s.real, b * t.imag), axis=1)

@@ -149,9 +149,7 @@ OBSERVATIONS: dict[str, tuple[str, ...]] = {
 """Quantities of a simulation, and the arguments of each, which are strings."""
 
 _BOUND_CALLS: dict[str, tuple[str, ...]] = {MESH_BOUNDS: ("path",), **OBSERVATIONS}
-"""Functions whose value is supplied from outside. They are functions only before `(`: a parameter may have the same
-name.
-"""
+"""Functions whose value is supplied from outside. Before `(` only, since a parameter may have the same name."""
 
 _FUNCTION_SYNONYMS: dict[str, str] = {
     **dict.fromkeys(("joint", "joint_position", "joint_pos"), "qpos"),

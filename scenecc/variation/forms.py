@@ -96,9 +96,8 @@ class Vector:
 
 
 LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle, "choice": Choice, "shuffle": Shuffle}
-"""Keys of the forms that list the values, from which each scene gets one, or all in its own order. (`per_scene` may
-also
-be a map: `SceneMap`.)
+"""Keys of the forms that list the values, from which each scene gets one, or all in its own order. (`per_scene`
+may also be a map: `SceneMap`.)
 """
 
 ONCE: Final = "once"

@@ -115,9 +115,7 @@ class LinkLowerer:
     def _weight(
         self, link: DraftLink, layers: Sequence[Layer], values: OverrideValues, *, dense: bool
     ) -> tuple[Value | None, Inertial | None]:
-        """The mass that scales the computed properties, and the given mass properties. `dense`: whether shapes have
-        mass.
-        """
+        """The mass that scales the computed properties, and the given mass properties. `dense`: shapes have mass."""
         nearest = nearest_override(layers, "mass", "inertial")
         if nearest is None:
             return link.mass, link.inertial
