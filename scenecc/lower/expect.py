@@ -181,14 +181,7 @@ class _PartLowerer:
     def _body(
         self, written: str, place: Origin, scenes: tuple[int, ...] = (), span: tuple[int, int] | None = None
     ) -> str | None:
-        """The full name of an entity, or ENTITY/LINK; None after an error.
-
-        Args:
-            written: the name.
-            place: of the name.
-            scenes: in some of which it must exist.
-            span: the part of the expression at `place`.
-        """
+        """The full name of an entity or ENTITY/LINK that exists in some of the scenes; None after an error."""
         mount = self._mounts.find(written, self._scope, (), place, span=span)
         if mount is None:
             return None

@@ -366,10 +366,7 @@ class FrameGraph:
         return pose.relative_to if isinstance(pose, PoseMapping) else None
 
     def _chain(self, name: str) -> dict[str, str | None]:
-        """The ancestors without a world pose yet, from the name outwards, then the first with one; cut after an error.
-
-        Maps each to its reference frame.
-        """
+        """The ancestors without a world pose, up to the first with one or with an error, each with its reference frame."""
         chain: dict[str, str | None] = {name: None}
         outermost = name
         while outermost not in self._standing and (parent := self._parent(outermost)) is not None:

@@ -464,11 +464,7 @@ def _drawn(batch: Batch, node: nodes.Drawn) -> NDArray[Any]:
 
 
 def _draw_operands(batch: Batch, node: nodes.Drawn) -> list[Floats]:
-    """The operands of a draw, each (B, n).
-
-    Raises:
-        DrawError: they are invalid in one of the scenes.
-    """
+    """The operands of a draw, each (B, n). Raises a DrawError if they are invalid in one of the scenes."""
     count = node.shape[0] if node.shape else 1
     found = [_bound(batch, node, item, count) for item in node.operands]
     for condition in node.distribution.holding(len(found)):
@@ -632,11 +628,7 @@ def _refuse(batch: Batch, node: Node, wrong: NDArray[np.bool_], message: str) ->
 
 
 def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
-    """The numbers (B,) of a node.
-
-    Raises:
-        DrawError: its parts are not numbers, or too few.
-    """
+    """The numbers (B,) of a node. Raises a DrawError if its parts are not numbers, or too few."""
     rows = batch.item(node.of)
     is_single = node.index < 0
     if rows.dtype.kind not in "fi" or rows.ndim != (1 if is_single else 2):

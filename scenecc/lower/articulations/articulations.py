@@ -574,15 +574,7 @@ def _warn_ignored_pairs_collide(
     whole: Origin | None,
     sink: Sink,
 ) -> None:
-    """Warns of `collision_bits` that make links collide although their pair is ignored, once per place.
-
-    Args:
-        draft: of the articulation.
-        bodies: of its links, as built.
-        written: origin of the `collision_bits` of a link, by its number.
-        whole: the key that disables collisions between all of its links; None: not given.
-        sink: receives the warnings.
-    """
+    """Warns of `collision_bits` that make links collide although their pair is ignored, once per place."""
     if len(bodies) > MAX_LINKS:
         # This is an error elsewhere, and checking so many pairs is slow.
         return

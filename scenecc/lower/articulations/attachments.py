@@ -253,15 +253,7 @@ def _prefix(name: str, part: Any) -> str:
 
 
 def _rename_link(link: DraftLink, prefix: str, to: int, start: int, shift: int) -> DraftLink:
-    """Converts a link of a part to a link of the whole.
-
-    Args:
-        link: of the part.
-        prefix: of its names.
-        to: number of the parent link in the whole.
-        start: number of the part's root in the whole.
-        shift: number of bits of the third collision integer that the whole uses already.
-    """
+    """Converts a part's link to a link of the whole, which uses `shift` bits already. The part is attached to link `to`."""
     joint = link.joint
     if joint is not None:
         mimic = joint.mimic and replace(joint.mimic, source=prefix + joint.mimic.source)
