@@ -366,7 +366,7 @@ class FrameGraph:
         return pose.relative_to if isinstance(pose, PoseMapping) else None
 
     def _chain(self, name: str) -> dict[str, str | None]:
-        """The ancestors without a world pose, up to the first with one or with an error, each with its reference frame."""
+        """An object and its ancestors, up to the first with a world pose or an error, each with its reference frame."""
         chain: dict[str, str | None] = {name: None}
         outermost = name
         while outermost not in self._standing and (parent := self._parent(outermost)) is not None:

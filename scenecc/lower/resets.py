@@ -226,7 +226,7 @@ class RecipeBuilder:
         return drawn_limit_items(self._reset_node(reset))
 
     def _pose(self, name: str, fields: FieldLowerer, read: set[str]) -> Any:
-        """An entity's world pose as an item of a recipe; None if a reset keeps it. `read`: receives the draws that it reads."""
+        """An entity's world pose as an item of a recipe, or None if a reset keeps it. `read`: receives its draws."""
         chain = list(_moving_ancestors(name, self._frames))
         at = self._frames.frame_pose(chain[-1]).parent if chain else name
         variations = [variation for one in chain if (variation := self._frames.frame_pose(one).variation) is not None]

@@ -253,7 +253,7 @@ def _prefix(name: str, part: Any) -> str:
 
 
 def _rename_link(link: DraftLink, prefix: str, to: int, start: int, shift: int) -> DraftLink:
-    """Converts a part's link to a link of the whole, which uses `shift` bits already. The part is attached to link `to`."""
+    """Converts a link of a part to a link of the whole. `to`: parent link of the part; `shift`: bits in use."""
     joint = link.joint
     if joint is not None:
         mimic = joint.mimic and replace(joint.mimic, source=prefix + joint.mimic.source)
