@@ -381,7 +381,7 @@ class ConstraintLowerer:
         return chain_poses([*back, *steps, *last], scenes)
 
     def _to(self, mount: Mount, key: str, origin: Origin) -> list[PoseStep] | None:
-        """The steps from the world to a body at the start; None after an error, if they are not unique."""
+        """The steps from the world to a body at the start; None if they are not unique, which is an error."""
         entity = self._built[mount.entity]
         steps = [PoseStep(entity.pose, entity.scene_idxs)]
         if mount.link is None:

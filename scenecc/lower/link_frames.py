@@ -73,7 +73,7 @@ def find_link(
 
 
 def fix_initial_positions(structures: Sequence[Any], sampling: SamplingContext) -> bool:
-    """Fixes the initial positions of all joints after the build, and returns whether a reset redrew any."""
+    """Fixes the initial positions of all joints after the build, and returns whether a reset would redraw any."""
     found = False
     for joint in (link.joint for structure in structures for link in structure.links if link.joint is not None):
         reset = sampling.resets.pop(id(joint.qpos), None)

@@ -71,7 +71,7 @@ def warn_probable_degrees(written: Any, key: str, owner: Origin, at: Path, sink:
     if largest:
         hint = f"angles are radians; `{key}_deg` takes degrees{more}"
         place = owner.child(*at)
-        # Keys that allow several turns may be in radians, such as limits of a joint with unlimited rotation.
+        # No automatic fix for `limits`: a joint that turns freely may have large limits in radians.
         is_named = place.path[-1:] == (key,) and key != "limits"
         warn_large_angle(largest, place, sink, hint=hint, fix=("key", f"{key}_deg") if is_named else None)
 

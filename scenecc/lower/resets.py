@@ -87,7 +87,7 @@ class RecipeBuilder:
         self._shared_poses: list[tuple[str, Node]] = []
 
     def keep_draws(self, expectations: Iterable[Expectation]) -> None:
-        """Keeps the shared draws that expectations read."""
+        """Adds the shared draws that expectations read."""
         for one in expectations:
             self._read.update(
                 draw for reading in getattr(one, "readings", ()) if reading.kind == "draw" for draw in reading.of

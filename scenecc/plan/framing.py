@@ -44,7 +44,7 @@ _ROUNDS: Final = 6
 
 
 class Motion(IntEnum):
-    """How a body moves, in ascending order."""
+    """Mobility of a body, in ascending order."""
 
     STATIC = 0
     KINEMATIC = 1

@@ -179,7 +179,7 @@ class Value:
 
     @property
     def bounds(self) -> ValueBounds:
-        """Bounds over all possible draws. For a value that cannot be redrawn, bounds of its rows."""
+        """Bounds over all possible draws. For a value without a draw, bounds of its rows."""
         from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - checking a scene seldom needs it
 
         source = self._source
