@@ -1,4 +1,4 @@
-"""From the models of the language to the plan: names resolved, poses composed, tables filled, draws made."""
+"""Lowers the models of the language to the plan: resolves names, composes poses, fills tables, and draws values."""
 
 from scenecc.lower.scene import Lowered, draw, lower
 

@@ -20,19 +20,19 @@ if TYPE_CHECKING:
     from scenecc.plan import ArticulationStructure, CollisionShape, Value, VisualShape
 
 MeshVertices = Callable[[int], "NDArray[np.float32] | None"]
-"""The vertices (n, 3) [m] of a file of the plan, by its index; None where it was reported."""
+"""The vertices (n, 3) [m] of a file of the plan, by its index; None after an error."""
 
 
 class AnchorError(Exception):
-    """Why a body has no such point."""
+    """A body has no such anchor point."""
 
 
 class AnchorPoints:
-    """Points of the bounds of what an entity is made of.
+    """Anchor points on the bounds of an entity.
 
     Args:
-        structures: all that it may be.
-        pick: which of them each scene has.
+        structures: all its alternatives.
+        pick: index of each scene's structure.
         scenes: of the entity.
         vertices: reads meshes.
     """
@@ -53,15 +53,15 @@ class AnchorPoints:
 
     @property
     def known(self) -> bool:
-        """Whether they follow from the scene's index alone."""
+        """Whether the points depend only on the scene index."""
         return all(value.known for value in self._values)
 
     def rows(self, anchor: str) -> list[Vec3]:
-        """One point for all scenes, or one for each, in the frame of the root [m].
+        """One point for all scenes, or one per scene, in the frame of the root [m].
 
         Raises:
-            AnchorError: there is none.
-            DrawError: something that is drawn has no value.
+            AnchorError: there is no such point.
+            DrawError: a drawn value is missing.
         """
         count = 1 if all(value.is_constant for value in self._values) else len(self._scenes)
         return [self._point(anchor, row) for row in range(count)]
@@ -76,7 +76,7 @@ class AnchorPoints:
         return (x, y, {"bottom": float(low[2]), "center": z, "top": float(high[2])}[anchor])
 
     def _bounds(self, place: Value | None, shape: CollisionShape | VisualShape, row: int) -> Iterator[NDArray[Any]]:
-        """Corners of the box around a shape. `place`: of its link."""
+        """Corners of a shape's bounding box. `place`: of its link."""
         frame = np.eye(4)
         for pose in (place, shape.pose):
             frame = frame if pose is None else frame @ pose_matrix(pose.row(row))
@@ -101,7 +101,7 @@ class AnchorPoints:
 def _placed_shapes(
     structure: BodyStructure | ArticulationStructure, scenes: tuple[int, ...]
 ) -> Iterator[tuple[Value | None, CollisionShape | VisualShape]]:
-    """The shapes that collide, or those that are seen where none does, each with the pose of its link."""
+    """The collision shapes, or the visual ones if there are none, each with the pose of its link."""
     colliding = any(body.collisions for body in structure.bodies)
     if isinstance(structure, BodyStructure):
         yield from ((None, shape) for shape in (structure.collisions if colliding else structure.visuals))

@@ -1,4 +1,4 @@
-"""Collision groups: the four integers that each name becomes."""
+"""Assigns four collision integers to each collision group."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
     from scenecc.spec.physics import CollisionGroup
 
 GROUPS = 31
-"""32 bits of an integer, less the one for what has no group."""
+"""Most groups: 32 bits of an integer, less one for shapes without a group."""
 
 GroupBits = tuple[int, int, int, int]
 
 DEFAULT_BITS: GroupBits = DEFAULT_COLLISION_GROUPS
-"""What SAPIEN gives to a shape without a group."""
+"""SAPIEN's default for a shape without a group."""
 
 
 def assign_group_bits(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> dict[str, GroupBits]:
-    """The four integers of each group.
+    """Assigns the four integers of each group.
 
     Args:
-        groups: as written, in order; the order decides the bits.
+        groups: as written; their order decides the bits.
         origin: of `collision_groups`.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
     if len(groups) > GROUPS:
         extra = list(groups)[GROUPS]
@@ -59,14 +59,14 @@ def _find_ignored(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink)
 
 
 def find_group(groups: dict[str, GroupBits], name: str, place: Origin, scope: str, sink: Sink) -> GroupBits | None:
-    """The four integers of a group; None, reported, where there is none of the name.
+    """The four integers of a group. Reports an unknown name and returns None.
 
     Args:
-        groups: as `assign_group_bits` gives them.
+        groups: result of `assign_group_bits`.
         name: as written.
         place: where it is written.
-        scope: of the names there.
-        sink: takes the diagnostics.
+        scope: of the name.
+        sink: receives the diagnostics.
     """
     full = qualified(name, scope)
     bits = groups.get(full)

@@ -1,4 +1,4 @@
-"""Constraints as written to those of the plan: what they connect, where, and how."""
+"""Lowers constraints: the connected bodies, the frames, and the type."""
 
 from __future__ import annotations
 
@@ -60,19 +60,19 @@ _RATIO = field_type("Gear.ratio", fallback=1.0)
 _STIFFNESS, _DAMPING, _FORCE = (field_type(f"AxisDrive.{key}") for key in ("stiffness", "damping", "force_limit"))
 _VELOCITY = vector(3)
 _SPRING = field_type("AxisLimit.stiffness")
-"""Of the spring of a limit, which stays as it is built."""
+"""Type of a limit's spring constant, which is fixed after the build."""
 _SCALES = field_type("Drive.inv_mass_scales")
 _NUMBER = FieldType()
 _ENABLED = field_type("Constraint.enabled", fallback=True)
 
 
 def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -> Joint:
-    """What holds the frames together.
+    """Lowers the type-specific part of a constraint.
 
     Args:
         written: the constraint.
-        fields: of it.
-        origin: of it.
+        fields: of the constraint.
+        origin: of the constraint.
     """
     match written:
         case WeldConstraint():
@@ -95,7 +95,7 @@ def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -
 
 
 def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer, origin: Origin) -> Drive:
-    """A drive that moves about x or along it alone, as a weld holds the other axes."""
+    """A drive that only moves about or along x, and holds the other axes like a weld."""
     zero = literal((0.0, 0.0))
     if isinstance(written, HingeConstraint):
         axis, type_ = "twist", "revolute"
@@ -124,7 +124,7 @@ def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer,
 
 
 def _warn_beyond_limits(target: Any, limits: Value | None, fields: FieldLowerer, origin: Origin) -> None:
-    """As of the joint of an articulation (SC523)."""
+    """Warns of a target beyond the limits, as for articulation joints (SC523)."""
     if target is None or limits is None:
         return
     place = field_place(origin)
@@ -139,7 +139,7 @@ def _warn_beyond_limits(target: Any, limits: Value | None, fields: FieldLowerer,
 
 
 def _motor(written: Any, key: str, axis: DriveAxis, fields: FieldLowerer, origin: Origin) -> Value | None:
-    """The target (·, 7) or the velocity (·, 3) of the one axis of a drive; None: as SAPIEN has it."""
+    """The target (·, 7) or the velocity (·, 3) of a one-axis drive; None: SAPIEN's default."""
     given = getattr(written, key)
     if given is None:
         return None
@@ -153,7 +153,7 @@ def _motor(written: Any, key: str, axis: DriveAxis, fields: FieldLowerer, origin
     if key == "target":
         return fields.finish(moved_along_x(item, slides=axis == "x"), variation, POSE, place.origin, reset=True)
     if axis == "twist":
-        # PhysX turns the twist against the sign of the velocity that it is told.
+        # PhysX applies a twist velocity target with the opposite sign.
         item = AffineClamp(item, -1, -FLOAT32_MAX, FLOAT32_MAX, -1.0) if item.__class__ in NODE_TYPES else -item
     whole = Stacked((item, 0.0, 0.0)) if item.__class__ in NODE_TYPES else (item, 0.0, 0.0)
     return fields.finish(whole, variation, _VELOCITY, place.origin, reset=True)
@@ -229,12 +229,12 @@ class ConstraintLowerer:
     """Lowers the constraints of a document.
 
     Args:
-        built: its entities, lowered.
-        entities: what lowered them.
-        mounts: finds what is tied together.
+        built: its lowered entities.
+        entities: has lowered them.
+        mounts: finds the connected bodies.
         sampling: of the document.
-        names: likewise.
-        sink: takes the diagnostics.
+        names: of the document.
+        sink: receives the diagnostics.
     """
 
     def __init__(
@@ -254,7 +254,7 @@ class ConstraintLowerer:
         self._sink = sink
 
     def lower(self, written: Mapping[str, Any], origin: Origin) -> tuple[Constraint, ...]:
-        """The constraints of the plan; what was reported is missing among them. `origin`: of `constraints`."""
+        """The constraints of the plan, without those with errors. `origin`: of `constraints`."""
         found = [self._constraint(name, one, origin.child(name)) for name, one in written.items()]
         made = tuple(one for one in found if one is not None)
         if self._sampling.resets and not self._sink.failed:
@@ -265,7 +265,7 @@ class ConstraintLowerer:
         return made
 
     def describe(self) -> tuple[Constraint, ...]:
-        """The constraints of robots' files."""
+        """Makes the constraints from robot files."""
         return tuple(self._lower_constraint(name, *found) for name, found in self._entities.constraints.items())
 
     def _lower_constraint(
@@ -335,7 +335,7 @@ class ConstraintLowerer:
     def _scenes(
         self, name: str, mounts: tuple[Mount | None, ...], scope: str, origin: Origin
     ) -> tuple[int, ...] | None:
-        """The scenes of a constraint: those that it selects, or else those that its bodies are in."""
+        """The scenes of a constraint: as selected, or else those of its bodies."""
         selections = self._entities.selections
         selected = selections.get(qualified_name("constraints", name))
         if selected is not None and selected is not selections.get(self._names.anchors.get(scope, "")):
@@ -358,7 +358,7 @@ class ConstraintLowerer:
         fields: FieldLowerer,
         origin: Origin,
     ) -> Value | None:
-        """The frame in the parent's frame: as written, or the child's frame at the start."""
+        """The constraint frame in the parent's frame: as written, or the child's frame at the start."""
         child, parent = mounts
         scenes = fields.scenes
         if written.pose_in_parent is not None:
@@ -367,7 +367,7 @@ class ConstraintLowerer:
             anchor = self._names.anchors.get(scope) if parent is None else None
             if anchor is None:
                 return value
-            # The world of a prefab is the frame of its instance.
+            # A prefab's world is the frame of its instance.
             around = self._entities.frames.world(anchor, origin, fixed=True)
             return chain_poses(
                 [PoseStep(around, self._entities.fields(anchor).scenes), PoseStep(value, scenes)], scenes
@@ -381,7 +381,7 @@ class ConstraintLowerer:
         return chain_poses([*back, *steps, *last], scenes)
 
     def _to(self, mount: Mount, key: str, origin: Origin) -> list[PoseStep] | None:
-        """The steps from the world to a body at the start; None where it has not one way there, which is reported."""
+        """The steps from the world to a body at the start; None if they are not unique, which is an error."""
         entity = self._built[mount.entity]
         steps = [PoseStep(entity.pose, entity.scene_idxs)]
         if mount.link is None:

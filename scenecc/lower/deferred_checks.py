@@ -1,4 +1,4 @@
-"""Checks of values that vary: of their samples before anything is drawn, and of their rows once they are drawn."""
+"""Checks of varying values: their samples before drawing, their rows afterwards."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scenecc.variation.samples import SampleBatch
 
     Origins = Mapping[int, tuple[Any, Origin]]
-    """Where nodes that may have no value are written, by identity, each with its node."""
+    """Origins of nodes that may have no value, by identity, each with its node."""
 
 
 @frozen
@@ -33,10 +33,10 @@ class DeferredCheck:
     """The check of a value that may be missing or out of range.
 
     Attributes:
-        rows: gives its rows in a batch.
-        scenes: that its rows belong to.
+        rows: computes its rows in a batch.
+        scenes: scenes of its rows.
         origin: of the field.
-        origins: of the nodes in it.
+        origins: of its nodes.
     """
 
     value: Value
@@ -49,7 +49,7 @@ class DeferredCheck:
 
 @frozen
 class MimicRelation:
-    """What a joint follows: its position is multiplier · source + offset, both of which stay as they are built."""
+    """The joint that a joint follows: its position is multiplier · source + offset. Both are fixed after the build."""
 
     source: ResettableValue
     multiplier: Value
@@ -58,11 +58,11 @@ class MimicRelation:
 
 @frozen
 class ResettableValue:
-    """A velocity, a position of a joint or a target that may be drawn anew.
+    """A velocity, a position of a joint or a target that may be redrawn.
 
     Attributes:
         limits: (·, 2) as built, to which the drawn value is clamped; None: no clamp.
-        follows: the position that it is moved from; None: the node draws it.
+        follows: the position that it is computed from; None: the node draws it.
     """
 
     value: Value
@@ -74,7 +74,7 @@ class ResettableValue:
 
 
 def report_draw_failure(error: DrawError, origins: Origins, origin: Origin, sink: Sink) -> None:
-    """Reports a node that has no value in one of the scenes."""
+    """Reports a node without a value in one of the scenes."""
     place = origins.get(id(error.node), (None, origin))[1]
     if isinstance(error, ComputeLimitError):
         sink.report("SC604", error.message, place, hint=COMPUTE_LIMIT_HINT)
@@ -93,7 +93,7 @@ _MOST_CERTAIN = 100
 
 
 def check_samples(deferred: DeferredCheck, fields: FieldLowerer) -> None:
-    """Reports a value that is missing or out of range: an error if all samples are, a warning if some are."""
+    """Reports a value that is missing or out of range: an error if it is in all samples, otherwise a warning."""
     try:
         rows = deferred.value.samples
     except DrawError as error:
@@ -124,10 +124,10 @@ def check_samples(deferred: DeferredCheck, fields: FieldLowerer) -> None:
 
 
 def _sample_errors(error: DrawError, deferred: DeferredCheck, fields: FieldLowerer) -> Iterable[DrawError]:
-    """The errors of all nodes of a value that has none in a sample."""
+    """The errors of all nodes of a value that is missing in a sample."""
     if isinstance(error, ComputeLimitError):
         return (error,)
-    # What is placed has no pose yet, but the expressions beside it have values.
+    # A placement has no pose yet, but the expressions beside it have values.
     found = {} if isinstance(error.node, Placed) else {id(error.node): error}
     for node, _ in deferred.origins.values():
         one = _sample_error(node, fields)
@@ -147,12 +147,12 @@ def _sample_error(node: Node, fields: FieldLowerer) -> DrawError | None:
 def report_sample_failure(
     error: DrawError, rows: RowMaker, origins: Origins, origin: Origin, fields: FieldLowerer
 ) -> None:
-    """Reports, once for each node, a node that has no value in a sample: an error if it has none in any.
+    """Reports each node without a value in a sample once: as an error if it has none in any sample.
 
     Args:
         error: of the first sample.
-        rows: gives the rows of the value that holds the node.
-        origins: of the nodes in it.
+        rows: computes the rows of the value with the node.
+        origins: of its nodes.
         origin: of the value.
         fields: of the object.
     """
@@ -186,7 +186,7 @@ def report_sample_failure(
 
 
 def _may_have_value(rows: RowMaker, samples: SampleBatch, scene: int) -> bool:
-    """Whether a value that is missing in a sample of a scene exists in another one."""
+    """Whether a value that is missing in a sample of a scene exists in another sample."""
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
     for row in samples.same_scene(scene):
@@ -238,17 +238,17 @@ def _shown_row(row: Any) -> str:
 
 
 def _span(rows: NDArray[Any]) -> str:
-    """The values of all samples."""
+    """Formats the range of all samples."""
     low, high = _shown_row(rows.min(axis=0)), _shown_row(rows.max(axis=0))
     return low if low == high else f"about {low} to {high}"
 
 
 def reset_node(reset: ResettableValue, limit_items: Callable[[Value, tuple[int, ...]], Iterable[Any]]) -> Node:
-    """What draws a value anew, held within its limits.
+    """The recipe of a value, clamped to its limits.
 
     Args:
         reset: the value.
-        limit_items: gives the lower and the upper limit as items of a recipe, in some scenes.
+        limit_items: gives the lower and the upper limit in some scenes as items of a recipe.
     """
     node, scenes, follows = reset.node, reset.fields.scenes, reset.follows
     if follows is not None:
@@ -261,12 +261,12 @@ def reset_node(reset: ResettableValue, limit_items: Callable[[Value, tuple[int, 
 
 
 def built_limit_items(limits: Value, scenes: tuple[int, ...]) -> Iterator[Any]:
-    """Limits that stay as they are built, as items of a recipe."""
+    """Limits that are fixed after the build, as items of a recipe."""
     return (_constant_item(side.clip(-FLOAT32_MAX, FLOAT32_MAX), scenes) for side in limits.data.T)
 
 
 def drawn_limit_items(node: Node) -> Iterator[Any]:
-    """Limits that a reset draws anew, by their recipe."""
+    """Limits that a reset redraws, as items of a recipe."""
     return (AffineClamp(node, index, -FLOAT32_MAX, FLOAT32_MAX) for index in range(2))
 
 
@@ -277,13 +277,13 @@ def _constant_item(rows: NDArray[Any], scenes: tuple[int, ...]) -> Any:
 
 @frozen
 class VaryingArgument:
-    """What a parameter is given that differs from scene to scene.
+    """An argument of a parameter that varies by scene.
 
     Attributes:
         name: of its draw.
         param: type of the parameter.
-        scenes: of the instance whose parameter it is; what it would be in others does not matter.
-        origin: where it is given, in the expanded data.
+        scenes: of the instance with the parameter; values in other scenes are not checked.
+        origin: of the argument, in the expanded data.
     """
 
     name: str

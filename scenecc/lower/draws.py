@@ -1,4 +1,4 @@
-"""The shared draws of a document, in order, and what varying parameters are given."""
+"""Lowers the shared draws of a document, in order, and checks varying arguments of parameters."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _NUMBERS = frozenset((int, float))
 
 
 def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None:
-    """Reports a wrong argument of a parameter by its bounds or samples, and leaves its rows to the draw stage.
+    """Checks an argument of a parameter by its bounds or samples. The draw stage checks its rows.
 
     Args:
         argument: to check; its draw has been added.
@@ -60,11 +60,11 @@ def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None
 
 
 def check_argument_rows(argument: VaryingArgument, sampling: SamplingContext, sink: Sink) -> None:
-    """Reports the first scene in which a parameter is given what it does not take."""
+    """Reports the first scene in which a parameter has an invalid argument."""
     try:
         rows = sampling.fields(argument.scenes).batch().shared(argument.name).tolist()
     except DrawError:
-        # Its readers report that it has no value.
+        # Its readers report the missing value.
         return
     for scene, row in zip(argument.scenes, rows, strict=True):
         wrong = argument.param.drawn_misfit(row)
@@ -82,7 +82,7 @@ def _report_misfit(argument: VaryingArgument, wrong: ParamIssue, when: str, sink
 
 
 def _misfit(found: ValueBounds, param: ParamType) -> ParamIssue | None:
-    """What is wrong with the first of the alternatives that is wrong, or with bounds, each of which occurs."""
+    """The first error in the alternatives, or in bounds that all occur; None if they are valid."""
     if found.alternatives is not None:
         return next((wrong for item in found.alternatives if (wrong := param.drawn_misfit(item))), None)
     if found.low is None or param.kind == "choice":
@@ -95,7 +95,7 @@ def _misfit(found: ValueBounds, param: ParamType) -> ParamIssue | None:
 
 
 def _has_shape(bound: Any, param: ParamType) -> bool:
-    """Whether numbers between bounds fit the type of a parameter, as far as their shape tells."""
+    """Whether numbers between bounds have a shape that the parameter type allows."""
     if param.kind in {"number", "integer"}:
         return type(bound) in _NUMBERS
     if param.kind not in {"vector", "color", "list"} or type(bound) in _NUMBERS:
@@ -118,14 +118,14 @@ def lower_draws(
     selections: Mapping[str, tuple[int, ...]],
     origin: Origin,
 ) -> None:
-    """Fills `drawing.draws` and what is known of each, and judges those that parameters are given.
+    """Fills `sampling.draws` and the data about each draw, and checks those that are arguments of parameters.
 
     Args:
-        written: by full name, as the models have them.
-        given: arrays that take the place of draws, one row a scene.
+        written: by full name, from the models.
+        given: arrays that replace draws, one row per scene.
         sampling: of the document.
         names: of the document.
-        selections: the scenes of the frames of instances that are narrowed.
+        selections: the scenes of instances that are in some scenes only.
         origin: of `draws`.
     """
     for name in given:
@@ -146,7 +146,7 @@ def lower_draws(
         node = item if item.__class__ in NODES else Const(item)
         if name in given:
             rows = None if variation.broken else _injected_rows(given[name], node, sampling, place)
-            # One for each scene, so that this is by index, as rows are: those are what stays as it is built.
+            # One item per scene, so this indexes by scene. `Rows` would be fixed after the build.
             sampling.add(name, node if rows is None else Cycled(rows), frozenset())
             sampling.random.add(name)  # a reset may be given other rows
         else:
@@ -166,7 +166,7 @@ def lower_draws(
 
 
 def _check_draw(name: str, variation: VariationLowerer, fields: FieldLowerer, place: Origin) -> None:
-    """Reports a shared draw that has no value in a sample."""
+    """Reports a shared draw without a value in a sample."""
     try:
         fields.analysis.samples.shared(name)
     except DrawError as error:
@@ -176,7 +176,7 @@ def _check_draw(name: str, variation: VariationLowerer, fields: FieldLowerer, pl
 def report_unused_draws(
     written: Mapping[str, Any], sampling: SamplingContext, names: NameScopes, origin: Origin
 ) -> None:
-    """Warns of each shared draw that nothing reads, and reports its errors, which its readers would report."""
+    """Warns of each shared draw without readers, and reports its errors, which readers would report otherwise."""
     for name in written:
         if name in sampling.used or name in names.given or scope_of(name) in names.overridden:
             continue
@@ -190,14 +190,7 @@ def report_unused_draws(
 
 
 def _injected_rows(rows: Any, node: Node, sampling: SamplingContext, place: Origin) -> tuple[Any, ...] | None:
-    """What the caller gives in place of a draw, a plain row a scene; None where it was reported.
-
-    Args:
-        rows: as given.
-        node: of the draw as the file declares it.
-        sampling: of the document.
-        place: of the draw.
-    """
+    """The injected values of a draw, a plain row per scene; None after an error."""
     from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type  # noqa: PLC0415 - loads numpy
 
     drawn_type = draw_type(node, sampling.analysis().bounds(node))

@@ -1,4 +1,4 @@
-"""Entities and their bodies: where they are, and what they are made of."""
+"""Lowers entities and their bodies: poses and structures."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ _MOVING = frozenset(("dynamic", "kinematic"))
 
 @frozen
 class _UnplacedEntity:
-    """An entity that is not placed yet.
+    """An entity without a pose yet.
 
     Attributes:
-        fixed: whether it stays where it is built.
-        frame: the name of the frame that it stands in; "": its own.
+        fixed: whether it is fixed after the build.
+        frame: name of its frame; "": its own.
     """
 
     name: str
@@ -57,17 +57,18 @@ class EntityLowerer:
     """Lowers the entities of a document.
 
     Attributes:
-        selections: by what it is known as, the scenes of all that is not in every one: of what is fastened too.
+        selections: by name, the scenes of each object that is not in all of them, including constraints, lights and
+            cameras.
         frames: poses of entities and frames.
-        linked: those of its entities, once lowered, that are articulations or come from robots' files.
+        linked: entities that are articulations or come from robot files, once lowered.
 
     Args:
         scene: the document.
-        narrowed: the scenes of the entities and frames that instances narrow.
+        narrowed: the scenes of entities and frames in instances with fewer scenes.
         sampling: of the document.
-        names: likewise.
+        names: of the document.
         origin: of its root.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
 
     def __init__(
@@ -86,7 +87,7 @@ class EntityLowerer:
         self._sink = sink
         self.selections = self._select(narrowed)
         self.linked: list[Entity] = []
-        # By name: constraints of robots' files, the entities of their roots, and the entity as written.
+        # By name: constraints of robot files, the entities of their roots, and the written entity's origin.
         self.constraints: dict[str, tuple[DescribedConstraint, dict[str, str], Origin]] = {}
         free = {name: camera for name, camera in scene.cameras.items() if camera.mount is None}
         sections = {"frames": scene.frames, "entities": scene.entities, "cameras": free}
@@ -110,11 +111,11 @@ class EntityLowerer:
         return self._sampling.fields(self.selections.get(name), self._names.scopes.get(name, ""))
 
     def lower(self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]) -> tuple[Entity, ...]:
-        """The entities, in order; what was reported is missing in them.
+        """Lowers the entities in order; invalid parts are left out.
 
         Args:
             bodies: lowers those of the document.
-            articulations: makes what lowers its articulations.
+            articulations: makes the lowerer of its articulations.
         """
         made = self._lower_structures(bodies, articulations)
         for one in made:
@@ -136,7 +137,7 @@ class EntityLowerer:
     def _lower_structures(
         self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]
     ) -> list[_UnplacedEntity]:
-        """The structures of the entities, before any is placed: one may be posed relative to a link of another."""
+        """Lowers the structures of all entities before any pose, which may be relative to another entity's link."""
         made: list[_UnplacedEntity] = []
         scopes, of_all = self._names.scopes, self._sampling.fields()
         linked: ArticulationLowerer | None = None
@@ -152,7 +153,7 @@ class EntityLowerer:
                 made += self._lower_linked(name, linked.lower(entity, place, fields), place, hidden=entity.hidden)
                 continue
             else:
-                # An expanded document has no others.
+                # The other entities of an expanded document are bodies.
                 structures, pick = self._variants(entity, place, fields, bodies)
             fixed = not all(structure.body_type in _MOVING for structure in structures)
             made.append(_UnplacedEntity(name, place, structures, pick, fixed=fixed, hidden=entity.hidden))
@@ -161,7 +162,7 @@ class EntityLowerer:
     def _lower_linked(
         self, name: str, built: list[LoweredArticulation], place: Origin, *, hidden: bool
     ) -> list[_UnplacedEntity]:
-        """What a robot's file or a tree of links makes."""
+        """Lowers a robot file or a link tree."""
         made: list[_UnplacedEntity] = []
         if not built:
             self.frames.unread.add(name)
@@ -193,14 +194,14 @@ class EntityLowerer:
     def _variants(
         self, entity: Any, origin: Origin, fields: FieldLowerer, bodies: BodyLowerer
     ) -> tuple[tuple[BodyStructure, ...], Value]:
-        """One structure a variant, picked or not, and which of them each scene has."""
+        """One structure per variant, used or not, and the pick of each scene."""
         structures = tuple(
             bodies.variant((entity, origin), (variant, origin.child("variants", i)), fields)
             for i, variant in enumerate(entity.variants)
         )
         last = len(structures) - 1
         pick = fields.value(entity.pick, FieldType(dtype="int64", within=Bounds(0, last)), origin, "pick")
-        # The rows and samples of expressions are checked by the type.
+        # The field type checks the rows and samples of expressions.
         is_checked = entity.pick.__class__ is Template or not (pick.known or pick.bounds.exact)
         wrong = [] if is_checked else [index for index in pick.numbers() if index > last]
         if wrong:
@@ -210,10 +211,10 @@ class EntityLowerer:
 
 
 Layer = tuple[Any, "Origin"]
-"""Keys of a body and the node that has them. Of several layers the last one that has a key counts."""
+"""Keys of a body and their node. Later layers have precedence."""
 
 LayerDefaults = tuple["LoweredMaterial | MaterialChoice | None", "Value | None", "Value | None"]
-"""Material, colour and density of a layer; None for what it does not give."""
+"""Material, colour and density of a layer; None if not given."""
 
 
 _BODY_KEYS = frozenset(BODY_FIELDS)
@@ -227,7 +228,7 @@ _SHAPE_DEFAULTS = (
     ("density", "collision", ("shapes", "collisions")),
     ("collision_group", "collision", ("shapes", "collisions")),
 )
-"""Keys of a body that say something of its shapes, of which kind, and the lists that hold these."""
+"""Keys of a body that are defaults for shapes, their kind, and the lists that they apply to."""
 
 
 class BodyLowerer:
@@ -244,13 +245,13 @@ class BodyLowerer:
         self._last: tuple[Origin, LayerDefaults] | None = None
 
     def lower(self, body: Any, origin: Origin, fields: FieldLowerer) -> BodyStructure:
-        """A body's structure; shapes that were reported are missing in it."""
+        """Lowers a body. Shapes with errors are left out."""
         if body.color is not None or body.density is not None or body.collision_group is not None:
             self._does_something(body, body, origin)
         return self._structure(body.body_type, ((body, origin),), fields)
 
     def variant(self, common: Layer, own: Layer, fields: FieldLowerer) -> BodyStructure:
-        """The structure of one variant: lists of shapes go on where the common ones end, other keys replace them."""
+        """Lowers one variant: shape lists are appended to the common ones, other keys replace them."""
         self._does_something(own[0], common[0], own[1])
         typed = next((body for body, _ in (own, common) if "body_type" in body.model_fields_set), common[0])
         return self._structure(typed.body_type, (common, own), fields)
@@ -261,7 +262,7 @@ class BodyLowerer:
         properties: dict[str, Value] = {}
         for body, origin in layers:
             self._lower_properties(body, origin, fields, properties)
-        # Written out: left out, the shapes were forgotten.
+        # An empty `shapes` is intended; without the key, shapes were forgotten.
         meant = not (collisions or visuals) and any("shapes" in body.model_fields_set for body, _ in layers)
         return BodyStructure(
             body_type=body_type,
@@ -281,7 +282,7 @@ class BodyLowerer:
     def _defaults(self, layers: tuple[Layer, ...], fields: FieldLowerer) -> ShapeDefaults:
         found = _NO_DEFAULTS
         if len(layers) == 1 and layers[0][0].color is None and layers[0][0].density is None:
-            # Many bodies name a material and nothing else.
+            # Shortcut: many bodies have a material and nothing else.
             surface = self._materials.surface(layers[0][0].material, layers[0][1], fields)
             return found if surface is None else self._surface_defaults(surface)
         for layer in layers:
@@ -297,7 +298,7 @@ class BodyLowerer:
         return found
 
     def _lower_defaults(self, layer: Layer, fields: FieldLowerer) -> LayerDefaults:
-        """What a layer gives its shapes. All variants of an entity have one layer in common, which is lowered once."""
+        """The shape defaults of a layer. The variants of an entity share a layer, which is lowered once."""
         body, origin = layer
         if self._last is None or self._last[0] is not origin:
             surface = self._materials.surface(body.material, origin, fields)

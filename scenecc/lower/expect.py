@@ -1,4 +1,4 @@
-"""What must hold in the scenes, to the plan: names looked up, scenes selected."""
+"""Lowers expectations: resolves names and selects scenes."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ def lower_expectations(
     selections: Mapping[str, tuple[int, ...]],
     origin: Origin,
 ) -> tuple[Expectation, ...]:
-    """The expectations of a document, in order.
+    """Lowers the expectations of a document, in order.
 
     Args:
-        expect: as the models have it; of an expanded document the parts by their names.
-        entities: all of the plan.
-        unread: as `MountLookup` has it.
+        expect: from the model; in an expanded document, the parts by name.
+        entities: all entities of the plan.
+        unread: see `MountLookup`.
         sampling: of the document.
-        names: what names mean.
-        selections: the scenes of the parts that instances narrow.
+        names: resolves names.
+        selections: the scenes of instances that are in some scenes only.
         origin: of `expect`.
     """
     if not isinstance(expect, dict):
@@ -66,14 +66,14 @@ def _with_name(one: Expectation, name: str) -> Expectation:
 
 
 class _PartLowerer:
-    """The expectations of one file, or of one instance.
+    """Lowers the expectations of one file, or of one instance.
 
     Args:
         scope: of the instance; "" for the document.
-        entities: all of the plan.
-        unread: as `MountLookup` has it.
+        entities: all entities of the plan.
+        unread: see `MountLookup`.
         sampling: of the document.
-        names: what names mean.
+        names: resolves names.
         scenes: of the instance.
     """
 
@@ -94,7 +94,7 @@ class _PartLowerer:
         self._mounts = MountLookup(entities, unread, names, sampling.sink)
 
     def lower(self, spec: ExpectSpec, origin: Origin) -> Iterator[Expectation]:
-        """All of them; what is wrong is reported."""
+        """Lowers all expectations. Reports errors."""
         prefix = f"{self._scope}/" if self._scope else ""
         inside = self._inside()
         if spec.settled is not None:
@@ -107,7 +107,7 @@ class _PartLowerer:
                 yield condition
 
     def _inside(self) -> tuple[str, ...] | None:
-        """The entities of the instance; None: all there are."""
+        """The entities of the instance; None: all entities."""
         if not self._scope:
             return None
         scopes = ((name, self._names.scopes.get(name, "")) for name in self._entities)
@@ -160,7 +160,7 @@ class _PartLowerer:
     def _resolve_names(
         self, function: str, arguments: list[str], scenes: tuple[int, ...], place: Origin, span: tuple[int, int]
     ) -> tuple[str, ...]:
-        """The full names of what is observed; what is not there is reported. `span`: of the call in the expression."""
+        """The full names of an observed quantity's objects. Reports unknown names. `span`: of the call."""
         bodies, joints = (arguments[:1], arguments[1:]) if function == "qpos" else (arguments, [])
         full = tuple(self._body(body, place, scenes, span) or body for body in bodies)
         for joint in joints:
@@ -181,14 +181,7 @@ class _PartLowerer:
     def _body(
         self, written: str, place: Origin, scenes: tuple[int, ...] = (), span: tuple[int, int] | None = None
     ) -> str | None:
-        """The full name of an entity, or ENTITY/LINK; None where it was reported.
-
-        Args:
-            written: the name.
-            place: of it.
-            scenes: in some of which it must exist.
-            span: the part of the expression at `place`.
-        """
+        """The full name of an entity or ENTITY/LINK that exists in some of the scenes; None after an error."""
         mount = self._mounts.find(written, self._scope, (), place, span=span)
         if mount is None:
             return None
@@ -203,5 +196,5 @@ class _PartLowerer:
 
 
 def _moves(structure: Any) -> bool:
-    """Whether a body, or the root of an articulation, is moved by a simulation."""
+    """Whether a simulation moves a body, or the root of an articulation."""
     return structure.body_type == "dynamic" if isinstance(structure, BodyStructure) else not structure.fix_root_link

@@ -1,4 +1,4 @@
-"""What a field's row holds, how a written value becomes it, and reports of keys without effect."""
+"""Types of fields, the conversion of written values to rows, and reports of keys without effect."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 def report_unused_key(key: str, where: str, origin: Origin, sink: Sink, *, hint: str = "") -> None:
-    """Reports a key that does nothing (SC115).
+    """Reports a key that has no effect (SC115).
 
     Args:
         key: of the node.
-        where: it does nothing: "on a light without a shadow".
+        where: the context: "on a light without a shadow".
         origin: of the node.
-        sink: takes the diagnostic.
-        hint: in place of the usual one, to leave the key out.
+        sink: receives the diagnostic.
+        hint: replaces the default hint to leave the key out.
     """
     hint = hint or f"leave `{key}` out"
     sink.report("SC115", f"`{key}` does nothing {where}", origin.child(key), at="key", hint=hint)
@@ -36,20 +36,20 @@ Convert = Callable[[Any], Any]
 
 @frozen
 class FieldType:
-    """A field's row.
+    """The type of a field.
 
     Attributes:
         shape: of a row.
-        within: the numbers that are allowed; None: any.
-        convert: makes a row of a plain value; None where the plain value is one. Gives None for what
-            it cannot read, which only the value of an expression can be.
-        conversion: the name of `convert`, where what an expression gives is converted too, scene by scene.
-        complain: reports a plain value that `convert` gives None for; needed where a model lets one through.
-        fallback: replaces a value that was reported.
-        pad: of a row's last component where only the others are written.
-        wide: a single number is used for every component.
-        free: a row may have any shape; that of a form which draws follows from its bounds.
-        reset: whether a reset may draw it anew.
+        within: allowed numbers; None: any.
+        convert: converts a plain value to a row; None: no conversion. Gives None for an invalid value, which only an
+            expression can give.
+        conversion: name of `convert`, if values of expressions are converted too, scene by scene.
+        complain: reports a plain value for which `convert` gives None, if the model allows any.
+        fallback: replaces a value with an error.
+        pad: last component of a row if only the others are written.
+        wide: whether a single number is used for every component.
+        free: whether a row may have any shape. A drawn row takes its shape from the form's bounds.
+        reset: whether a reset may redraw it.
     """
 
     shape: tuple[int, ...] = ()
@@ -66,7 +66,7 @@ class FieldType:
 
     @property
     def bounds(self) -> Bounds:
-        """The numbers that a row may have."""
+        """The allowed numbers of a row."""
         return ANY if self.within is None else self.within
 
 
@@ -78,7 +78,7 @@ def field_type(
     pad: float | None = None,
     wide: bool = False,
 ) -> FieldType:
-    """The type of a field of the plan, from its row of `QUANTITIES`; other arguments as in `FieldType`."""
+    """The type of a plan field, from its row of `QUANTITIES`. Other arguments: see `FieldType`."""
     row = QUANTITIES[quantity]
     if fallback is None:
         fallback = (0.0,) * row.shape[0] if row.shape else 0.0
@@ -97,18 +97,18 @@ def field_type(
 
 
 def vector(count: int) -> FieldType:
-    """So many numbers of any size."""
+    """The type of `count` unbounded numbers."""
     return FieldType((count,), fallback=(0.0,) * count)
 
 
 def drawn_shape(bounds: Iterable[Any]) -> tuple[int, ...]:
-    """The shape of a row that is drawn between bounds as written: that of the first list among them."""
+    """The shape of a row that is drawn between written bounds: that of the first list among them."""
     counts = (_components(bound) for bound in bounds)
     return next(((count,) for count in counts if count is not None), ())
 
 
 def _components(bound: Any) -> int | None:
-    # All alternatives have as many.
+    # All alternatives have the same length.
     first: Any = next(forms.alternative_values(bound), None)
     match first:
         case forms.DrawForm(_, operands):
@@ -132,7 +132,7 @@ MIRROR_SCALE = field_type("Mesh.scale", conversion="scale", fallback=(1.0, 1.0, 
 POSITION = vector(3)
 
 COMPONENT_TYPES: dict[Dtype, FieldType] = {dtype: FieldType(dtype=dtype) for dtype in ("float64", "int64", "bool")}
-"""One number of a vector."""
+"""Types of one component of a vector."""
 
 
 def _locked(axes: list[str]) -> tuple[bool, ...]:
@@ -150,4 +150,4 @@ def _field_type(row: Property) -> FieldType:
 BODY_FIELDS: dict[str, tuple[str, FieldType]] = {
     row.key: (row.field, _field_type(row)) for row in properties_of("mass", "body", "groups", "look")
 }
-"""Key of the language → field of the plan, and what a row of it holds."""
+"""Key of the language → field of the plan, and its type."""

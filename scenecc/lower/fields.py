@@ -1,4 +1,4 @@
-"""Fields of the language to values of the plan, and what the values of one document have in common."""
+"""Lowers fields of the language to values of the plan; the shared state of one document's values."""
 
 from __future__ import annotations
 
@@ -64,27 +64,27 @@ if TYPE_CHECKING:
     from scenecc.variation.node_bounds import BoundsAnalysis
 
 _ARRAY_KINDS = {"float64": "fi", "int64": "i", "bool": "b"}
-"""Kinds of arrays that become a field's."""
+"""NumPy dtype kinds accepted for a field's dtype."""
 
 _VALUE_TYPES = {
     "float64": (frozenset((int, float)), "a number"),
     "int64": (frozenset((int,)), "an integer"),
     "bool": (frozenset((bool,)), "true or false"),
 }
-"""The types of the values of a field, and their name."""
+"""Accepted value types of a field, and their name."""
 
 RowMaker = Callable[["Batch"], "NDArray[Any]"]
-"""Gives the rows (B, …) of a value in a batch."""
+"""Computes the rows (B, …) of a value in a batch."""
 
 
 class FieldLowerer:
-    """Makes values over some scenes, reading names in one scope.
+    """Makes values over some scenes and resolves names in one scope.
 
     Attributes:
-        scenes: that the rows of the values follow.
-        listed: that the items of `per_scene` lists follow.
-        scope: the name of the instance that the names belong to; "" for the document.
-        partial: whether maps by scene may leave out scenes, whose values are never read.
+        scenes: scenes of the rows.
+        listed: scenes of the items of `per_scene` lists.
+        scope: name of the instance that the names belong to; "" for the document.
+        partial: whether maps by scene may omit scenes, whose values are never read.
     """
 
     def __init__(
@@ -105,14 +105,14 @@ class FieldLowerer:
         self._batch: Batch | None = None
 
     def value(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool | None = None) -> Value:
-        """A leaf as a value.
+        """Lowers a leaf to a value.
 
         Args:
-            given: as the models have it.
+            given: from the model.
             kind: of the field.
             owner: of the node that has the field.
-            at: the field's keys there.
-            reset: whether a reset may change it; None: the type of the field says so.
+            at: keys of the field in the node.
+            reset: whether a reset may change it; None: decided by the field's type.
         """
         if given.__class__ not in VARYING:
             return literal(given if kind.convert is None else kind.convert(given), kind.dtype)
@@ -121,13 +121,13 @@ class FieldLowerer:
         return self.finish(variation.item(given, kind, place), variation, kind, place.origin, reset=reset)
 
     def optional(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool | None = None) -> Value | None:
-        """As `value`; None where the key was left out."""
+        """Same as `value`; None if the key was left out."""
         return None if given is None else self.value(given, kind, owner, *at, reset=reset)
 
     def finish(
         self, item: Any, variation: VariationLowerer, kind: FieldType, origin: Origin, *, reset: bool | None = None
     ) -> Value:
-        """An item that was read as a value: of what is known by scene the rows, of the rest how they are drawn."""
+        """Makes a value from a parsed item: known rows, or a drawn value."""
         reset = kind.reset if reset is None else reset
         if not reset:
             self.fix(variation)
@@ -146,22 +146,22 @@ class FieldLowerer:
         return value
 
     def drawn(self, rows: RowMaker, bounds: Callable[[], ValueBounds] | None = None) -> Value:
-        """A value that is drawn when it is first asked for.
+        """Makes a value that is drawn on first access.
 
         Args:
-            rows: gives its rows in a batch.
-            bounds: gives the values that it can have; None: those of the samples.
+            rows: computes its rows in a batch.
+            bounds: gives its possible values; None: those of the samples.
         """
         return varying(lambda: rows(self.batch()), lambda: rows(self.analysis.samples), self.scenes, bounds=bounds)
 
     def defer(self, value: Value, rows: RowMaker, kind: FieldType, origin: Origin, variation: VariationLowerer) -> None:
-        """Checks the samples of a value that is drawn, and defers the check of its rows until then."""
+        """Checks the samples of a drawn value, and registers the check of its rows."""
         deferred = DeferredCheck(value, rows, kind, self.scenes, origin, variation.origins)
         check_samples(deferred, self)
         self.sampling.deferred.append(deferred)
 
     def rows(self, batch: Batch, *, node: Node, kind: FieldType) -> NDArray[Any]:
-        """The rows (B, …) of a node in a batch, as a field has them.
+        """The rows (B, …) of a node in a batch, in the format of the field.
 
         Raises:
             DrawError: it has no value in a scene, or one of another type.
@@ -178,18 +178,18 @@ class FieldLowerer:
         raise batch.error(f"this is not {_described_type(kind)}", 0, node)
 
     def inside(self, scope: str) -> FieldLowerer:
-        """The lowerer of a named object in another scope, over the same scenes; `per_scene` lists cover all scenes."""
+        """The lowerer of a named object in another scope, over the same scenes. `per_scene` lists cover all scenes."""
         return self.sampling.fields(self.scenes, scope, self.sampling.all_scenes)
 
     def fix(self, variation: VariationLowerer) -> None:
-        """Notes that a field stays as it is built, and with it all shared draws that it reads."""
+        """Marks a field, and all shared draws that it reads, as fixed after the build."""
         self.sampling.fixed |= variation.reads
 
     def keep(self, node: Node, origin: Origin, reads: Iterable[str]) -> str:
-        """Makes a value a shared draw that stays as it is built, and returns its name.
+        """Adds a shared draw that is fixed after the build, and returns its name.
 
         Args:
-            node: of the value, which a seed decides.
+            node: of the value, which depends on the seed.
             origin: of its `once`.
             reads: the shared draws that it reads.
         """
@@ -203,14 +203,14 @@ class FieldLowerer:
         return name
 
     def keep_infinite(self, value: Value) -> None:
-        """Has a value stay as it is built if it may be infinite in some scene: the engine cannot change that later."""
+        """Fixes a value after the build if it may be infinite in some scene: the engine cannot change it later."""
         reset = self.sampling.resets.get(id(value))
         if reset is not None and holds_infinity(reset.node, self.sampling.draws):
             del self.sampling.resets[id(value)]
             self.fix(reset.variation)
 
     def _rows(self, node: Node, variation: VariationLowerer, kind: FieldType, origin: Origin) -> Value:
-        """A node that the scene's index decides as a value whose rows are known."""
+        """Makes a value with known rows from a node that depends only on the scene index."""
         rows = partial(self.rows, node=node, kind=kind)
         try:
             known = per_scene(rows(self.batch()), kind.dtype)
@@ -220,17 +220,17 @@ class FieldLowerer:
         if variation.computed:
             check_rows(DeferredCheck(known, rows, kind, self.scenes, origin, {}), self.sampling, self.sink)
         if variation.cycled:
-            # Values that no scene has are checked too.
+            # Also checks alternatives that no scene uses.
             found = self.analysis.bounds(node)
             if found.alternatives is None or len(found.alternatives) > len(known.bounds.alternatives or ()):
                 return self.drawn(rows, lambda: found)
         return known
 
     def evaluate(self, node: Node) -> NDArray[Any]:
-        """A node's rows in the scenes, as a field takes them.
+        """A node's rows in the scenes, in the format of the field.
 
         Raises:
-            DrawError: it has none in some scene.
+            DrawError: it has no value in some scene.
         """
         from scenecc.variation.evaluation import to_field_rows  # noqa: PLC0415 - loads numpy
 
@@ -238,15 +238,15 @@ class FieldLowerer:
 
     @property
     def analysis(self) -> BoundsAnalysis:
-        """The analysis of the bounds of nodes in the scenes."""
+        """The bounds analysis for the scenes."""
         return self.sampling.analysis(self.scenes)
 
     def batch(self) -> Batch:
-        """The scenes, as draws are made for them."""
+        """A batch of the scenes."""
         if self._batch is None:
             import numpy as np  # noqa: PLC0415 - checking a scene in which nothing varies needs none
 
-            from scenecc.variation.evaluation import Batch  # noqa: PLC0415 - likewise
+            from scenecc.variation.evaluation import Batch  # noqa: PLC0415 - see above
 
             scenes = np.array(self.scenes, dtype=np.int64)
             sampling = self.sampling
@@ -255,7 +255,7 @@ class FieldLowerer:
         return self._batch
 
     def draw_names(self, template: Template, origin: Origin) -> dict[str, str] | None:
-        """The shared draws that an expression reads, by the names that it has for them; None where one is unknown."""
+        """The shared draws that an expression reads, by name in the expression; None if one is unknown."""
         scope = self.scope if template.scope is None else template.scope
         prefix = f"{scope}/" if scope else ""
         draws = self.sampling.draws
@@ -277,33 +277,33 @@ def _described_type(kind: FieldType) -> str:
 
 
 _RECOMPUTATIONS = 4
-"""How often what is computed may be computed again."""
+"""How often a computed value may be recomputed."""
 
 
 @dataclass(slots=True)
 class SamplingContext:
-    """What the values of one document have in common.
+    """The shared state of one document's values.
 
     Attributes:
         seed, num_scenes: of the batch.
-        sink: takes the diagnostics.
-        most: operations that its values may take.
-        draws: the shared draws by their full names; filled before anything reads them.
-        deferred: the values that the draw stage judges.
-        arguments: what parameters are given that it judges.
-        used: the shared draws that anything reads.
-        fixed: those that something reads which stays as it is built.
-        reads: for each shared draw, those that it reads.
-        scenes_of: for each shared draw, the scenes that it has a value in.
-        random: the shared draws that a seed decides, by themselves or through others.
-        draw_origins: of the nodes in shared draws that can have no value, by identity.
-        failed: nodes that have no value in a sample and were reported, by identity.
-        drawn: whether any value is to be drawn.
-        read: how many fields with forms or expressions were read.
-        resets: what a reset may change: its value by identity, its node, and what was read of it.
-        sampling_operations: operations of sampling, and of the analysis of its bounds.
-        placed: poses (num_scenes, 7) of what is placed, once it is.
-        computed: operations of the draw stage as they are done; some do again what others have done.
+        sink: receives the diagnostics.
+        most: limit of operations.
+        draws: the shared draws by full name; filled before anything reads them.
+        deferred: values that the draw stage checks.
+        arguments: parameter arguments that the draw stage checks.
+        used: shared draws with at least one reader.
+        fixed: shared draws with a reader that is fixed after the build.
+        reads: shared draw → shared draws that it reads.
+        scenes_of: shared draw → scenes in which it has a value.
+        random: shared draws that depend on the seed, directly or through others.
+        draw_origins: origins of nodes in shared draws that may have no value, by identity.
+        failed: nodes without a value in a sample that were reported, by identity.
+        drawn: whether any value must be drawn.
+        read: number of fields with forms or expressions.
+        resets: values that a reset may change, by identity: node and variation.
+        sampling_operations: operations of sampling and bounds analysis.
+        placed: poses (num_scenes, 7) of placements, once they are made.
+        computed: operations of the draw stage so far, including recomputations.
     """
 
     seed: int
@@ -336,16 +336,16 @@ class SamplingContext:
         self.computed = OperationCounter(_RECOMPUTATIONS * self.most)
 
     def count_operations(self, operations: int, origin: Origin) -> None:
-        """Counts what the draw stage will do; once that is too much, it is reported."""
+        """Counts operations of the draw stage, and reports when they exceed the limit."""
         within = not self.sampling_operations.exhausted
         self.sampling_operations.done += operations
         if within and self.sampling_operations.exhausted:
             self.sink.report("SC604", self.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
 
     def analysis(self, scenes: tuple[int, ...] | None = None) -> BoundsAnalysis:
-        """The analysis of bounds in some scenes; None: in all."""
+        """The bounds analysis for some scenes; None: all."""
         scenes = self.all_scenes if scenes is None else scenes
-        # By identity, since objects share the tuples of their scenes; the analyses keep them.
+        # By identity, since objects share the tuples of their scenes. The analyses keep the tuples alive.
         found = self._analyses.get(id(scenes))
         if found is None:
             from scenecc.variation.node_bounds import BoundsAnalysis  # noqa: PLC0415 - loaded where something varies
@@ -356,11 +356,11 @@ class SamplingContext:
 
     @property
     def varies(self) -> bool:
-        """Whether anything is to be drawn or checked by its rows."""
+        """Whether any value must be drawn or checked by its rows."""
         return bool(self.draws or self.deferred or self.drawn)
 
     def add(self, name: str, node: Node, reads: frozenset[str]) -> None:
-        """Adds a shared draw. `reads`: those that it reads, all of which are there."""
+        """Adds a shared draw. `reads`: the draws that it reads, which must already be added."""
         self.draws[name] = node
         self.reads[name] = reads
         found = node.scene_idxs if isinstance(node, Rows) else self.all_scenes
@@ -376,13 +376,13 @@ class SamplingContext:
         """The field lowerer of an object.
 
         Args:
-            scenes: that it is in; None: all.
-            scope: in which its names are looked up.
-            listed: the scenes of its `per_scene` lists, where these are not `scenes`.
+            scenes: of the object; None: all.
+            scope: for its names.
+            listed: the scenes of its `per_scene` lists, if not `scenes`.
         """
         scenes = self.all_scenes if scenes is None else scenes
         listed = scenes if listed is None else listed
-        # By identity, since objects share the tuples of their scenes; the lowerers keep them.
+        # By identity, since objects share the tuples of their scenes. The lowerers keep the tuples alive.
         key = (id(scenes), id(listed), scope)
         found = self._fields.get(key)
         if found is None:
@@ -391,19 +391,19 @@ class SamplingContext:
 
 
 VARYING = SELECTORS | {DrawForm, RandomRotation, Shuffle, Vector, Template}
-"""All that may stand in place of a plain value, by type."""
+"""All types that can replace a plain value."""
 
 FormStep = tuple["PathKey", ...]
 
 
 @frozen
 class FieldPlace:
-    """Where a varying value stands.
+    """Location of a varying value.
 
     Attributes:
         origin: its node.
-        path: of the field within its object, as draws are keyed by it.
-        word: the component's number, where it is one of several that share the path.
+        path: of the field in its object, used as the key of draws.
+        word: number of the component, if several share the path.
     """
 
     origin: Origin
@@ -413,16 +413,16 @@ class FieldPlace:
     def inside(self, step: FormStep) -> FieldPlace:
         """The place of an item of a form."""
         steps = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in step)
-        # A shared draw's own path is empty.
+        # The path of a shared draw is empty.
         return FieldPlace(self.origin.child(*step), (self.path + steps).removeprefix("."), self.word)
 
     def key(self, name: str) -> FieldPlace:
-        """The place of a key of the mapping here."""
+        """The place of a key in the mapping."""
         return FieldPlace(self.origin.child(name), f"{self.path}.{name}")
 
 
 def field_place(origin: Origin) -> FieldPlace:
-    """The place of a field of a named object; in a document every field is one."""
+    """The place of a field of a named object. In a document every field belongs to one."""
     return FieldPlace(origin, _path(origin.path[2:]))
 
 
@@ -431,7 +431,7 @@ _path = lru_cache(maxsize=1024)(dotted)
 
 
 LeafReader = Callable[[Any, FieldPlace, FormStep], Any]
-"""Reads what is no selector: (given, place of the form around it, steps from there) to an item."""
+"""Reads a value that is not a selector: (given, place of the enclosing form, steps from there) to an item."""
 
 
 class VariationLowerer:
@@ -440,12 +440,12 @@ class VariationLowerer:
     Attributes:
         drawn: whether it has draws of its own.
         computed: whether it has expressions.
-        seeded: whether it holds rows that were drawn and that a reset does not change.
-        broken: whether something of it was reported, so that its placeholder means nothing.
-        reads: the shared draws that its expressions read, and those that its `once` stand for.
-        cycled: whether it has alternatives that no scene may have.
-        risky: whether it can have no value in some scene, or one out of its range.
-        origins: of the nodes that can have no value, by identity; the nodes are kept with them.
+        seeded: whether it contains drawn rows that a reset keeps.
+        broken: whether an error was reported, so that it holds a placeholder.
+        reads: shared draws that it reads by expressions or through `once`.
+        cycled: whether it has alternatives that no scene may use.
+        risky: whether it may have no value or an out-of-range value in some scene.
+        origins: of the nodes that may have no value, by identity, with the nodes to keep them alive.
     """
 
     def __init__(self, fields: FieldLowerer, origin: Origin) -> None:
@@ -464,11 +464,11 @@ class VariationLowerer:
 
     @property
     def is_random(self) -> bool:
-        """Whether a seed decides its values, by its own draws or by those that it reads."""
+        """Whether its values depend on the seed, directly or through shared draws."""
         return self.drawn or self.seeded or not self._fields.sampling.random.isdisjoint(self.reads)
 
     def join(self, other: VariationLowerer) -> None:
-        """Takes in what is known of another field that this one's value is made of."""
+        """Merges the variation of another field that this value is computed from."""
         self.drawn |= other.drawn
         self.computed |= other.computed
         self.seeded |= other.seeded
@@ -479,13 +479,13 @@ class VariationLowerer:
         self.origins |= other.origins
 
     def risk(self, node: Any, origin: Origin) -> Any:
-        """Remembers the origin of a node that may have no value."""
+        """Records the origin of a node that may have no value."""
         self.risky = True
         self.origins[id(node)] = (node, origin)
         return node
 
     def item(self, given: Any, kind: FieldType, place: FieldPlace) -> Any:
-        """What is written as an item of a node: a node, or a plain row."""
+        """Reads a value as an item: a node, or a plain row."""
 
         def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
             return self._leaf(one, kind, around, step)
@@ -493,7 +493,7 @@ class VariationLowerer:
         return self.select(given, place, leaf)
 
     def select(self, given: Any, place: FieldPlace, leaf: LeafReader, step: FormStep = ()) -> Any:
-        """As `item`, where `leaf` reads what no selector holds."""
+        """Same as `item`, but `leaf` reads the values inside selectors."""
         if given.__class__ not in SELECTORS:
             return leaf(given, place, step)
         place = place.inside(step) if step else place
@@ -513,7 +513,7 @@ class VariationLowerer:
                 return Chosen(items, given.weights, self._key(place), place.word)
 
     def _kept(self, form: Any, place: FieldPlace, leaf: LeafReader) -> Any:
-        """What stays as it is built: drawn as the form alone would be, as a shared draw that no reset draws anew."""
+        """Reads a `once`: drawn like the form inside it, as a shared draw that resets keep."""
         drawn, reads = self.drawn, self.reads
         self.drawn, self.reads = False, set()
         item = self.select(form, replace(place, origin=place.origin.child(ONCE)), leaf)
@@ -553,7 +553,7 @@ class VariationLowerer:
             message = f"there is no value for scene {min(missing)}"
             self._fields.sink.report("SC315", message, origin, hint="add it, or a `default`")
             default = next(iter(read.values()), 0.0)
-        # A prefab does not know in which scenes it is used.
+        # A prefab does not know the scenes of its instances.
         if not self._fields.scope and (extra := read.keys() - set(scenes)):
             scene = min(extra)
             message = f"the object is not in scene {scene}"
@@ -580,7 +580,7 @@ class VariationLowerer:
                 return self._drawn(given, kind, place)
 
     def plain(self, given: Any, kind: FieldType, around: FieldPlace, step: FormStep) -> Any:
-        """A plain value as a row; the kind's own where it was reported."""
+        """Converts a plain value to a row; the kind's fallback after an error."""
         if kind.convert is None:
             return given
         made = kind.convert(given)
@@ -606,7 +606,7 @@ class VariationLowerer:
 
     def _stacked(self, items: tuple[Any, ...], kind: FieldType, place: FieldPlace) -> Any:
         one = component(kind)
-        # Of a matrix each row has words of its own.
+        # Each row of a matrix has its own words.
         first = place.word * len(items)
         places = (FieldPlace(place.origin.child(j), place.path, first + j) for j in range(len(items)))
         parts = [self.item(item, one, at) for item, at in zip(items, places, strict=True)]
@@ -625,11 +625,11 @@ class VariationLowerer:
         items = [self._bound(bound, one, place, step) for bound, step in zip(given.operands, steps, strict=True)]
         for i, role in enumerate(drawn.roles):
             if role == "deviation" and one.pad is not None and _is_vector(items[i]):
-                # What is left out does not vary.
+                # An omitted component does not vary.
                 items[i] = (*items[i][:3], 0.0) if len(given.operands[i]) < len(items[i]) else items[i]
         node = Drawn(given.kind, tuple(items), one.shape, self._key(place, drawn.cost), place.word)
         if not NODE_TYPES.isdisjoint(map(type, items)):
-            # Bounds that vary may change places in some scene.
+            # Varying bounds may cross in some scene.
             self.risk(node, place.origin)
         return Stacked((node,) * kind.shape[0]) if single and kind.shape else node
 
@@ -637,7 +637,7 @@ class VariationLowerer:
         if given.__class__ in VARYING:
             return self.item(given, replace(kind, conversion=None), place.inside(step))
         if kind.complain is not None and kind.convert is not None:
-            # What no value may be, a bound may: 0 points nowhere, and is a deviation, or the end of a range.
+            # A bound may be an invalid value: 0 is not a direction, but a valid deviation or end of a range.
             made = kind.convert(given)
             return tuple(given) if made is None else made
         return given if kind.convert is None else self.plain(given, kind, place, step)
@@ -648,7 +648,7 @@ class VariationLowerer:
 
 
 def component(kind: FieldType) -> FieldType:
-    """The kind of one number of a vector, or of one row of a matrix."""
+    """The type of one component of a vector, or of one row of a matrix."""
     return COMPONENT_TYPES[kind.dtype] if len(kind.shape) < 2 else replace(kind, shape=kind.shape[1:])
 
 

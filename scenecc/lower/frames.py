@@ -1,6 +1,6 @@
-"""Poses of entities, frames, cameras and lights in the world: composed `relative_to` chains.
+"""World poses of entities, frames, cameras and lights, composed along `relative_to` chains.
 
-A link that something is posed relative to is one more frame: it stands in its entity, the joints at their start.
+A link that something is posed relative to is a frame too: it is in its entity, at the initial joint positions.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from scenecc.spec.references import NameScopes
 
 _SHOWN = 20
-"""How many members of a circle are named."""
+"""Most members of a cycle that are named."""
 
 _JOINED = 10
-"""How many operations it takes to join what was read of two poses."""
+"""Operations to merge the variations of two poses."""
 
 
 @frozen
@@ -42,14 +42,14 @@ class FramePose:
     """The pose of an entity, a frame or a link.
 
     Attributes:
-        local: its own pose, in the frame of `parent`: seven numbers, or a node.
-        variation: what was read of it; None where it is the same in every scene.
+        local: its pose in the frame of `parent`: seven numbers, or a node.
+        variation: of its pose; None if it is the same in every scene.
         parent: its reference frame; None: the world.
-        world: its pose in the world, likewise.
-        around: itself if it is in some scenes only, as entities and the frames of instances can be; of another frame
-            the first such thing that it stands relative to.
-        depth: how many poses are composed in `world`.
-        read: the first of itself and all that it stands relative to of which something was read; None: there is none.
+        world: its pose in the world: seven numbers, or a node.
+        around: the nearest of itself and its ancestors that is in some scenes only, such as an entity or a frame of an
+            instance.
+        depth: number of poses composed in `world`.
+        read: the nearest of itself and its ancestors with a variation; None: there is none.
     """
 
     local: Pose7 | Node
@@ -63,13 +63,13 @@ class FramePose:
 
 @frozen
 class Follower:
-    """A light or a camera: it has a pose, and nothing is posed relative to it.
+    """A light or a camera. It has a pose, but nothing is posed relative to it.
 
     Attributes:
-        local: its own pose, as it is built: seven numbers, or a node.
-        variation: what was read of it.
-        parent: the entity or frame in whose frame that is; None: the world.
-        fields: of it.
+        local: its own pose as built: seven numbers, or a node.
+        variation: of its pose.
+        parent: its reference entity or frame; None: the world.
+        fields: of the object.
     """
 
     local: Pose7 | Node
@@ -79,23 +79,23 @@ class Follower:
 
 
 class FrameGraph:
-    """World poses of what a document places, composed in float64.
+    """World poses of a document's objects, composed in float64.
 
-    Names are those of `scenecc.spec.references.qualified_name`.
+    Names come from `scenecc.spec.references.qualified_name`.
 
     Args:
-        sections: name → section → what has a `pose` there; of cameras those that are mounted on nothing.
+        sections: section → name → object with a `pose`; only cameras without a mount.
         fields_of: gives the field lowerer of an entity or a frame, by its name.
-        names: what names of the document mean.
+        names: resolves names of the document.
         origin: of its root.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
 
     Attributes:
-        unread: entities whose files are wrong, which was reported: what these make beside themselves is not known.
+        unread: entities with an error in their file, which was reported. Their other objects are unknown.
         followers: lights and cameras by name.
-        articulations: by name the structures of each, and which of them each scene has.
-        structures: of all entities, likewise.
-        vertices: reads the vertices (n, 3) [m] of a file of the plan; None where that is reported.
+        articulations: structures and pick of each articulation, by name.
+        structures: structures and pick of each entity, by name.
+        vertices: reads the vertices (n, 3) [m] of a file of the plan; None after an error.
     """
 
     def __init__(
@@ -122,34 +122,34 @@ class FrameGraph:
         self.structures: dict[str, tuple[tuple[BodyStructure | ArticulationStructure, ...], Value | None]] = {}
         self.vertices: Callable[[int, Origin], Any] | None = None
         self._links: dict[str, LinkFrame] = {}
-        # Entities of which all joints start where they are built.
+        # Entities whose joints start at their built positions.
         self._still: set[str] = set()
 
     def add(self, name: str, owner: Origin, node: Any) -> None:
-        """Takes in what an entity makes beside itself: a robot of its file.
+        """Adds an object that an entity makes besides itself: a robot of its file.
 
         Args:
-            name: of what it makes.
+            name: of the object.
             owner: the entity's node.
-            node: has a `pose` as the models have it, relative to the entity.
+            node: has a `pose` as in the models, relative to the entity.
         """
         self._placed[name] = node
         self._origins[name] = owner
 
     def world(self, name: str, owner: Origin, *, fixed: bool) -> Value:
-        """The world pose of something as a value.
+        """The world pose of an object as a value.
 
         Args:
-            name: that it is known as.
+            name: of the object.
             owner: its node.
-            fixed: whether it stays as it is built.
+            fixed: whether it is fixed after the build.
         """
         pose = self._placed[name].pose
         apart = not self._is_placed(name) and (
             pose.__class__ is not PoseMapping or (pose.relative_to is None and pose.anchor is None)
         )
         if apart and not self._names.scopes.get(name) and not pose_varies(pose):
-            # Most poses are in the world frame, and few of these are asked for again.
+            # Shortcut: most poses are in the world frame and few of these are needed again.
             return literal(lower_pose(pose, owner, ("pose",), self._sink))
         frame_pose = self.frame_pose(name)
         fields = self._fields_of(name)
@@ -174,14 +174,14 @@ class FrameGraph:
     ) -> Value:
         """The world pose of a light or a camera as a value.
 
-        Its own pose and its reference frame may be drawn again; a reset moves it.
+        Its own pose and its reference frame may be redrawn; a reset moves it.
 
         Args:
-            key: what it is known as, as `scenecc.spec.references.qualified_name` has it.
+            key: its name, from `scenecc.spec.references.qualified_name`.
             relative_to: as written.
             local: seven numbers, or a node.
-            variation: of them.
-            fields: of it.
+            variation: of the pose.
+            fields: of the object.
             origin: of the node that has the key `pose`.
         """
         parent = self._known_parent(key, relative_to, origin)
@@ -201,7 +201,7 @@ class FrameGraph:
         return fields.finish(world, whole, POSE, origin.child("pose"), reset=True)
 
     def fix(self, name: str) -> None:
-        """Notes that an object stays where it is built, and with it its chain of reference frames."""
+        """Marks an object and its chain of reference frames as fixed after the build."""
         at: str | None = name
         below = name
         while at is not None and at not in self._fixed:
@@ -211,7 +211,7 @@ class FrameGraph:
             below, at = at, self.frame_pose(at).parent
 
     def _fix_start(self, entity: str, user: str, key: str) -> None:
-        """Lets the joints of an articulation start where they are built, as a `key` of the pose of `user` asks."""
+        """Fixes the initial joint positions of an articulation, as required by the `key` of the pose of `user`."""
         if entity in self._still:
             return
         self._still.add(entity)
@@ -225,8 +225,8 @@ class FrameGraph:
             )
 
     def link(self, entity: str, link: str) -> str:
-        """What a link of an articulation is known as among frames."""
-        # As nothing of a document is called: no name has a colon.
+        """The name of an articulation's link among frames."""
+        # Names in a document have no colon, so this is unique.
         key = f"{entity}:{link}"
         self._links.setdefault(key, LinkFrame(entity, link))
         return key
@@ -236,7 +236,7 @@ class FrameGraph:
         return self._fields_of(self._links[name].entity if name in self._links else name)
 
     def is_fixed(self, name: str) -> bool:
-        """Whether something stays where it is built."""
+        """Whether an object is fixed after the build."""
         return name in self._fixed or (name in self._links and self._links[name].entity in self._still)
 
     def frame_pose(self, name: str) -> FramePose:
@@ -254,14 +254,14 @@ class FrameGraph:
         return getattr(self._placed.get(name), "place", None) is not None
 
     def placed_root(self, name: str) -> str | None:
-        """What is placed of an entity or a frame and its chain of reference frames; None: nothing is."""
+        """The nearest placed object among an entity or a frame and its ancestors; None if there is none."""
         at: str | None = name
         while at is not None and not self._is_placed(at):
             at = self.frame_pose(at).parent
         return at
 
     def _readings(self, name: str) -> list[VariationLowerer]:
-        """The variation of a pose and of its chain of reference frames."""
+        """The variations of a pose and of its chain of reference frames."""
         variations: list[VariationLowerer] = []
         at = self.frame_pose(name).read
         while at is not None:
@@ -269,12 +269,12 @@ class FrameGraph:
             assert frame_pose.variation is not None
             variations.append(frame_pose.variation)
             at = None if frame_pose.parent is None else self.frame_pose(frame_pose.parent).read
-        # Of a long chain that varies each member joins what was read of all before it.
+        # In a long varying chain, each member merges the variations of all its ancestors.
         self._fields_of(name).sampling.count_operations(_JOINED * len(variations), self.origin(name))
         return variations
 
     def _local(self, name: str) -> tuple[Any, VariationLowerer | None]:
-        """The pose of something in its reference frame, and what was read of it; None where it does not vary."""
+        """The pose of an object in its reference frame, and its variation; None if it does not vary."""
         origin = self.origin(name)
         if name in self._links:
             link = self._links[name]
@@ -296,7 +296,7 @@ class FrameGraph:
     def _pose_of_origin(
         self, name: str, local: Any, anchor: str, variation: VariationLowerer | None
     ) -> tuple[Any, VariationLowerer | None]:
-        """The pose of an origin, where that of a point of the bounds is given."""
+        """The pose of the origin, computed from the pose of an anchor point."""
         from scenecc.lower.anchors import AnchorError, AnchorPoints  # noqa: PLC0415 - loaded where there is one
 
         place = self.origin(name).child("pose")
@@ -336,7 +336,7 @@ class FrameGraph:
         local, variation = self._local(name)
         around = outer.around if outer is not None else None
         if name not in self._links and (name not in self._frames or self._is_narrowed(name)):
-            # Another frame is wherever somebody stands relative to it, so it passes on whose scenes count.
+            # A plain frame has no scenes of its own; it inherits those of its parent.
             if around is not None:
                 self._exists_wherever(name, around)
             around = name
@@ -349,7 +349,7 @@ class FrameGraph:
         return FramePose(local, variation, parent, world, around, 2, read)
 
     def _share_pose(self, name: str, world: Any) -> Any:
-        """A pose by its name: of a chain that varies and has no end, the rest would nest in it without end."""
+        """Makes a shared draw of a pose in a long varying chain, which limits the nesting of the rest."""
         if world.__class__ not in NODE_TYPES:
             return world
         draw = shared_pose_name(name)
@@ -366,10 +366,7 @@ class FrameGraph:
         return pose.relative_to if isinstance(pose, PoseMapping) else None
 
     def _chain(self, name: str) -> dict[str, str | None]:
-        """What is not placed yet, from the name outwards, and the first that is; cut where something was reported.
-
-        Each with its reference frame.
-        """
+        """An object and its ancestors, up to the first with a world pose or an error, each with its reference frame."""
         chain: dict[str, str | None] = {name: None}
         outermost = name
         while outermost not in self._standing and (parent := self._parent(outermost)) is not None:
@@ -410,7 +407,7 @@ class FrameGraph:
         return None
 
     def _exists_wherever(self, name: str, parent: str) -> None:
-        """Reports a scene that the one entity is in and the other is not."""
+        """Reports a scene that contains the object but not its reference entity."""
         self._is_wherever(name, self._fields_of(name).scenes, parent, self.origin(name))
 
     def _is_wherever(self, name: str, mine: tuple[int, ...], parent: str, origin: Origin) -> None:
@@ -426,7 +423,7 @@ class FrameGraph:
         )
 
     def _cycle(self, members: list[str]) -> None:
-        # One report for a cycle, at its first member in the file.
+        # One report per cycle, at its first member in the file.
         rank = {name: i for i, name in enumerate(self._placed)}
         start = members.index(min(members, key=rank.__getitem__))
         ordered = members[start:] + members[:start]

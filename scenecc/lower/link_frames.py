@@ -1,4 +1,4 @@
-"""Links as reference frames: where a link is in the frame of its entity, the joints at their initial positions."""
+"""Links as reference frames: the pose of a link in the frame of its entity, at the initial joint positions."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 @frozen
 class LinkFrame:
-    """A link that something is posed relative to. `entity`, `link`: the names."""
+    """A link that an object is posed relative to. `entity`, `link`: the names."""
 
     entity: str
     link: str
@@ -49,14 +49,14 @@ def find_link(
     sink: Sink,
     span: tuple[int, int] | None = None,
 ) -> str | None:
-    """The name of a link that every structure of an articulation has; None where it was reported.
+    """The name of a link that every structure of an articulation has; None after an error.
 
     Args:
         entity: the name of the articulation.
-        structures: all that it may be.
+        structures: all its alternatives.
         link: as written; None: the root.
         place: of the name.
-        sink: takes the diagnostic.
+        sink: receives the diagnostic.
         span: the part of the text at `place`; None: all of it.
     """
     each = [[one.name for one in other.links] for other in structures if not isinstance(other, BodyStructure)]
@@ -73,7 +73,7 @@ def find_link(
 
 
 def fix_initial_positions(structures: Sequence[Any], sampling: SamplingContext) -> bool:
-    """Lets the initial positions of all joints stay as they are built, and returns whether a reset drew any."""
+    """Fixes the initial positions of all joints after the build, and returns whether a reset would redraw any."""
     found = False
     for joint in (link.joint for structure in structures for link in structure.links if link.joint is not None):
         reset = sampling.resets.pop(id(joint.qpos), None)
@@ -86,10 +86,10 @@ def fix_initial_positions(structures: Sequence[Any], sampling: SamplingContext) 
 class LinkPoseLowerer:
     """Composes the pose of a link in the frame of its entity, in float64, from the root to the link.
 
-    Of each joint that is its frame in the parent link, the turn or the step, and back from its frame in the child link.
+    Each joint adds its frame in the parent link, its motion, and the inverse of its frame in the child link.
 
     Args:
-        key: what the link is known as.
+        key: name of the link among frames.
         fields: of its entity.
         origin: of its entity.
     """
@@ -102,11 +102,11 @@ class LinkPoseLowerer:
         self.variation = VariationLowerer(fields, origin)
 
     def lower(self, structures: Sequence[Any], pick: Value | None, link: str) -> Any:
-        """Seven numbers, or a node.
+        """The pose of a link: seven numbers, or a node.
 
         Args:
             structures: of the entity, each of which has the link.
-            pick: which of them each scene has.
+            pick: index of each scene's structure.
             link: its name.
         """
         try:
@@ -137,7 +137,7 @@ class LinkPoseLowerer:
         return pose
 
     def _shared_draw(self, pose: Any) -> Shared:
-        """A pose by its name: of a long chain that varies, the rest would nest in it without end."""
+        """Makes a shared draw of a pose in a long varying chain, which limits the nesting of the rest."""
         name = shared_pose_name(f"{self._key}.joints", self._shared)
         self._shared += 1
         sampling = self._fields.sampling
@@ -183,21 +183,21 @@ class LinkPoseLowerer:
         return reset_node(reset, limit_items)
 
     def _rows(self, value: Value) -> list[Any]:
-        """What stays as it is built, a row a scene."""
+        """The items of a value that is fixed after the build, one per scene."""
         self.variation.seeded |= not value.known
         rows = value.data.tolist()
         return [tuple(row) if row.__class__ is list else row for row in rows]
 
 
 def composed(outer: Any, inner: Any) -> Any:
-    """The composition of two items: seven numbers, or a node."""
+    """Composes two items: seven numbers, or a node."""
     if isinstance(outer, tuple) and isinstance(inner, tuple):
         return compose(outer, inner)  # pyright: ignore[reportUnknownArgumentType]
     return inner if outer == IDENTITY_POSE else Composed(outer, inner)
 
 
 def moved_along_x(position: Any, *, slides: bool) -> Any:
-    """The pose of a turn about x [rad], or of a step along it [m], as an item."""
+    """The pose of a rotation about x [rad], or of a translation along it [m], as an item."""
     if position.__class__ in NODE_TYPES:
         if slides:
             return Posed(Stacked((position, 0.0, 0.0)), IDENTITY)

@@ -44,8 +44,8 @@ def local_pose(
     Args:
         pose: as written; None: the identity.
         owner: of the node that has it.
-        at: where it is there.
-        what: has the pose, for a message.
+        at: path of the pose in the node.
+        what: the object with the pose, for a message.
         fields: of the object.
         reset: whether a reset may change it.
     """
@@ -61,13 +61,13 @@ def local_pose(
 
 
 def report_unused_anchor(pose: Any, where: str, origin: Origin, sink: Sink) -> None:
-    """Reports an `anchor` of what is no entity. `origin`: of the pose."""
+    """Reports an `anchor` on an object that is not an entity. `origin`: of the pose."""
     if isinstance(pose, PoseMapping) and pose.anchor is not None:
         report_unused_key("anchor", where, origin, sink, hint="only entities have bounds")
 
 
 def shape_pose(shape: Any, origin: Origin, fields: FieldLowerer) -> Value | None:
-    """The pose of a shape, with what its `axis`, or `normal` and `offset`, put before it; None: the identity."""
+    """The pose of a shape, including its `axis`, or `normal` and `offset`; None: the identity."""
     type_ = shape.type
     if shape.pose is None and type_ not in _TURNED:
         return None
@@ -80,7 +80,7 @@ def shape_pose(shape: Any, origin: Origin, fields: FieldLowerer) -> Value | None
 
 
 def _is_identity(pose: tuple[float, ...]) -> bool:
-    """To the bit: a pose with -0.0 is passed to the engine as it is written."""
+    """Whether a pose is the identity bit by bit: a pose with -0.0 is passed to the engine unchanged."""
     return pose == IDENTITY_POSE and "-" not in repr(pose)
 
 
@@ -90,7 +90,7 @@ _TURNED = _LYING | {"plane"}
 
 
 def _with_rotation(pose: Value, rotation: Quat, fields: FieldLowerer, step: Vec3 = (0.0, 0.0, 0.0)) -> Value:
-    """A pose followed by a rotation and a step in its own frame, the same in every scene."""
+    """A pose followed by a constant rotation and translation in its own frame."""
     if pose.is_constant:
         return literal(turned(seven_numbers(pose), rotation, step))
     if rotation == IDENTITY and not any(step):
@@ -99,7 +99,7 @@ def _with_rotation(pose: Value, rotation: Quat, fields: FieldLowerer, step: Vec3
     def turn(poses: NDArray[Any]) -> NDArray[Any]:
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
+        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - see above
 
         parts = (np.broadcast_to(part, (len(poses), len(part))) for part in (rotation, step))
         return rotation_arrays.turned(poses, *parts)
@@ -108,7 +108,7 @@ def _with_rotation(pose: Value, rotation: Quat, fields: FieldLowerer, step: Vec3
 
 
 def seven_numbers(pose: Value) -> Pose7:
-    """A pose that is the same in every scene."""
+    """The numbers of a pose that is the same in every scene."""
     x, y, z, a, b, c, d = pose.numbers()
     return (x, y, z, a, b, c, d)
 
@@ -120,7 +120,7 @@ def _plane_pose(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer) -
     if not any(normal):
         _no_direction(origin, fields.sink)
         return pose
-    # Along the normal itself: turned from x, a step along z would be off by the rotation's rounding.
+    # Along the normal itself: a step along the rotated axis would contain the rotation's rounding error.
     length = math.hypot(*normal)
     x, y, z = normal
     step = (x / length * shape.offset, y / length * shape.offset, z / length * shape.offset)
@@ -152,10 +152,10 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer
     def turn(
         poses: NDArray[Any], rotations: NDArray[Any], normals: NDArray[Any], offsets: NDArray[Any]
     ) -> NDArray[Any]:
-        """Turns each pose from x to its normal, and moves it along that."""
+        """Rotates each pose from x to its normal, and translates it along the normal."""
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
+        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - see above
 
         count = max(map(len, (poses, rotations, normals, offsets)))
         steps = normals / rotation_arrays.hypot(normals)[:, None] * offsets[:, None]
@@ -166,11 +166,11 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer
 
 
 def chain_poses(steps: Sequence[PoseStep], scenes: tuple[int, ...]) -> Value:
-    """The pose (·, 7) of all steps, the outermost first, composed in float64.
+    """The composed pose (·, 7) of all steps, the outermost first, in float64.
 
     Args:
-        steps: each of which has rows in all of the scenes.
-        scenes: that the rows follow.
+        steps: with rows in all of the scenes.
+        scenes: scenes of the rows.
     """
     if all(step.value.is_constant for step in steps):
         pose = IDENTITY_POSE
@@ -181,7 +181,7 @@ def chain_poses(steps: Sequence[PoseStep], scenes: tuple[int, ...]) -> Value:
     def draw() -> NDArray[Any]:
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        from scenecc.geometry.rotation_arrays import compose as compose_rows  # noqa: PLC0415 - likewise
+        from scenecc.geometry.rotation_arrays import compose as compose_rows  # noqa: PLC0415 - see above
 
         poses = np.broadcast_to(np.array(IDENTITY_POSE), (len(scenes), 7))
         for step in steps:
@@ -220,7 +220,7 @@ def _step_pose(step: PoseStep) -> Pose7:
 
 
 def _step_rows(step: PoseStep, scenes: tuple[int, ...]) -> NDArray[Any]:
-    """The poses of a step, a row a scene."""
+    """The poses of a step, one row per scene."""
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
     data = step.value.data

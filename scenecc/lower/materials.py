@@ -1,4 +1,4 @@
-"""Materials as written to rows of the plan's tables."""
+"""Lowers materials to rows of the plan's tables."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ SAPIEN_DEFAULT = Friction(STATIC_FRICTION, DYNAMIC_FRICTION, RESTITUTION)
 
 @frozen
 class LoweredMaterial:
-    """A material, lowered.
+    """A lowered material.
 
     Attributes:
         physical: index into the physical materials; None: the default material.
@@ -60,10 +60,10 @@ class LoweredMaterial:
 
 @frozen
 class MaterialChoice:
-    """Several materials, of which each scene has one.
+    """Several materials, one of which each scene has.
 
     Attributes:
-        each: by the number that `pick` gives.
+        each: the materials.
         pick: (·,) index into `each`.
     """
 
@@ -89,7 +89,7 @@ class MaterialLowerer:
         self._varying: dict[str, dict[tuple[int, ...], LoweredMaterial]] = {}
 
     def surface(self, given: Any, owner: Origin, fields: FieldLowerer) -> LoweredMaterial | MaterialChoice | None:
-        """A reference, an inline material or one of several in each scene; None where nothing is written.
+        """Lowers a reference, an inline material or several alternatives; None if not given.
 
         Args:
             given: as written.
@@ -113,10 +113,10 @@ class MaterialLowerer:
         return each[0] if len(each) == 1 else MaterialChoice(each, named.value)
 
     def report_unused(self, used: frozenset[str], fields: FieldLowerer) -> None:
-        """A warning for each named material that no shape has; its files are looked up all the same.
+        """Warns of each named material that no shape has, after resolving its files.
 
         Args:
-            used: names that something refers to which no shape has taken up.
+            used: names with a reference, although no shape has the material.
             fields: of the whole batch.
         """
         for name, material in self._named.items():
@@ -142,7 +142,7 @@ class MaterialLowerer:
         if by_scenes is None:
             return found
         if fields.scenes not in by_scenes:
-            # The rows of its values follow the scenes of what has it.
+            # Its values have rows for the scenes of the object that uses it.
             place, inside = self._origin.child(full), fields.inside(scope_of(full))
             by_scenes[fields.scenes] = self._lower(self._named[full], place, inside)
         return by_scenes[fields.scenes]
@@ -188,11 +188,11 @@ class MaterialLowerer:
         return VisualMaterial(**parts)
 
     def texture(self, given: Any, origin: Origin, fields: FieldLowerer) -> Texture | None:
-        """An image and how it is sampled; None where it was reported.
+        """Lowers an image and its sampling; None after an error.
 
         Args:
             given: as written: a file, a mapping, or a form of these.
-            origin: of it.
+            origin: of the image.
             fields: of the object.
         """
         samplings: list[tuple[Any, FieldPlace]] = []
@@ -217,7 +217,7 @@ def _read_sampling(given: TextureMapping) -> tuple[Any, ...]:
 
 
 def with_base_color(visual: VisualMaterial | None, color: Value | None) -> VisualMaterial | None:
-    """A visual material with another base colour, the rest left as it is."""
+    """Replaces the base colour of a visual material."""
     if color is None:
         return visual
     return replace(visual or VisualMaterial(), base_color=color)

@@ -1,4 +1,4 @@
-"""Looks up the body or link that a name means: what lights, cameras, constraints and placements refer to."""
+"""Looks up the body or link of a name, for lights, cameras, constraints and placements."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 
 
 class MountLookup:
-    """Finds what names mean: ENTITY, or ENTITY/LINK.
+    """Resolves names: ENTITY, or ENTITY/LINK.
 
-    Of an entity's name with slashes the longest that exists is meant. An articulation without a link stands for its
-    root link.
+    A name with slashes refers to the longest entity name that exists. An articulation without a link means its root
+    link.
 
     Args:
-        entities: all of the plan.
-        unread: names of entities whose files are wrong, which was reported: what they hold is not known.
+        entities: all entities of the plan.
+        unread: names of entities with an error in their file, which was reported. Their links are unknown.
         names: of the document.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
 
     def __init__(self, entities: Iterable[Entity], unread: Container[str], names: NameScopes, sink: Sink) -> None:
@@ -47,11 +47,11 @@ class MountLookup:
         *,
         span: tuple[int, int] | None = None,
     ) -> Mount | None:
-        """What is meant; None where it was reported.
+        """Finds the body or link of a name; None after an error.
 
         Args:
             written: the name.
-            scope: in which it is written; "" for the document.
+            scope: of the name; "" for the document.
             scenes: in which it must exist.
             place: of the name.
             span: the part of the text at `place`; None: all of it.
@@ -84,7 +84,7 @@ class MountLookup:
         self._sink.report("SC311", message, place, hint=hint, related=related)
 
     def _split(self, name: str, shortest: int) -> tuple[Entity | None, str | None]:
-        """The entity with the longest name that a name begins with, and what is left."""
+        """The entity with the longest name that is a prefix of a name, and the rest."""
         for ahead in name_prefixes(name, shortest):
             entity = self._entities.get(ahead)
             if entity is not None:
@@ -97,7 +97,7 @@ class MountLookup:
                 yield name[len(prefix) :]
 
     def _links_of(self, prefix: str, seen: Iterable[str]) -> Iterator[str]:
-        """The links of entities, as they are written."""
+        """The link names of entities, as a scene file writes them."""
         for name in seen:
             first = self._entities[prefix + name].structures[0]
             if isinstance(first, ArticulationStructure):

@@ -1,4 +1,4 @@
-"""What is placed: the keys of `place` to placements, in the order in which they are made, and their poses."""
+"""Lowers `place` keys to placements, in the order in which they are made, and computes their poses."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _COLLISIONS_HINT = "give it `collisions`, or write it as `shapes`, which collide
 
 
 def placed_nodes(scene: SceneFile) -> dict[str, tuple[str, Any]]:
-    """What a document places, entities and instances: name → its section and its keys."""
+    """The placed entities and instances of a document: name → section and keys."""
     sections: tuple[tuple[str, Mapping[str, Any]], ...] = (("frames", scene.frames), ("entities", scene.entities))
     return {
         name: (section, node.place)
@@ -66,13 +66,13 @@ def placed_nodes(scene: SceneFile) -> dict[str, tuple[str, Any]]:
 
 
 class PlacementLowerer:
-    """Lowers what a document places.
+    """Lowers the placements of a document.
 
     Args:
         scene: the document.
         built: its entities.
-        entities: lowered them.
-        names: what names of the document mean.
+        entities: has lowered them.
+        names: resolves names of the document.
         origin: of its root.
     """
 
@@ -91,7 +91,7 @@ class PlacementLowerer:
         self._mounts = MountLookup(built, entities.frames.unread, names, self._sink)
 
     def lower(self) -> tuple[Placement, ...]:
-        """The placements in the order in which they are made; what was reported is missing."""
+        """The placements in the order in which they are made, without those with errors."""
         made: dict[str, Placement] = {}
         for name, (section, place) in self._placed.items():
             one = self._lower_placement(name, place, self._origin.child(section, name))
@@ -99,7 +99,7 @@ class PlacementLowerer:
                 made[name] = one
         if self._sink.failed:
             return ()
-        # An instance counts where the first of what it holds stands.
+        # An instance has the position of its first entity.
         number = {name: index for index, name in enumerate(self._built)}
         first = {name: min((number[member] for member in one.entities), default=0) for name, one in made.items()}
         ordered = self._order({name: made[name] for name in sorted(made, key=first.__getitem__)})
@@ -189,7 +189,7 @@ class PlacementLowerer:
         return tuple(found)
 
     def _has_distances(self, other: Mount, place: Origin) -> bool:
-        """Whether distances from an entity can be computed, for `near`; reported where not."""
+        """Whether distances from an entity can be computed for `near`; otherwise reports it."""
         shapes = [*self._shapes(other)]
         if not shapes:
             message, hint = f"`near` measures between colliding shapes, and `{other}` has none", _COLLISIONS_HINT
@@ -291,7 +291,7 @@ class PlacementLowerer:
         return replace(made, rotation=fields.finish(item, variation, _QUATERNION, at, reset=True))
 
     def _order(self, made: dict[str, Placement]) -> tuple[Placement, ...]:
-        """Build-time placements first, then the others, each after those that it reads."""
+        """Sorts placements: build-time ones first, then the others, each after those that it depends on."""
         owner = {member: one.name for one in made.values() for member in one.entities}
         reads: dict[str, dict[str, Origin]] = {}
         fixed = {name: all(map(self._frames.is_fixed, one.entities)) for name, one in made.items()}
@@ -346,7 +346,7 @@ class PlacementLowerer:
         return found
 
     def _carriers(self, one: Placement, made: Mapping[str, Placement], owner: Mapping[str, str]) -> tuple[Mount, ...]:
-        """What a target stands on or in, or is relative to."""
+        """The bodies that support or contain a target, or that it is relative to."""
         found: dict[str, None] = {}
         todo = [one.target.entity]
         while todo:
@@ -363,7 +363,7 @@ class PlacementLowerer:
 
 
 def _given_key(place: Any, keys: tuple[str, ...]) -> Any:
-    """The one of some keys that is there."""
+    """The first of some keys that is given."""
     return next((key for key in keys if getattr(place, key) is not None), None)
 
 
@@ -373,7 +373,7 @@ def _place_of(one: Placement) -> Origin:
 
 
 def _read_entities(one: Placement) -> Iterator[tuple[str, Origin]]:
-    """The entities that a placement reads, and where it names each."""
+    """The entities that a placement depends on, and the origin of each reference."""
     origin = _place_of(one)
     yield one.target.entity, origin.child(one.kind)
     if one.facing is not None:
@@ -388,13 +388,13 @@ _KNOWN = (Box, Sphere, Capsule, Cylinder, Plane)
 def warn_of_areas(
     placements: Iterable[Placement], upright: Container[str], entities: Mapping[str, Entity], sink: Sink
 ) -> None:
-    """Warns where footprints are together larger than the surfaces of their target, or a region is outside of it.
+    """Warns if the footprints together exceed the surfaces of their target, or if a region is outside of the target.
 
     Args:
-        placements: in their order.
-        upright: those that are turned about z at most.
+        placements: in order.
+        upright: names of those that only rotate about z.
         entities: of the plan, by name.
-        sink: takes the warnings.
+        sink: receives the warnings.
     """
     taken: dict[str, float] = {}
     tops: dict[str, float | None] = {}
@@ -423,7 +423,7 @@ def warn_of_areas(
 
 
 def _parts(entity: Entity) -> list[Part] | None:
-    """The parts of an entity of which nothing varies and no file is read; None of any other."""
+    """The parts of an entity if it does not vary and needs no file; otherwise None."""
     (structure, *others) = entity.structures
     if others or not isinstance(structure, BodyStructure):
         return None
@@ -436,11 +436,11 @@ def _parts(entity: Entity) -> list[Part] | None:
 
 
 def distance_beyond_target(one: Placement, plan: ScenePlan) -> str | None:
-    """What is said where it shall be farther from what stands on its target than that is large; None elsewhere.
+    """Message if the required distance from another object on the target exceeds the target's size; otherwise None.
 
     Args:
-        one: that fits nowhere.
-        plan: that it is of.
+        one: a placement that failed.
+        plan: its plan.
     """
     target = next(entity for entity in plan.entities if entity.name == one.target.entity)
     surfaces = _top_surfaces(target) if one.kind == "on" else None
@@ -456,13 +456,13 @@ def distance_beyond_target(one: Placement, plan: ScenePlan) -> str | None:
 
 
 def _top_area(entity: Entity) -> float | None:
-    """All upward surfaces of an entity together [m²]; None where that is not known, or without an end."""
+    """Total area of the upward surfaces of an entity [m²]; None if unknown or infinite."""
     surfaces = _top_surfaces(entity)
     return None if surfaces is None else sum(map(area_of, surfaces))
 
 
 def _top_surfaces(entity: Entity) -> list[Floats] | None:
-    """The corners of all upward surfaces of an entity (·, 2); None where they are not known, or without an end."""
+    """The corners of the upward surfaces of an entity (·, 2); None if unknown or infinite."""
     parts = _parts(entity) if entity.pose.is_constant else None
     if not parts:
         return None
@@ -473,7 +473,7 @@ def _top_surfaces(entity: Entity) -> list[Floats] | None:
 
 
 def _is_outside(one: Placement, entities: Mapping[str, Entity]) -> bool:
-    """Whether no surface of the target is so near to the region that what is placed there can stand on it whole."""
+    """Whether no surface of the target is close enough to the region to support the object fully."""
     target = entities[one.target.entity]
     where = [value for value in (one.at, one.low, one.high, one.center, one.radius) if value is not None]
     known = target.pose.is_constant and all(value.is_constant for value in where) and len(one.entities) == 1
@@ -498,20 +498,20 @@ def _is_outside(one: Placement, entities: Mapping[str, Entity]) -> bool:
 
 
 def _footprint_area(entity: Entity) -> float:
-    """The area of a footprint at least [m²]; 0 where it is not known."""
+    """A lower bound of the footprint's area [m²]; 0 if unknown."""
     parts = _parts(entity)
     # Polygons around round shapes are larger by less than this.
     return area_of(footprint(parts, 0)) / 1.001 if parts else 0.0
 
 
 def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGraph, sink: Sink) -> None:
-    """Finds the places of all placements of a plan, which values that follow them read from then on.
+    """Computes the poses of all placements of a plan, for the values that depend on them.
 
     Args:
         plan: whose placements have their recipes.
-        sampling: of the document; takes the poses.
+        sampling: of the document; receives the poses.
         frames: poses of the document.
-        sink: takes what fits nowhere.
+        sink: receives failed placements.
     """
     scenes = np.arange(plan.num_scenes)
     batch = Batch(scenes, sampling.seed, plan.num_scenes, sampling.draws, {}, sampling.computed)
@@ -528,7 +528,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
         for placement in plan.placements:
             origin = placement.origin or origin
             placer.place(placement)
-            # Whatever stands relative to it reads its place while the next is placed.
+            # The next placement needs the poses of everything relative to this one.
             sampling.placed.update(batch.placed)
         overlap = placer.drawn_overlap()
         if overlap is not None:
@@ -553,7 +553,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
 
 
 def _pose(entity: Entity, frames: FrameGraph, batch: Batch) -> Floats:
-    """The pose of an entity in all scenes, (N, 7): in the world, or relative to what is placed of it."""
+    """The pose of an entity in all scenes, (N, 7): in the world, or relative to its placed ancestor."""
     rows, there = rows_in(entity.scene_idxs, batch.scenes)
     root = frames.placed_root(entity.name)
     if root is None:

@@ -1,7 +1,7 @@
-"""Poses and angles as written, to numbers or to a node where anything varies.
+"""Lowers poses and angles to numbers, or to a node if anything varies.
 
-A pose is seven numbers: p [m], then q (wxyz). Angles are in radians or degrees; radians that look like degrees are
-warned of.
+A pose is seven numbers: p [m], then q (wxyz). Angles are in radians or degrees. Radians that look like degrees give a
+warning.
 """
 
 from __future__ import annotations
@@ -48,30 +48,30 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin, Path
 
 _FIXED_LENGTH = 0.05
-"""How far from 1 the length of a quaternion may be that was only rounded: 0.7 for 0.7071 is 0.01 off."""
+"""Largest deviation from length 1 of a quaternion that was only rounded: 0.7 for 0.7071 is 0.01 off."""
 
 _TWO_TURNS = 4 * math.pi * (1 + 1e-6)
-"""Two turns [rad]: few angles are larger, and below this, radians and degrees cannot be told apart."""
+"""Two turns [rad]. Few angles are larger; below this, radians cannot be distinguished from degrees."""
 
 
 def warn_probable_degrees(written: Any, key: str, owner: Origin, at: Path, sink: Sink, *, more: str = "") -> None:
-    """Warns of angles [rad] that are beyond two turns whatever is drawn.
+    """Warns of angles [rad] that exceed two turns in every draw.
 
-    Expressions that read draws, and values without bounds, are not checked.
+    Does not check expressions that read draws, nor unbounded values.
 
     Args:
-        written: a number or several, or forms of such.
-        key: under which, which has a twin in degrees.
+        written: one or several numbers or forms of them.
+        key: of the angle, which has an alternative in degrees.
         owner: of the node that has the key.
-        at: where it is there.
-        sink: takes the warning.
+        at: path of the key in the node.
+        sink: receives the warning.
         more: added to the hint.
     """
     largest = suspect_degrees(written)
     if largest:
         hint = f"angles are radians; `{key}_deg` takes degrees{more}"
         place = owner.child(*at)
-        # What is around a key of several turns may mean radians: limits of a joint without end do.
+        # No automatic fix for `limits`: a joint that turns freely may have large limits in radians.
         is_named = place.path[-1:] == (key,) and key != "limits"
         warn_large_angle(largest, place, sink, hint=hint, fix=("key", f"{key}_deg") if is_named else None)
 
@@ -84,16 +84,16 @@ def warn_large_angle(
 
 
 def suspect_degrees(written: Any) -> float:
-    """The largest angle that is beyond two turns in every scene; 0: none is.
+    """The largest angle that exceeds two turns in every scene; 0 if there is none.
 
-    Of alternatives and bounds it is the smallest that counts.
+    Uses the smallest of alternatives and bounds.
     """
     sizes = _least_magnitude(written)
     return max((size for size in (sizes if sizes.__class__ is tuple else (sizes,)) if size > _TWO_TURNS), default=0.0)
 
 
 def _least_magnitude(written: Any) -> Any:
-    """How large a number is at least, or each of several; 0 where that is not known, or there is no limit."""
+    """The least magnitude of one or several numbers; 0 if unknown or unbounded."""
     if written.__class__ in {tuple, list}:
         return tuple(map(_least_magnitude, written))
     parts: tuple[Any, ...]
@@ -118,11 +118,11 @@ _DEGREES = FieldType(within=Bounds(0.0, 180.0))
 
 
 def lower_angle(keys: Any, quantity: str, owner: Origin, fields: FieldLowerer) -> Value | None:
-    """An angle [rad]; None where neither key is given.
+    """An angle [rad]; None if neither key is given.
 
     Args:
         keys: the model.
-        quantity: of the plan; its field is called as the key in radians.
+        quantity: of the plan; its field has the name of the key in radians.
         owner: of the node that has the keys.
         fields: of the object.
     """
@@ -136,15 +136,7 @@ def lower_angle(keys: Any, quantity: str, owner: Origin, fields: FieldLowerer) -
 
 
 def _lower_degrees(written: Any, degrees: FieldType, radians: FieldType, origin: Origin, fields: FieldLowerer) -> Value:
-    """An angle, or several, that are written in degrees [rad].
-
-    Args:
-        written: under the key in degrees.
-        degrees: what that key holds.
-        radians: what the field holds.
-        origin: of the key.
-        fields: of the object.
-    """
+    """Lowers one or several angles in degrees to [rad]."""
     variation = VariationLowerer(fields, origin)
     item = variation.item(written, degrees, field_place(origin))
     if item.__class__ in NODE_TYPES:
@@ -156,11 +148,11 @@ _LIMITS = field_type("Joint.limits")
 
 
 def lower_limits(keys: Any, origin: Origin, fields: FieldLowerer) -> Value | None:
-    """Lowest and highest position, (·, 2) [m or rad]; None where neither key is given.
+    """Lowest and highest position, (·, 2) [m or rad]; None if neither key is given.
 
     Args:
-        keys: what has `limits` and `limits_deg`.
-        origin: of it.
+        keys: model with `limits` and `limits_deg`.
+        origin: of the model.
         fields: of the entity.
     """
     if keys.limits_deg is None:
@@ -173,28 +165,28 @@ def lower_limits(keys: Any, origin: Origin, fields: FieldLowerer) -> Value | Non
 
 
 def check_limits_keys(keys: Any, type_: str, origin: Origin, sink: Sink) -> None:
-    """Reports limits in degrees of a joint that slides."""
+    """Reports limits in degrees for a prismatic joint."""
     if keys.limits_deg is not None and type_ == "prismatic":
         message = "the positions of a prismatic joint are lengths, and `limits_deg` are angles"
         sink.report("SC111", message, origin.child("limits_deg"), at="key", hint="write `limits`, in metres")
 
 
 def warn_limits_in_degrees(keys: Any, type_: str, origin: Origin, sink: Sink) -> None:
-    """Warns of limits of a joint that turns which are probably in degrees."""
+    """Warns of limits of a revolute joint that are probably in degrees."""
     if type_ != "prismatic":
         warn_probable_degrees(keys.limits, "limits", origin, ("limits",), sink, more=", for several turns too")
 
 
 def lower_pose(pose: Any, owner: Origin, at: Path, sink: Sink) -> Pose7:
-    """Seven numbers; the identity where nothing is written or what is written was reported.
+    """A pose as seven numbers; the identity if it is left out or has an error.
 
-    `relative_to` is not looked at: that is a matter of the document.
+    Ignores `relative_to`, which is resolved for the document.
 
     Args:
-        pose: as written; nothing of it varies.
+        pose: as written, without variation.
         owner: of the node that has the pose.
-        at: where the pose is in it (most poses are never spoken of, and need no origin of their own).
-        sink: takes the diagnostics.
+        at: path of the pose in the node (an origin per pose would be wasted on most).
+        sink: receives the diagnostics.
     """
     if pose is None:
         return IDENTITY_POSE
@@ -214,7 +206,7 @@ _ROTATIONS = frozenset(("matrix", *ROTATIONS))
 
 
 def rotation_key(pose: PoseMapping) -> str | None:
-    """The key of a pose's rotation, `matrix` included; None where it has none."""
+    """The key of a pose's rotation, including `matrix`; None if it has none."""
     for key in pose.model_fields_set:
         if key in _ROTATIONS:
             return key
@@ -222,7 +214,7 @@ def rotation_key(pose: PoseMapping) -> str | None:
 
 
 def direction(axis: str | Vec3) -> Vec3:
-    """The axis of a name, or the vector itself."""
+    """The direction of an axis name, or the vector itself."""
     return AXES[axis] if isinstance(axis, str) else axis
 
 
@@ -243,7 +235,7 @@ def _fixed_rotation(pose: Any, form: str, p: Vec3, owner: Origin, at: Path, sink
 
 
 def lower_quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | None:
-    """A quaternion of length 1, or one that is near enough to be made so; None where it was reported."""
+    """A quaternion of length 1, normalised if close enough; None after an error."""
     off = abs(math.hypot(*q) - 1)
     if off <= EXACT_UNIT_TOLERANCE:
         return q
@@ -260,7 +252,7 @@ def lower_quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | Non
 
 
 def has_angle(given: AxisAngle, origin: Origin, sink: Sink) -> bool:
-    """Whether there is an angle; otherwise that is reported."""
+    """Whether an angle is given; otherwise reports it."""
     if given.angle is None and given.angle_deg is None:
         sink.report("SC102", "`axis_angle` lacks the key `angle` or `angle_deg`", origin, at="key")
         return False
@@ -317,10 +309,10 @@ _MATRIX = FieldType((4, 4))
 
 
 def pose_varies(pose: Any) -> bool:
-    """Whether a pose as written, without its `relative_to`, may differ from scene to scene."""
+    """Whether a pose, without its `relative_to`, may vary by scene."""
     if pose.__class__ is not PoseMapping:
         return pose.__class__ in VARYING
-    # All keys at once: ten thousand poses are asked.
+    # All keys at once: this is called for ten thousand poses.
     if _any_varies(pose):
         return True
     return pose.axis_angle is not None and _any_varies(pose.axis_angle)
@@ -332,13 +324,13 @@ def _any_varies(keys: PoseMapping | AxisAngle) -> bool:
 
 
 def pose_item(pose: Any, place: FieldPlace, variation: VariationLowerer, sink: Sink) -> Any:
-    """A pose as an item: seven numbers, or a node.
+    """Reads a pose as an item: seven numbers, or a node.
 
     Args:
-        pose: as written; `relative_to` is looked at only where it cannot be followed.
+        pose: as written; `relative_to` is only checked if it is not supported here.
         place: of the pose.
         variation: of the field.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
     if not pose_varies(pose):
         return lower_pose(pose, place.origin, (), sink)
@@ -356,7 +348,7 @@ def pose_item(pose: Any, place: FieldPlace, variation: VariationLowerer, sink: S
             return (*given, *IDENTITY)
         return Posed(variation.item(given, POSITION, around.inside(step) if step else around), IDENTITY)
 
-    # As `p` of a mapping, which is another way to write the same.
+    # Same path as `p` of a mapping, an equivalent notation.
     several = any(isinstance(one, PoseMapping) for one in alternative_values(pose))
     field = place if several else FieldPlace(place.origin, f"{place.path}.p")
     return variation.select(pose, field, leaf)

@@ -1,5 +1,6 @@
-"""References by name: full names, files and materials. Each that may be meant is looked up, and has an entry in a
-table of the plan.
+"""Resolves references by name: full names, files and materials.
+
+Each possible reference is looked up and has an entry in a table of the plan.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def name_prefixes(name: str, shortest: int = 0) -> Iterator[str]:
-    """What a name begins with up to each of its slashes, the whole first. `shortest`: no shorter than so much."""
+    """The prefixes of a name at its slashes, longest first. `shortest`: minimum length."""
     end = len(name)
     while end > shortest:
         yield name[:end]
@@ -41,31 +42,31 @@ def name_prefixes(name: str, shortest: int = 0) -> Iterator[str]:
 
 
 def scope_of(name: str) -> str:
-    """The scope of a material, group or draw of the expansion."""
+    """The scope of a material, group or draw in an expanded document."""
     return name.rpartition("/")[0]
 
 
 def qualified(name: str, scope: str) -> str:
-    """The full name of a material, group or draw that is named in a scope; after a `/` it is one of the whole."""
+    """The full name of a material, group or draw in a scope. A name after `/` is relative to the document."""
     if name.startswith("/"):
         return name[1:]
     return f"{scope}/{name}" if scope else name
 
 
 def select_per_scene(values: Sequence[Value], pick: Value, scenes: tuple[int, ...]) -> Value:
-    """The value with the number that `pick` gives, scene by scene.
+    """Selects one of several values in each scene.
 
     Args:
         values: of one dtype and shape.
         pick: (·,) index into them.
-        scenes: that the rows belong to.
+        scenes: scenes of the rows.
     """
     first = values[0]
     if all(value is first or _same_constant(value, first) for value in values):
         return first
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.variation.bounds import union_bounds  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import union_bounds  # noqa: PLC0415 - see above
 
     def select(which: NDArray[Any], *rows_of: NDArray[Any]) -> NDArray[Any]:
         count = max(len(which), *map(len, rows_of))
@@ -90,10 +91,10 @@ _INDEX_TYPE = FieldType(dtype="int64", fallback=0)
 
 @dataclass(slots=True)
 class References(Generic[Found]):
-    """What a leaf may name, and which of it each scene has.
+    """The possible references of a leaf, and which one each scene has.
 
     Attributes:
-        found: by the number that `node` gives; None where it was reported.
+        found: by the number that `node` gives; None after an error.
         value: (·,) the number in each scene.
     """
 
@@ -101,14 +102,14 @@ class References(Generic[Found]):
     value: Value
 
     def indices(self, fields: FieldLowerer) -> Value:
-        """Where what is named has an index of its own, that index in each scene."""
+        """Indices of the referenced objects in each scene, if these are indices of a table."""
         values = [literal(index, "int64") for index in self.found]  # pyright: ignore[reportArgumentType]
         return select_per_scene(values, self.value, fields.scenes)
 
 
 @dataclass(slots=True)
 class _ReferenceLookup(Generic[Found]):
-    """The names that were met, each with a number, and what they mean."""
+    """Numbers the names and resolves each once."""
 
     fields: FieldLowerer
     find: Callable[[Any, Origin], Found | None]
@@ -116,7 +117,7 @@ class _ReferenceLookup(Generic[Found]):
     found: list[Any] = field(default_factory=list[Any])
 
     def number(self, name: Any, origin: Origin) -> int:
-        # An inline object is its own; a name always means the same object.
+        # Each inline object is distinct; a name always means the same object.
         key = name if isinstance(name, str) else id(name)
         number = self.numbers.get(key)
         if number is None:
@@ -129,7 +130,7 @@ Unwrap = Callable[[Any, FieldPlace], tuple[Any, FieldPlace]]
 
 
 def plain_reference(given: Any, place: FieldPlace) -> tuple[Any, FieldPlace]:
-    """What is itself a name."""
+    """Returns a name unchanged."""
     return given, place
 
 
@@ -140,14 +141,14 @@ def read_references(
     find: Callable[[Any, Origin], Found | None],
     unwrap: Unwrap = plain_reference,
 ) -> References[Found]:
-    """A leaf that names something.
+    """Resolves a leaf with references.
 
     Args:
-        given: as the models have it: a name, a mapping in its place, a form of these, or an expression.
+        given: from the model: a name, an inline mapping, a form of these, or an expression.
         place: of the leaf.
         fields: of its object.
-        find: what a name means; None where it reports it.
-        unwrap: what names it in an alternative that is a mapping.
+        find: resolves a name; reports an error and returns None if it fails.
+        unwrap: gets the reference from an alternative that is a mapping.
     """
     lookup = _ReferenceLookup(fields, find)
     written = given
@@ -199,13 +200,13 @@ def _look_up_every_name(node: Computed, origin: Origin, lookup: _ReferenceLookup
 
 
 def values_given(node: Node, origin: Origin, fields: FieldLowerer, *, is_random: bool) -> list[Any]:
-    """The values of a node in the scenes and in the samples, each once; none where that was reported.
+    """The distinct values of a node in the scenes and in the samples; empty after an error.
 
     Args:
         node: an expression, or a draw.
-        origin: of it.
+        origin: of the node.
         fields: of its object.
-        is_random: whether a seed decides its values.
+        is_random: whether its values depend on the seed.
     """
     origins = {**fields.sampling.draw_origins, id(node): (node, origin)}
     found: list[Any] = []
@@ -238,12 +239,12 @@ def _values_of_single_rows(batch: Batch, node: Node) -> Iterator[Any]:
 def _reference_numbers(
     node: Any, variation: VariationLowerer, lookup: _ReferenceLookup[Any], place: FieldPlace, fields: FieldLowerer
 ) -> Value:
-    """The number of the thing that each scene has."""
+    """The number of each scene's reference."""
     if not variation.computed:
         return fields.finish(node, variation, _INDEX_TYPE, place.origin)
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - see above
 
     def rows(batch: Batch) -> NDArray[Any]:
         found = batch.evaluate(node).tolist()
@@ -257,27 +258,26 @@ def _reference_numbers(
 
 
 FileResolver = Callable[[str, "Origin"], AssetFile | None]
-"""Finds a file that a document names; reports and gives None where there is none."""
+"""Finds a file of a document. Reports an error and returns None if there is none."""
 
 Row = TypeVar("Row")
 
 
 class RowTable(Generic[Row]):
-    """Rows without repetition, in the order in which they first came."""
+    """Distinct rows, in order of first use."""
 
     def __init__(self, key: Callable[[Row], Hashable]) -> None:
-        """`key`: of rows that are the same."""
+        """`key`: equal for equal rows."""
         self._key = key
         self._rows: list[Row] = []
         self._indices: dict[Hashable, Value] = {}
         self._known: dict[int, tuple[Row, Value]] = {}
 
     def value(self, row: Row) -> Value:
-        """The row's index as a value that is the same in every scene; it is added where it is new."""
+        """The row's index as a constant value. Adds a new row."""
         known = self._known.get(id(row))
         if known is None:
-            # By identity, since the key of a material takes longer than all else here; kept, so that its id stays
-            # its own.
+            # By identity, since computing a material's key dominates the time. Keeping the row keeps its id unique.
             key = self._key(row)
             value = self._indices.get(key)
             if value is None:
@@ -297,7 +297,7 @@ class RowTable(Generic[Row]):
 
 
 def _content(row: Any) -> Hashable:
-    """What a material consists of; what may vary is only itself, since comparing it would draw it."""
+    """The content of a material. A varying value is compared by identity, since comparing its rows would draw it."""
     if isinstance(row, Value):
         return row.numbers() if row.is_constant else ("value", id(row))
     members = _MEMBERS.get(row.__class__)
@@ -311,13 +311,13 @@ _MEMBERS: dict[type[Any], Callable[[Any], tuple[Any, ...]]] = {
 
 
 class PlanTables:
-    """What the shapes of a plan refer to.
+    """The files and materials that the shapes of a plan refer to.
 
     Attributes:
-        file_origins: for each file, the first place that names it.
-        material_origins: for each physical material, the first place that asks for it.
-        heights: those of each picture that was read for terrain.
-        height_count: heights of all terrain so far, each counted as often as it is used.
+        file_origins: for each file, the first place that references it.
+        material_origins: for each physical material, the first place that uses it.
+        heights: of each terrain picture.
+        height_count: heights of all terrain so far, counted once per use.
     """
 
     def __init__(self, resolve: FileResolver) -> None:
@@ -332,11 +332,11 @@ class PlanTables:
         self.height_count = 0
 
     def resolve(self, uri: str, origin: Origin) -> AssetFile | None:
-        """A file that is read now and that the plan does not name; None where it was reported."""
+        """Finds a file that is read now and does not become part of the plan; None after an error."""
         return self._resolve(uri, origin)
 
     def file(self, uri: str, origin: Origin) -> int | None:
-        """The index of a file in `files`; None where it was reported."""
+        """The index of a file in `files`; None after an error."""
         found = self._resolve(uri, origin)
         if found is None:
             return None
@@ -347,13 +347,13 @@ class PlanTables:
     def files_of(
         self, given: Any, origin: Origin, fields: FieldLowerer, unwrap: Unwrap = plain_reference
     ) -> Value | None:
-        """A leaf that names a file as indices into `files`; None where one of its alternatives was reported.
+        """Lowers a leaf with a file to indices into `files`; None after an error in an alternative.
 
         Args:
-            given: as the models have it.
+            given: from the model.
             origin: of the leaf.
             fields: of the object.
-            unwrap: what names the file in an alternative that is a mapping.
+            unwrap: gets the file from an alternative that is a mapping.
         """
         if given.__class__ is str:
             index = self.file(given, origin)
@@ -368,14 +368,14 @@ class PlanTables:
         return value
 
     def fill(self, plan: ScenePlan) -> ScenePlan:
-        """The plan with these files and materials."""
+        """Adds these files and materials to a plan."""
         origins = self.file_origins
         files = tuple(dataclasses.replace(file, origin=origins.get(i)) for i, file in enumerate(self.files.rows))
         physical, visual = self.physical_materials.rows, self.visual_materials.rows
         return dataclasses.replace(plan, files=files, physical_materials=physical, visual_materials=visual)
 
     def size(self, size: tuple[float, ...] | float) -> Value:
-        """A positive size as a value; equal sizes share one. (0.0 and -0.0 would be one key.)"""
+        """A positive size as a value, shared by equal sizes. (0.0 and -0.0 would share a key.)"""
         found = self._sizes.get(size)
         if found is None:
             found = self._sizes[size] = literal(size)
@@ -384,18 +384,18 @@ class PlanTables:
 
 @dataclass(frozen=True, slots=True)
 class RobotRequest:
-    """How a file is to be read.
+    """How to read a robot file.
 
     Attributes:
         format: of the file.
         uri: as written.
-        srdf: as written; "none": none; None: the one beside the file.
-        package_dir: as written; None: none is given.
+        srdf: as written; "none": no SRDF; None: the one beside the file.
+        package_dir: as written; None: not given.
         scale: of all lengths.
-        collision_is_visual: whether what collides is seen too.
-        repair: what is repaired in a URDF.
-        keyframe: of an MJCF, that gives initial positions.
-        visual_groups: groups of geoms of an MJCF that are seen; None: MuJoCo's own.
+        collision_is_visual: whether collision shapes are also visual shapes.
+        repair: repairs to apply to a URDF.
+        keyframe: of an MJCF, for initial positions.
+        visual_groups: visual geom groups of an MJCF; None: MuJoCo's default.
     """
 
     format: Literal["urdf", "mjcf"]
@@ -410,8 +410,9 @@ class RobotRequest:
 
 
 RobotReader = Callable[[RobotRequest, Mapping[str, "Origin"]], "tuple[AssetFile, RobotDescription] | None"]
-"""The file of a request and what it says; None where it was reported. Takes where the keys are written that are: the
-format's own, `srdf` and `package_dir`."""
+"""Reads a robot file and its description; None after an error. Takes the origins of the given keys: the
+format's key, `srdf` and `package_dir`.
+"""
 
 MeshReader = Callable[["AssetFile", "Origin"], "NDArray[Any] | None"]
-"""The vertices (n, 3) [m] of a mesh as it is in its file; None where it was reported, at the given place."""
+"""The vertices (n, 3) [m] of a mesh file; None after an error, which is reported at the origin."""

@@ -65,11 +65,11 @@ _FORWARD = (1.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class MountPose:
-    """A pose as it was read.
+    """A parsed pose.
 
     Attributes:
         item: seven numbers, or a node.
-        variation: of it.
+        variation: of the pose.
         relative_to: as written.
     """
 
@@ -79,7 +79,7 @@ class MountPose:
 
 
 def read_pose(pose: Any, origin: Origin, fields: FieldLowerer) -> MountPose:
-    """A pose as written; None: the identity. `origin`: of the node that has the key `pose`."""
+    """Reads a pose; None: the identity. `origin`: of the node that has the key `pose`."""
     place = field_place(origin.child("pose"))
     variation = VariationLowerer(fields, place.origin)
     report_unused_anchor(pose, "on lights and cameras", place.origin, fields.sink)
@@ -88,7 +88,7 @@ def read_pose(pose: Any, origin: Origin, fields: FieldLowerer) -> MountPose:
 
 
 def read_direction(position: Any, direction: Any, origin: Origin, fields: FieldLowerer) -> MountPose:
-    """A position [m] and a direction that +x turns to by the shortest rotation; either may be None."""
+    """Reads a position [m] and a direction. The shortest rotation turns +x to the direction. Either may be None."""
     variation = VariationLowerer(fields, origin)
     p: Any = (0.0, 0.0, 0.0) if position is None else position
     p = variation.item(p, POSITION, field_place(origin.child("position")))
@@ -116,11 +116,11 @@ def _direction_turn(direction: Any, place: FieldPlace, variation: VariationLower
 
 
 def mounted_pose(mount_pose: MountPose, what: str, origin: Origin, fields: FieldLowerer) -> Value:
-    """The pose of what is mounted, in the frame of the body.
+    """The pose of a mounted object in the frame of the body.
 
     Args:
-        mount_pose: as read.
-        what: it is, for a message.
+        mount_pose: the parsed pose.
+        what: the object, for a message.
         origin: of the node that has the key `pose`.
         fields: of the object.
     """
@@ -135,7 +135,7 @@ def mounted_pose(mount_pose: MountPose, what: str, origin: Origin, fields: Field
 
 @frozen
 class RenderObjects:
-    """What pictures of the scenes need besides the entities; fields as of `ScenePlan`."""
+    """Everything besides the entities that pictures need; fields as in `ScenePlan`."""
 
     environment: Environment | None = None
     lights: tuple[Light, ...] = ()
@@ -153,18 +153,18 @@ def lower_render_objects(
     origin: Origin,
     sink: Sink,
 ) -> RenderObjects:
-    """The surroundings, lights and cameras of a document; what was reported is missing among them.
+    """Lowers the environment, lights and cameras of a document. Those with errors are left out.
 
     Args:
         scene: the document.
-        built: its entities, lowered.
-        entities: what lowered them.
+        built: its lowered entities.
+        entities: has lowered them.
         names: of the document.
-        tables: take its files.
+        tables: receive its files.
         materials: of the document, for pictures.
         of_all: field lowerer over all scenes.
         origin: of the document's root.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
     environment: Environment | None = None
     if scene.environment is not None:
@@ -186,13 +186,13 @@ FACES = ("px", "nx", "py", "ny", "pz", "nz")
 
 
 def lower_environment(given: EnvironmentKeys, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Environment:
-    """The surroundings of every scene; a map that was reported is missing.
+    """Lowers the environment of every scene. A map with an error is left out.
 
     Args:
         given: as written.
-        tables: take its files.
+        tables: receive its files.
         fields: over all scenes.
-        origin: of it.
+        origin: of the environment.
     """
     ambient = fields.optional(given.ambient_light, LIGHT_COLOR, origin, "ambient_light")
     return Environment(ambient, _map(given.map, tables, fields, origin.child("map")), origin)
@@ -214,12 +214,12 @@ def _map(given: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -
 
 
 def _are_faces(given: Any) -> bool:
-    """Whether it is the six pictures of a cube map, and not a file or a form of one."""
+    """Whether the value is the six pictures of a cube map, not a file or a form of one."""
     return hasattr(given, FACES[0])
 
 
 _SHADOW = ("shadow_near", "shadow_far", "shadow_scale", "shadow_map_size")
-"""Keys that say how a shadow is made."""
+"""Keys for shadows."""
 
 _FLAG = FieldType(dtype="bool", fallback=False)
 
@@ -232,7 +232,7 @@ _SCALE = field_type("Shadow.half_size")
 _SHADOW_DEPTH = {"directional": field_type("Shadow.near")}
 
 _POINT_SHADOW_DEPTH = replace(field_type("Camera.near"), reset=False)
-"""Shadows of a light that stands somewhere begin in front of it."""
+"""The shadow of a light with a position starts in front of it."""
 
 _INTRINSIC = {name: field_type(f"Intrinsic.{name}") for name in ("fx", "fy", "cx", "cy", "skew")}
 
@@ -246,10 +246,10 @@ class _RenderObjectLowerer:
     """Lowers the lights and cameras of a document.
 
     Attributes:
-        mounts: what they may be mounted on.
-        frames: where entities and frames stand.
+        mounts: resolves their mounts.
+        frames: poses of entities and frames.
         materials: of the document, for pictures.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
 
     mounts: MountLookup
@@ -258,13 +258,13 @@ class _RenderObjectLowerer:
     sink: Sink
 
     def light(self, name: str, light: Any, fields: FieldLowerer, origin: Origin) -> Light | None:
-        """A light of the plan; None where what only its type has was reported.
+        """Lowers a light; None after an error in its type-specific keys.
 
         Args:
-            name: of it.
+            name: of the light.
             light: as written.
             fields: over its scenes.
-            origin: of it.
+            origin: of the light.
         """
         made = self._make_light(light, fields, origin)
         shadow = self._shadow(light, fields, origin)
@@ -331,13 +331,13 @@ class _RenderObjectLowerer:
         return read_direction(getattr(light, "position", None), getattr(light, "direction", None), origin, fields)
 
     def camera(self, name: str, camera: CameraKeys, fields: FieldLowerer, origin: Origin) -> Camera:
-        """A camera of the plan.
+        """Lowers a camera.
 
         Args:
-            name: of it.
+            name: of the camera.
             camera: as written.
             fields: over its scenes.
-            origin: of it.
+            origin: of the camera.
         """
         width = WIDTH if camera.width is None else camera.width
         height = HEIGHT if camera.height is None else camera.height
@@ -364,7 +364,7 @@ class _RenderObjectLowerer:
     def _pose(
         self, key: str, given: Any, what: str, mount_pose: MountPose, fields: FieldLowerer, origin: Origin
     ) -> Value:
-        """The pose of a light or a camera. `key`: what it is known as."""
+        """The pose of a light or a camera. `key`: its name among frames."""
         if given.mount is not None:
             return mounted_pose(mount_pose, what, origin, fields)
         return self.frames.follow(key, mount_pose.relative_to, mount_pose.item, mount_pose.variation, fields, origin)
@@ -384,7 +384,7 @@ class _RenderObjectLowerer:
 
 
 def _missing_pose_keys(light: Any, given: list[str]) -> str | None:
-    """The keys that a light without a position or a direction lacks; None if it has all it needs."""
+    """The keys that a light lacks for its position or direction; None if it is complete."""
     if light.mount is not None:
         return None
     match light.type:

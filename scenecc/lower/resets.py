@@ -1,4 +1,4 @@
-"""Recipes of what a reset draws again, and constraints whose frames do not follow."""
+"""Makes the recipes of values that a reset redraws, and finds constraints whose frames do not follow."""
 
 from __future__ import annotations
 
@@ -41,18 +41,18 @@ _PARTS: dict[type, tuple[str, ...]] = {
     Light: (),
     Camera: ("lens",),
 }
-"""Fields of what holds values that a reset may change, whose own fields hold more of them."""
+"""Fields of plan objects whose own fields hold values that a reset may change."""
 
 
 @cache
 def _value_fields(holder: type) -> tuple[str, ...]:
-    """The fields of a dataclass that a reset may draw anew, without its pose, which frames of reference may move."""
+    """The fields of a dataclass that a reset may redraw, without its pose, which reference frames can move."""
     fields = [one for one in plan_fields(holder) if one.name != "pose"]
     return tuple(one.name for one in fields if isinstance(one.kind, Quantity) and one.kind.reset)
 
 
 def fixed_draws(sampling: SamplingContext) -> frozenset[str]:
-    """The shared draws that stay as they are built: those that a field reads which does, and what these read."""
+    """The shared draws that are fixed after the build: those with a fixed reader, and their dependencies."""
     found: set[str] = set()
     todo = list(sampling.fixed)
     while todo:
@@ -64,7 +64,7 @@ def fixed_draws(sampling: SamplingContext) -> frozenset[str]:
 
 
 def _is_drawn_again(variation: VariationLowerer, sampling: SamplingContext, kept: frozenset[str]) -> bool:
-    """Whether a reset changes a value. `kept`: the shared draws that stay as they are built."""
+    """Whether a reset changes a value. `kept`: the shared draws that are fixed after the build."""
     return variation.drawn or any(name in sampling.random and name not in kept for name in variation.reads)
 
 
@@ -87,14 +87,14 @@ class RecipeBuilder:
         self._shared_poses: list[tuple[str, Node]] = []
 
     def keep_draws(self, expectations: Iterable[Expectation]) -> None:
-        """Keeps the shared draws that expectations read."""
+        """Adds the shared draws that expectations read."""
         for one in expectations:
             self._read.update(
                 draw for reading in getattr(one, "readings", ()) if reading.kind == "draw" for draw in reading.of
             )
 
     def entity(self, entity: Entity) -> Entity:
-        """The entity with the recipes of its pose and of what its structures hold."""
+        """Adds the recipes of an entity's pose and structures."""
         structures = tuple(map(self.holder, entity.structures))
         pose = entity.pose
         if not pose.known and not self._frames.is_fixed(entity.name):
@@ -109,7 +109,7 @@ class RecipeBuilder:
         return replace(entity, pose=pose, structures=structures)
 
     def holder(self, node: _Holder) -> _Holder:
-        """A dataclass of the plan with the recipes of its values, and of those of its parts, that a reset changes."""
+        """Adds the recipes of the values of a plan object, and of its parts, that a reset changes."""
         if not self._sampling.resets or node is None:
             return node
         changed: dict[str, Any] = {}
@@ -127,7 +127,7 @@ class RecipeBuilder:
         return replace(node, **changed) if changed else node  # pyright: ignore[reportArgumentType, reportUnknownVariableType, reportReturnType]
 
     def placement(self, placement: Placement) -> Placement:
-        """The placement with the recipes of what is drawn anew for every try."""
+        """Adds the recipes of the values that are redrawn for every try of a placement."""
         given = [(name, value) for name in TRIED_FIELDS if (value := getattr(placement, name)) is not None]
         drawn = {name: self._drawn_anew(value) for name, value in given}
         if placement.frame is not None:
@@ -135,11 +135,11 @@ class RecipeBuilder:
         return replace(placement, **drawn) if drawn else placement  # pyright: ignore[reportArgumentType]
 
     def follower(self, key: str, item: _Follower) -> _Follower:
-        """A light or a camera, with the recipe of its pose: its own, in a reference frame that may move too.
+        """Adds the pose recipe of a light or a camera: its own pose, in a reference frame that may also move.
 
         Args:
-            key: what it is known as.
-            item: with its pose as built.
+            key: its name among frames.
+            item: the object, with its pose as built.
         """
         made, pose = self.holder(item), self._follower_pose(key, item.pose)
         return made if pose is item.pose else replace(made, pose=pose)
@@ -166,9 +166,9 @@ class RecipeBuilder:
         return _with_recipe(pose, node, fields.scenes)
 
     def draws(self) -> tuple[tuple[str, Node], ...]:
-        """The shared draws that the recipes read, in order; those that stay as they are built are their rows.
+        """The shared draws that the recipes read, in order, with rows for those that are fixed after the build.
 
-        The poses that they go on from come last.
+        The poses that recipes continue from come last.
         """
         needed: set[str] = set()
         todo = list(self._read)
@@ -185,9 +185,9 @@ class RecipeBuilder:
         return (*draws, *self._shared_poses)
 
     def _drawn_anew(self, value: Value) -> Value:
-        """A value with its recipe; itself if a reset does not change it.
+        """A value with its recipe; unchanged if a reset does not change it.
 
-        Where joints start is what their drives hold: one value, and one with a recipe.
+        An initial joint position and its drive target share a value, so they share its recipe.
         """
         reset = self._sampling.resets.get(id(value))
         if reset is None or not self._is_changed(reset):
@@ -202,7 +202,7 @@ class RecipeBuilder:
         return _is_drawn_again(variation, self._sampling, self._fixed)
 
     def _is_changed(self, reset: ResettableValue) -> bool:
-        """Whether a reset changes a value: it is drawn, or what it follows or is held by is."""
+        """Whether a reset changes a value: it, its limits or the position that it follows is redrawn."""
         limits = None if reset.limits is None else self._sampling.resets.get(id(reset.limits))
         return (
             self._is_drawn(reset.variation)
@@ -211,7 +211,7 @@ class RecipeBuilder:
         )
 
     def _reset_node(self, reset: ResettableValue) -> Node:
-        """What draws a value anew; the draws that it reads are noted."""
+        """The recipe of a value. Records the draws that it reads."""
         source: ResettableValue | None = reset
         while source is not None:
             self._read |= source.variation.reads
@@ -226,13 +226,7 @@ class RecipeBuilder:
         return drawn_limit_items(self._reset_node(reset))
 
     def _pose(self, name: str, fields: FieldLowerer, read: set[str]) -> Any:
-        """An entity's pose in the world as an item of a recipe; None where a reset does not change it.
-
-        Args:
-            name: of the entity.
-            fields: of it.
-            read: takes the shared draws that it reads.
-        """
+        """An entity's world pose as an item of a recipe, or None if a reset keeps it. `read`: receives its draws."""
         chain = list(_moving_ancestors(name, self._frames))
         at = self._frames.frame_pose(chain[-1]).parent if chain else name
         variations = [variation for one in chain if (variation := self._frames.frame_pose(one).variation) is not None]
@@ -253,7 +247,7 @@ class RecipeBuilder:
         """The pose of a frame at the end of a long chain, as a shared draw."""
         poses = self._poses.setdefault(name, {})
         if fields.scenes not in poses:
-            # What stays as it is built is rows, in these scenes and no others.
+            # A fixed draw consists of rows, for exactly these scenes.
             poses[fields.scenes] = draw = shared_pose_name(name, len(poses))
             self._shared_poses.append((draw, item if item.__class__ in NODES else Const(item)))
         return Shared(poses[fields.scenes])
@@ -268,14 +262,14 @@ class RecipeBuilder:
         return self._frozen[key]
 
     def _rows_of(self, name: str) -> Rows:
-        """A shared draw as drawn, in all scenes that it has a value in."""
+        """The rows of a drawn shared draw, in all scenes in which it has a value."""
         scenes = self._sampling.scenes_of[name]
         rows = self._sampling.fields(scenes).batch().shared(name).tolist()
         return Rows(scenes, tuple(tuple(row) if row.__class__ is list else row for row in rows))
 
 
 def _pose_rows(pose: Node, fields: FieldLowerer) -> Rows:
-    """A pose as it is built."""
+    """The rows of a pose as built."""
     return Rows(fields.scenes, tuple(map(tuple, fields.evaluate(pose).tolist())))
 
 
@@ -284,13 +278,13 @@ def _with_recipe(value: Value, node: Node, scenes: tuple[int, ...]) -> Value:
 
 
 def check_constraint_resets(constraints: tuple[Constraint, ...], sampling: SamplingContext, frames: FrameGraph) -> None:
-    """A warning for each constraint without a frame of its own one of whose bodies starts elsewhere at a reset.
+    """Warns of each constraint without its own frame if a reset moves one of its bodies.
 
-    A common reference frame moves both alike, and is no reason.
+    A common reference frame moves both bodies equally and gives no warning.
 
     Args:
-        constraints: whose `pose_in_parent` was left out.
-        sampling: of the document, all of which is lowered.
+        constraints: those without `pose_in_parent`.
+        sampling: of the fully lowered document.
         frames: poses of the entities.
     """
     kept = fixed_draws(sampling)
@@ -298,7 +292,7 @@ def check_constraint_resets(constraints: tuple[Constraint, ...], sampling: Sampl
     for constraint in constraints:
         ends = [mount for mount in (constraint.child, constraint.parent) if mount is not None]
         chains = [list(_moving_ancestors(_frame_of(mount, frames), frames)) for mount in ends]
-        # Reference frames of only one of the two.
+        # Reference frames of only one body.
         own = set(chains[0]).symmetric_difference(chains[1] if len(chains) > 1 else ())
         variations = [variation for name in own if (variation := frames.frame_pose(name).variation) is not None]
         if constraint.origin is not None and any(
@@ -314,7 +308,7 @@ def check_constraint_resets(constraints: tuple[Constraint, ...], sampling: Sampl
 
 
 def _moving_ancestors(name: str, frames: FrameGraph) -> Iterator[str]:
-    """An entity and its chain of reference frames, up to the first that stays as built."""
+    """An entity and its chain of reference frames, up to the first that is fixed after the build."""
     at: str | None = name
     while at is not None and not frames.is_fixed(at):
         yield at
@@ -322,5 +316,5 @@ def _moving_ancestors(name: str, frames: FrameGraph) -> Iterator[str]:
 
 
 def _frame_of(mount: Mount, frames: FrameGraph) -> str:
-    """What a body or a link is known as among frames."""
+    """The name of a body or a link among frames."""
     return mount.entity if mount.link is None else frames.link(mount.entity, mount.link)

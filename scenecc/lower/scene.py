@@ -1,4 +1,4 @@
-"""A document's models to the plan of its scenes."""
+"""Lowers a document's models to the plan of its scenes."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def check_limits(
     origin: Origin,
     sink: Sink,
 ) -> bool:
-    """Whether a document asks for no more than it may; otherwise that is reported."""
+    """Whether a document is within the limits; otherwise reports it."""
     if not _check_limit("SC605", "scenes", num_scenes, bounds.scenes, origin.child("num_scenes"), sink):
         return False
     if not all(
@@ -63,13 +63,13 @@ def check_limits(
         * (len(selections[name]) if name in selections else count_scene_idxs(entity.scene_idxs, num_scenes))
         for name, entity in scene.entities.items()
     )
-    # Of an instance that is in some scenes only, what is fastened counts as if it were in all.
+    # Constraints, lights and cameras of an instance with fewer scenes count as if they were in all scenes.
     built += sum(count_scene_idxs(other.scene_idxs, num_scenes) for other in others)
     return _check_objects(sum(shapes.values()) + len(others), built, bounds, origin, sink)
 
 
 def check_built_limits(entities: Sequence[Entity], bounds: Limits, origin: Origin, sink: Sink) -> bool:
-    """Whether what was built is no more than it may be, with what robots' files hold; otherwise that is reported."""
+    """Whether the built objects, including those of robot files, are within the limits; otherwise reports it."""
     counts = [
         max(sum(1 + len(body.collisions) + len(body.visuals) for body in one.bodies) for one in entity.structures)
         for entity in entities
@@ -79,7 +79,7 @@ def check_built_limits(entities: Sequence[Entity], bounds: Limits, origin: Origi
 
 
 def _check_objects(objects: int, built: int, bounds: Limits, origin: Origin, sink: Sink) -> bool:
-    """The same of so many objects, of which so many are built in all scenes together."""
+    """Whether the number of objects, and their number in all scenes together, are within the limits."""
     if not _check_limit("SC604", "objects", objects, bounds.objects, origin.child("entities"), sink):
         return False
     most = bounds.objects_in_all_scenes
@@ -91,17 +91,17 @@ def _check_objects(objects: int, built: int, bounds: Limits, origin: Origin, sin
 
 
 class LimitedRobotReader:
-    """Reads robots' files until their objects, counted once a use, exceed a limit.
+    """Reads robot files until their objects, counted once per use, exceed a limit.
 
-    What is built of them is counted exactly once they are lowered: late for a small file that asks for billions.
+    The exact count comes after lowering, too late for a small file that requests billions of objects.
 
     Attributes:
-        exhausted: whether there was more than there may be, which was reported (SC604): nothing is read any more.
+        exhausted: whether the limit was exceeded and reported (SC604). No more files are read.
 
     Args:
         read: reads them.
-        most: objects that there may be.
-        sink: takes the diagnostic.
+        most: limit of objects.
+        sink: receives the diagnostic.
     """
 
     def __init__(self, read: RobotReader, most: int, sink: Sink) -> None:
@@ -109,12 +109,12 @@ class LimitedRobotReader:
         self._most = most
         self._sink = sink
         self._count = 0
-        # With each its description, so that its id stays its own.
+        # Keeping the description keeps its id unique.
         self._sizes: dict[int, tuple[RobotDescription, int]] = {}
         self.exhausted = False
 
     def read(self, request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, RobotDescription] | None:
-        """A `RobotReader`."""
+        """Reads a robot file. Implements `RobotReader`."""
         if self.exhausted:
             return None
         found = self._read(request, places)
@@ -134,7 +134,7 @@ class LimitedRobotReader:
 
 
 def _description_size(description: RobotDescription) -> int:
-    """How many links and shapes a robot's file holds."""
+    """Number of links and shapes in a robot file."""
     links = (link for robot in description.robots for link in robot.links)
     return sum(1 + len(link.collisions) + len(link.visuals) for link in links)
 
@@ -143,20 +143,20 @@ def _entity_size(entity: Any) -> int:
     if entity.__class__ is BodySpec:
         return max(1, _shape_count(entity))
     if "variants" in entity.__class__.model_fields:
-        # The largest is in every scene at worst.
+        # The worst case: the largest variant is in every scene.
         return max(1, *(_shape_count(entity) + _shape_count(variant) for variant in entity.variants))
     found, waiting = 0, [entity]
     while waiting:
         keys = waiting.pop()
         root = getattr(keys, "root", None)
-        # How much a robot's file holds is seen once it is read.
+        # The size of a robot file is known only after reading it.
         found += 1 if root is None else _tree_size(root)
         waiting += getattr(keys, "attach", {}).values()
     return found
 
 
 def _check_parts(entity: Any, origin: Origin, sink: Sink) -> bool:
-    """Whether the parts of an articulation are no more than may be; otherwise that is reported."""
+    """Whether the parts of an articulation are within the limit; otherwise reports it."""
     from scenecc.plan.articulation import MAX_LINKS  # noqa: PLC0415 - loaded where there are articulations
 
     waiting = [entity]
@@ -170,7 +170,7 @@ def _check_parts(entity: Any, origin: Origin, sink: Sink) -> bool:
 
 
 def _tree_size(root: Any) -> int:
-    """How many links and shapes there are in a tree."""
+    """Number of links and shapes in a tree."""
     found, waiting = 0, [root]
     while waiting:
         link = waiting.pop()
@@ -193,11 +193,11 @@ def _check_limit(code: str, what: str, number: int, limit: int, place: Origin, s
 
 @frozen
 class Lowered:
-    """A plan, and what its draw stage and its checks have to know.
+    """A plan, with the data for its draw stage and its checks.
 
     Attributes:
-        plan: whose values are not drawn yet, and have no recipes.
-        material_origins: for each physical material, the first place that asks for it.
+        plan: with undrawn values, without recipes.
+        material_origins: for each physical material, the first place that uses it.
         sampling: the draws, and the deferred checks.
         frames: poses of its entities.
     """
@@ -224,22 +224,22 @@ def lower(
     selections: Mapping[str, tuple[int, ...]],
     draws: Mapping[str, Any],
 ) -> Lowered | None:
-    """The plan of a batch; None where anything was reported as an error. Nothing is drawn: that is `draw`'s.
+    """Lowers a document to a plan; None after an error. Drawing is left to `draw`.
 
     Args:
-        scene: the document, expanded where it has anything to expand.
-        name: of the plan, where the document gives none.
-        num_scenes: how many scenes; the document's unless overridden.
+        scene: the expanded document.
+        name: of the plan, if the document has none.
+        num_scenes: number of scenes; the document's unless overridden.
         seed: of every draw; the document's unless overridden.
         origin: of the document's root.
-        resolve: finds the files that it names.
-        robots: reads those of robots.
+        resolve: finds its files.
+        robots: reads robot files.
         bounds: limits.
-        sink: takes the diagnostics.
-        vertices: reads the vertices of meshes, whose bounds have anchors.
-        names: what its names mean, where it has instances.
-        selections: the scenes of the entities and frames that instances narrow.
-        draws: arrays, (num_scenes,) or (num_scenes, k), that take the place of shared draws.
+        sink: receives the diagnostics.
+        vertices: reads the vertices of meshes, for anchors.
+        names: resolves names, if it has instances.
+        selections: the scenes of entities and frames in instances with fewer scenes.
+        draws: arrays, (num_scenes,) or (num_scenes, k), that replace shared draws.
     """
     if not check_limits(scene, num_scenes, selections, bounds, origin, sink):
         return None
@@ -261,7 +261,7 @@ def lower(
         return None
     sections = _SectionLowerer(scene, origin, names, selections, sampling, tables, materials, entities, built)
     plan = sections.plan(name, physics)
-    # A material may be unused only because its name was misspelt where it was meant.
+    # A material may be unused only because of a misspelt reference.
     if sink.failed or _is_exhausted(sampling, origin, sink):
         return None
     materials.report_unused(frozenset(names.used_materials), sampling.fields())
@@ -272,23 +272,23 @@ def lower(
 
 
 def _is_exhausted(sampling: SamplingContext, origin: Origin, sink: Sink) -> bool:
-    """Whether the values that differ from scene to scene would take too long to compute, which is reported."""
+    """Whether computing the varying values exceeds the limit, which is reported."""
     if sampling.sampling_operations.exhausted:
         sink.report("SC604", sampling.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
     return sampling.sampling_operations.exhausted
 
 
 def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
-    """The plan with what a reset draws anew; None where a drawn value was reported as an error.
+    """Draws the plan and adds its recipes; None after an error in a drawn value.
 
     Args:
-        lowered: of which `lower` has reported nothing.
-        sink: takes the diagnostics; each names the scene.
+        lowered: result of `lower` without errors.
+        sink: receives the diagnostics; each names the scene.
     """
     sampling = lowered.sampling
     if not sampling.varies:
         return lowered.plan
-    from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - likewise
+    from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - see above
 
     plan = lowered.plan
     recipes = RecipeBuilder(sampling, lowered.frames)
@@ -316,7 +316,7 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
         cameras=tuple(recipes.follower(one.name, one) for one in plan.cameras),
         physical_materials=tuple(map(recipes.holder, plan.physical_materials)),
         visual_materials=tuple(map(recipes.holder, plan.visual_materials)),
-        # Last: they are what the others read.
+        # Last, since these are the draws that the others read.
         draws=recipes.draws(),
     )
 
@@ -337,10 +337,10 @@ def _articulation_lowerer(
 
 @frozen
 class _SectionLowerer:
-    """Lowers the sections of a document that refer to its entities, once these are lowered.
+    """Lowers the sections of a document that refer to its lowered entities.
 
     Attributes:
-        scene, origin, names, selections: as of `lower`.
+        scene, origin, names, selections: see `lower`.
         sampling, tables, materials: of the plan.
         entities: has lowered `built`.
         built: entities of the plan.
@@ -357,7 +357,7 @@ class _SectionLowerer:
     built: tuple[Entity, ...]
 
     def plan(self, name: str, physics: Physics) -> ScenePlan:
-        """The plan without files and materials, of which unused ones come last. `name`: if the document has none."""
+        """The plan without files and materials, which are added last. `name`: if the document has none."""
         seen = self._lower_rendering()
         return ScenePlan(
             name=self.scene.name or name,
@@ -390,7 +390,7 @@ class _SectionLowerer:
         if not self.scene.constraints and not self.entities.constraints:
             return ()
         from scenecc.lower.constraints import ConstraintLowerer  # noqa: PLC0415 - loaded where there are any
-        from scenecc.lower.mounts import MountLookup  # noqa: PLC0415 - likewise
+        from scenecc.lower.mounts import MountLookup  # noqa: PLC0415 - see above
 
         sink = self.sampling.sink
         mounts = MountLookup(self.built, self.entities.frames.unread, self.names, sink)
@@ -417,7 +417,7 @@ class _SectionLowerer:
 
 
 def _check_names(scene: SceneFile, origin: Origin, sink: Sink) -> None:
-    """Frames, entities and cameras share one namespace, and nothing is called like the world."""
+    """Checks that frames, entities and cameras have unique names, and none is called like the world."""
     sections: dict[str, Mapping[str, Any]] = {section: getattr(scene, section) for section in _SECTION_WORDS}
     for section, names in sections.items():
         if WORLD in names:
@@ -440,11 +440,11 @@ _SECTION_WORDS = {
     "constraints": "a constraint",
     "lights": "a light",
 }
-"""What a thing of each section is called."""
+"""Word for an object of each section."""
 
 
 def _lower_physics(given: PhysicsKeys | None, origin: Origin) -> Physics:
-    """The same keys; those left out stay None."""
+    """Copies the physics keys to the plan. Omitted keys stay None."""
     if given is None:
         return Physics(origin=origin)
     values = {name: getattr(given, name) for name in type(given).model_fields}

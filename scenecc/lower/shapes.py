@@ -1,4 +1,4 @@
-"""Lowers shapes and their geometry: one row a type in each table."""
+"""Lowers shapes and their geometry. Each table has one row per type."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _TERRAIN_SIZE = field_type("Heightfield.size")
 
 def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Value:
     given = getattr(shape, name)
-    # Equal sizes share one value.
+    # Equal sizes share a value.
     return tables.size(given) if given.__class__ in _PLAIN else fields.value(given, kind, origin, name)
 
 
@@ -49,7 +49,7 @@ _PLAIN = frozenset((float, int, tuple))
 
 
 def _solid_lowerer(make: Callable[..., Any], **sizes: FieldType) -> GeometryLowerer:
-    """Lowers a shape that is given by sizes alone, in the order of its dataclass."""
+    """Makes a lowerer for a shape that only has sizes, in the order of its dataclass."""
 
     def lower(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Any:
         return make(*[_size(shape, name, kind, tables, fields, origin) for name, kind in sizes.items()])
@@ -65,7 +65,7 @@ def _scale(shape: Any, kind: FieldType, tables: PlanTables, fields: FieldLowerer
 
 
 def _file_lowerer(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any], Any]) -> GeometryLowerer:
-    """Lowers a file and its scale. `others`: of the shape, what its dataclass holds besides these."""
+    """Makes a lowerer for a shape with a file and a scale. `others`: get its other fields."""
 
     def lower(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Any:
         file = tables.files_of(shape.file, origin.child("file"), fields)
@@ -78,7 +78,7 @@ _MAX_PNG_BYTES = 4 * MAX_HEIGHTS
 
 
 def _heightfield(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> plan.Heightfield | None:
-    """Terrain; None where its heights were reported."""
+    """Lowers terrain; None after an error in its heights."""
     if shape.file is None and shape.heights is None:
         fields.sink.report("SC102", "a heightfield needs heights", origin, hint="give one of `file` and `heights`")
         return None
@@ -96,7 +96,7 @@ def _heightfield(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: O
 
 
 def count_heights(heights: tuple[tuple[float, ...], ...], tables: PlanTables) -> str | None:
-    """Adds the heights of terrain to those of the document. Why they cannot be, or None."""
+    """Adds the heights of a terrain to those of the document. Returns why they are invalid, or None."""
     count = len(heights) * len(heights[0]) if heights else 0
     tables.height_count += count
     fault = heights_fault(heights)
@@ -118,7 +118,7 @@ def _file_heights(uri: str, tables: PlanTables, origin: Origin, sink: Sink) -> t
         return tables.heights[found.path]
     try:
         heights = tables.heights[found.path] = read_heights(read_at_most(found.path, _MAX_PNG_BYTES), MAX_HEIGHTS)
-        return heights  # noqa: TRY300 - what may raise stands above
+        return heights  # noqa: TRY300 - what may raise is above
     except TooLongError as error:
         sink.report("SC529", f"cannot read heights from {uri}: {error.strerror}", origin)
     except OSError as error:
@@ -133,7 +133,7 @@ def _plane(shape: Any, _tables: PlanTables, _fields: FieldLowerer, _origin: Orig
 
 
 def coacd_params(keys: Any) -> plan.CoacdParams | None:
-    """How CoACD cuts a mesh whose `decomposition` is that; None: it does not."""
+    """CoACD's parameters for a `decomposition`; None if it does not use CoACD."""
     if keys.decomposition != "coacd":
         return None
     given = keys.decomposition_params
@@ -153,7 +153,7 @@ COLLISION_GEOMETRY: dict[str, GeometryLowerer] = {
     "convex_parts": _file_lowerer(plan.ConvexParts, SCALE, coacd_params),
     "triangle_mesh": _file_lowerer(plan.TriangleMesh, SCALE, attrgetter("sdf")),
 }
-"""What collides of a type; None where a file was reported."""
+"""Lowerer of each type of collision shape; gives None after an error in a file."""
 
 VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
     **_SOLIDS,
@@ -162,29 +162,29 @@ VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
     **dict.fromkeys(("convex_mesh", "convex_parts", "triangle_mesh", "mesh"), _file_lowerer(plan.Mesh, MIRROR_SCALE)),
     "tiled_plane": _solid_lowerer(plan.TiledPlane, half_size=_HALF_SIZE_2, texture_repeat=_REPEAT),
 }
-"""What is seen of a type; likewise."""
+"""Lowerer of each type of visual shape; gives None after an error in a file."""
 
 _CONTACT_FIELDS = tuple(
     (row.key, row.field, field_type(row.quantity)) for row in properties_of("shape", "groups") if row.field != "density"
 )
-"""Key of the language, field of the plan, and what a row of it holds."""
+"""Key of the language, field of the plan, and type of the field."""
 
 _CONTACT_ITEMS = attrgetter(*(key for key, _, _ in _CONTACT_FIELDS))
 
 _LEFT_OUT = (None,) * len(_CONTACT_FIELDS)
 
 _SHAPE_LISTS = ("shapes", "collisions", "visuals")
-"""Keys of the lists of shapes: of those that collide and are seen, and of those that do one of these."""
+"""Keys of the shape lists: for both collision and visual shapes, and for only one of these."""
 
 
 @frozen
 class ShapeDefaults:
-    """What the shapes of a body have that name nothing themselves.
+    """Defaults for the shapes of a body.
 
     Attributes:
-        surface: of the shapes that name no material.
+        surface: of shapes without a material.
         color: (·, 4) or None.
-        density: (·,) [kg/m³] of the shapes whose material gives none either, or None.
+        density: (·,) [kg/m³] of shapes without a density of their own or of their material, or None.
     """
 
     surface: LoweredMaterial | MaterialChoice = PLAIN_SURFACE
@@ -204,10 +204,10 @@ class ShapeLowerer:
     def shapes(
         self, layers: Sequence[tuple[Any, Origin]], default: ShapeDefaults, fields: FieldLowerer
     ) -> tuple[list[CollisionShape], list[VisualShape]]:
-        """What collides and what is seen of a body; shapes that were reported are missing.
+        """Lowers the collision and visual shapes of a body, without those with errors.
 
         Args:
-            layers: models with lists of shapes, and the nodes that have them; the lists go on from one to the next.
+            layers: models with lists of shapes, and their nodes; the lists are concatenated.
             default: of the body.
             fields: of the object.
         """
@@ -226,7 +226,7 @@ class ShapeLowerer:
     def _lower_sides(
         self, shape: Any, key: str, default: ShapeDefaults, fields: FieldLowerer, origin: Origin
     ) -> tuple[CollisionShape | None, VisualShape | None]:
-        """The sides of a shape that the list under a key is of."""
+        """Lowers the collision and visual side of a shape in the list under a key."""
         collides = seen = None
         if key != "visuals":
             collides = self._geometry(shape, fields, origin)
@@ -270,7 +270,7 @@ class ShapeLowerer:
     def _choose_physicals(
         self, surfaces: MaterialChoice, default: ShapeDefaults, geometry: Any, fields: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
-        """The physical material and the density where the scenes have one of several materials."""
+        """The physical material and the density if scenes have different materials."""
         pick, scenes = surfaces.pick, fields.scenes
         physicals = [surface.physical for surface in surfaces.each]
         physical = _select_or_default(physicals, self._materials.default(), pick, scenes)
@@ -307,9 +307,9 @@ class ShapeLowerer:
     def _visual(
         self, visual: VisualMaterial | None, color: Value | None, default: ShapeDefaults, *, named: bool
     ) -> Value | None:
-        """The row of what is seen: a material with the colour of the shape or, if nothing closer gives one, the body's.
+        """The visual material of a shape: its material with the colour of the shape, or else of the body.
 
-        A material that the shape itself names is closer to it than the body's colour.
+        A material on the shape itself has precedence over the body's colour.
         """
         if color is None and not (named and visual is not None and visual.base_color is not None):
             color = default.color
@@ -318,7 +318,7 @@ class ShapeLowerer:
         return None if visual is None else self._tables.visual_materials.value(visual)
 
     def _with_color(self, visual: VisualMaterial | None, color: Value) -> VisualMaterial | None:
-        # Of one colour there is one material, however many shapes have it. What may vary is only itself.
+        # Shapes of one colour share a material. A varying colour is compared by identity.
         key = (id(visual), color.numbers() if color.is_constant else id(color))
         known = self._colored.get(key)
         if known is None:
@@ -328,7 +328,7 @@ class ShapeLowerer:
         return known[2]
 
     def _geometry(self, shape: Any, fields: FieldLowerer, origin: Origin) -> Any:
-        """What collides; None where it was reported."""
+        """Lowers a collision geometry; None after an error."""
         if shape.type == "convex_parts" and shape.decomposition == "none" and shape.decomposition_params:
             hint = "set decomposition: coacd, or leave it out"
             report_unused_key("decomposition_params", "without a decomposition", origin, self._sink, hint=hint)
@@ -345,7 +345,7 @@ class ShapeLowerer:
 def _select_or_default(
     values: Sequence[Value | None], otherwise: Value, pick: Value, scenes: tuple[int, ...]
 ) -> Value | None:
-    """What one of several gives in each scene; None where none gives anything."""
+    """Selects one of several values or the default in each scene; None if there are none."""
     if all(value is None for value in values):
         return None
     return select_per_scene([otherwise if value is None else value for value in values], pick, scenes)

@@ -1,6 +1,6 @@
-"""The plan: frozen, engine-free data between the compiler and everything that consumes a scene.
+"""The plan: frozen data, independent of the engine, between the compiler and all consumers of a scene.
 
-SI units, names resolved, poses composed, one entry a logical object with values per scene as arrays.
+SI units, resolved names, composed poses. One entry per logical object, with arrays of values per scene.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ _MODULES: Final = {
     "scene": "Entity GpuMemory Physics ScenePlan SdfConfig",
     "value": "Value constant derived literal per_scene recalled varying",
 }
-"""The names by their modules, each of which is loaded when one of its names is first asked for."""
+"""Names by module. A module is loaded when one of its names is first accessed."""
 
 _HOME: Final = {name: module for module, names in _MODULES.items() for name in names.split()}
 

@@ -1,4 +1,4 @@
-"""Articulations: links in a tree, the joints between them, and tendons. None: the file leaves the field out."""
+"""Articulations: links in a tree, their joints, and tendons. None: the file omits the field."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 TENDON_STIFFNESS = 1e5
-"""SAPIEN's own [N/m, N·m/rad]. A mimicking link of a few kg hangs below 1e-3 rad off where it should be."""
+"""SAPIEN's value [N/m, N·m/rad]. A mimicking link of a few kg stays within 1e-3 rad of its target."""
 
 
 class TendonPull(NamedTuple):
-    """Coefficients of the two joints, and the length at which the tendon is at rest."""
+    """Coefficients of the two joints, and the rest length of the tendon."""
 
     source: float
     joint: float
@@ -29,14 +29,14 @@ class TendonPull(NamedTuple):
 
 
 def tendon_pull(multiplier: float, offset: float) -> TendonPull:
-    """What makes joint = multiplier · source + offset the length at rest."""
+    """The tendon whose rest length gives joint = multiplier · source + offset."""
     if abs(multiplier) <= 1:
         return TendonPull(-multiplier, 1.0, offset)
     return TendonPull(-1.0, 1 / multiplier, offset / multiplier)
 
 
 def why_no_tendon(structure: ArticulationStructure, mimic: Mimic) -> str | None:
-    """Why PhysX cannot have one joint follow the other; None where it can."""
+    """Why PhysX cannot make one joint follow the other; None if it can."""
     numbers = {link.joint.name: n for n, link in enumerate(structure.links) if link.joint is not None}
     for name in (mimic.joint, mimic.source):
         if name not in numbers:
@@ -58,10 +58,10 @@ def why_no_tendon(structure: ArticulationStructure, mimic: Mimic) -> str | None:
 
 
 def tendon_links(structure: ArticulationStructure, mimic: Mimic) -> tuple[int, ...]:
-    """Numbers of the links that the tendon of a mimic runs over, the one that it hangs on first.
+    """Numbers of the links along the tendon of a mimic, the common ancestor first.
 
     Raises:
-        ValueError: PhysX cannot do it; the message says why, and of which joint.
+        ValueError: PhysX does not support it; the message names the joint and the reason.
     """
     why = why_no_tendon(structure, mimic)
     if why is not None:
@@ -72,13 +72,13 @@ def tendon_links(structure: ArticulationStructure, mimic: Mimic) -> tuple[int, .
 def tendon_coefficients(
     structure: ArticulationStructure, mimic: Mimic, links: tuple[int, ...], ends: TendonPull
 ) -> list[float]:
-    """One number a link of `tendon_links`, 0 of the first and of those between."""
+    """One coefficient per link of `tendon_links`. It is 0 for the first and for those between the two joints."""
     source, joint = _child_link(structure, mimic.source), _child_link(structure, mimic.joint)
     return [ends.source if link == source else ends.joint if link == joint else 0.0 for link in links]
 
 
 def _links_between(structure: ArticulationStructure, source: int, joint: int) -> tuple[int, ...]:
-    """From the nearest link above both to the one, then to the other."""
+    """The path from the nearest common ancestor to one link, then to the other."""
     above_source, above_joint = _ancestors(structure, source), _ancestors(structure, joint)
     root = next(link for link in above_source[1:] if link in above_joint[1:])
     found = [root]
@@ -92,7 +92,7 @@ def _child_link(structure: ArticulationStructure, name: str) -> int:
 
 
 def _ancestors(structure: ArticulationStructure, link: int) -> list[int]:
-    """A link, the one that it hangs on, and so on to the root."""
+    """A link and its ancestors up to the root."""
     found = [link]
     while (parent := structure.links[found[-1]].parent) is not None:
         found.append(parent)
@@ -100,35 +100,36 @@ def _ancestors(structure: ArticulationStructure, link: int) -> list[int]:
 
 
 JointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
-"""SAPIEN's. A URDF's `continuous` is a `revolute` without limits, as SAPIEN's own loader has it."""
+"""SAPIEN's joint types. As in SAPIEN's loader, a URDF's `continuous` joint is a `revolute` without limits."""
 
 DriveMode = Literal["force", "acceleration"]
 
 MAX_LINKS = 255
-"""Of an articulation on the CPU, where PhysX counts links in eight bits: 257 of them have 0 degrees of freedom."""
+"""Maximum for an articulation on the CPU. PhysX counts links in eight bits: 257 links have 0 degrees of freedom."""
 
 VELOCITY_FIELDS = ("linear_velocity", "angular_velocity")
-"""Fields of a body and of an articulation, of which a reset sets what they say anew."""
+"""Velocity fields of a body or an articulation, which a reset sets again."""
 
 JOINT_STATE_FIELDS = property_fields("joint_state")
-"""Fields of a joint, likewise."""
+"""Fields of a joint that a reset sets again."""
 
 
 @frozen
 class Joint:
-    """The joint between a link and its parent. Positions are [m] of a prismatic one and [rad] of others.
+    """The joint between a link and its parent. Positions are in [m] for a prismatic joint, otherwise in [rad].
 
     Attributes:
-        type: of the degree of freedom, which a fixed joint has not; what only that has is None there.
-        name: unique in the articulation where it is not "".
-        pose_in_parent, pose_in_child: (·, 7) its frame in the parent's and in the child's; it moves along or about x.
-        limits: (·, 2) lowest and highest position; infinite on a side that has none.
+        type: a fixed joint has no degree of freedom, and the fields that need one are None.
+        name: unique in the articulation unless "".
+        pose_in_parent, pose_in_child: (·, 7) joint frame in the parent's and in the child's frame; it moves along or
+            about x.
+        limits: (·, 2) lowest and highest position; infinite on a side without a limit.
         friction, armature, max_velocity: (·,).
-        stiffness, damping, force_limit: (·,) of the drive; a joint with damping alone has a drive of no stiffness.
-        drive_mode: what the drive's numbers are of; None: "force".
-        qpos, qvel: (·,) at the start.
-        drive_target, drive_velocity_target: (·,) where to and how fast the drive pulls at the start.
-        limits_origin: where its limits are written, where that is a place of their own.
+        stiffness, damping, force_limit: (·,) of the drive. Damping alone gives a drive of stiffness 0.
+        drive_mode: "force" or "acceleration"; None: "force".
+        qpos, qvel: (·,) initial.
+        drive_target, drive_velocity_target: (·,) initial targets of the drive.
+        limits_origin: origin of the limits, if they have their own.
     """
 
     type: JointType
@@ -157,11 +158,11 @@ class Link:
 
     Attributes:
         name: unique in the articulation.
-        body: of type "link". Its velocities, its locked axes, its solver's iterations and its sleep threshold are
-            None: the articulation has these, or nothing has.
-        parent: number of the link that it hangs on, which stands before it; None: it is the root.
-        joint: to the parent; None at the root alone.
-        file: (·,) index into `ScenePlan.files` of the description of this link, in an articulation of several files.
+        body: of type "link". Its velocities, locked axes, solver iterations and sleep threshold are None: the
+            articulation has them, or nothing does.
+        parent: number of the parent link, which comes before it; None: it is the root.
+        joint: to the parent; None only for the root.
+        file: (·,) index into `ScenePlan.files` of this link's description, in an articulation of several files.
     """
 
     name: str
@@ -173,7 +174,7 @@ class Link:
 
 @frozen
 class Mimic:
-    """A joint that moves as another does: its position is multiplier · (the other's) + offset.
+    """A joint that follows another: its position is multiplier · (the other's) + offset.
 
     Attributes:
         joint, source: names of the two joints, neither fixed.
@@ -189,17 +190,17 @@ class Mimic:
 
 @frozen
 class ArticulationStructure:
-    """Links in a tree, and what is said of all of them.
+    """Links in a tree, and the settings of the whole articulation.
 
     Attributes:
-        links: in the order in which they are built, the root first.
+        links: in build order, the root first.
         fix_root_link: whether the root is fixed to the world.
         mimics: joints that follow others.
         solver_position_iterations, solver_velocity_iterations: (·,) integers.
         sleep_threshold: (·,) [m²/s²].
-        linear_velocity, angular_velocity: (·, 3) of the root at the start, world frame [m/s, rad/s]; of a free one.
-        file: index into `ScenePlan.files` of the description that it was read from; None: it is the scene's own, or the
-            links say it.
+        linear_velocity, angular_velocity: (·, 3) initial, of a free root, world frame [m/s, rad/s].
+        file: index into `ScenePlan.files` of its description; None: it is written in the scene, or each link has a
+            file.
     """
 
     links: tuple[Link, ...]
@@ -215,25 +216,25 @@ class ArticulationStructure:
 
     @property
     def bodies(self) -> tuple[BodyStructure, ...]:
-        """The bodies that it is made of, in build order."""
+        """The bodies of its links, in build order."""
         return tuple(link.body for link in self.links)
 
     @property
     def description_files(self) -> tuple[Value, ...]:
-        """Indices into `ScenePlan.files` of the descriptions that it was read from, some of them several times."""
+        """Indices into `ScenePlan.files` of its descriptions, with repetitions."""
         return tuple(file for file in (self.file, *(link.file for link in self.links)) if file is not None)
 
     @property
     def active_joints(self) -> tuple[Joint, ...]:
-        """The joints that move, in build order of their links (SAPIEN's own order may be another)."""
+        """The joints that move, in build order of their links (SAPIEN's own order may differ)."""
         return tuple(link.joint for link in self.links if link.joint is not None and link.joint.type != "fixed")
 
 
 def breadth_first_order(parents: Iterable[int | None]) -> list[int]:
-    """Numbers of links in the engine's order, in which it numbers joints too: by distance from the root, then as built.
+    """Link numbers in the engine's order, which also numbers the joints: by depth, then in build order.
 
     Args:
-        parents: of each link the number of the one that it hangs on; the first is the root.
+        parents: number of each link's parent; the first link is the root.
     """
     children: dict[int, list[int]] = {}
     for number, parent in enumerate(parents):

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 @frozen
 class NamedFile:
-    """A file that another names: a material file, a texture, a buffer.
+    """A file that another file references: a material file, a texture, a buffer.
 
     Attributes:
-        uri: as it is named, relative to the file that names it.
-        sha256, path, state: as of an `AssetFile`.
+        uri: as written, relative to the referencing file.
+        sha256, path, state: see `AssetFile`.
     """
 
     uri: str
@@ -39,15 +39,15 @@ class AssetFile:
         uri: `pkg://…` or `asset://…` as written, else the path relative to the top scene's folder
             (posix), else an absolute path.
         path: where it was found on this machine; not part of the plan's identity.
-        sha256: of what it held when it was checked; None of what no build opens (a robot's description), and of a
-            plan whose files were not checked.
-        names: the files that it names in turn, and which a build opens.
+        sha256: hash when it was checked; None if no build opens the file (a robot's description) or the plan's files
+            were not checked.
+        names: the files that it references and that a build opens.
         state: of the file when it was checked. A build compares it to detect a later change.
-        optional_names: whether images and material files that it names may be missing, and are then not seen.
-        data: what it holds, where no file of the scene does: a PLY of `robots.mujoco.shapes`, which lies in the
-            user's cache folder. None: the scene's own file holds it.
-        read_by: the program that read it and its version, for a robot's file: "mujoco 4.0.0". None: scenecc itself.
-        origin: the first node that names it.
+        optional_names: whether its images and material files may be missing. Missing ones are not rendered.
+        data: content, if the scene has no such file: a PLY of `robots.mujoco.shapes` in the user's cache folder. None:
+            the content is in the scene's own file.
+        read_by: program and version that read a robot's file: "mujoco 4.0.0". None: scenecc.
+        origin: the first node that references it.
     """
 
     uri: str
@@ -63,7 +63,7 @@ class AssetFile:
 
 @frozen
 class Friction:
-    """The numbers of a `sapien.physx.PhysxMaterial`, the same in every scene. They have no unit."""
+    """The numbers of a `sapien.physx.PhysxMaterial`, the same in every scene. Without unit."""
 
     static_friction: float
     dynamic_friction: float
@@ -79,17 +79,17 @@ class PhysicalMaterial:
     restitution: Value
 
     def values(self) -> tuple[Value, ...]:
-        """All values of it."""
+        """All its values."""
         return (self.static_friction, self.dynamic_friction, self.restitution)
 
     def row(self, index: int) -> Friction:
-        """What it is in scene number `index` (a row, not a scene index) of an entity."""
+        """Its numbers in row `index` of an entity (not a scene index)."""
         return Friction(*(float(value.row(index)) for value in self.values()))
 
 
 @frozen
 class Texture:
-    """An image and how it is sampled; None is what `sapien.render.RenderTexture2D` does without it.
+    """An image and its sampling. None is the default of `sapien.render.RenderTexture2D`.
 
     `file`: (·,) index into `ScenePlan.files`.
     """
@@ -101,14 +101,14 @@ class Texture:
     srgb: bool | None = None
 
     def sampling(self) -> dict[str, int | str | bool]:
-        """How it is sampled, where the plan says so, by the names of these fields and of SAPIEN's arguments."""
+        """The sampling settings of the plan, by the names of these fields and of SAPIEN's arguments."""
         given = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "file"}
         return {name: value for name, value in given.items() if value is not None}
 
 
 @frozen
 class VisualMaterial:
-    """`sapien.render.RenderMaterial`; None leaves SAPIEN's own.
+    """`sapien.render.RenderMaterial`. None keeps SAPIEN's default.
 
     Attributes:
         base_color, emission: (·, 4), linear RGBA in 0..1 (an emission may be brighter).
@@ -131,38 +131,38 @@ class VisualMaterial:
     transmission_texture: Texture | None = None
 
     def numbers(self) -> dict[str, Value]:
-        """What is given of the colours and numbers, by field."""
+        """The given colours and numbers, by field."""
         given = {item.name: getattr(self, item.name) for item in fields(self)}
         return {name: item for name, item in given.items() if item is not None and not isinstance(item, Texture)}
 
     def textures(self) -> dict[str, Texture]:
-        """The textures that are given, by field."""
+        """The given textures, by field."""
         given = {item.name: getattr(self, item.name) for item in fields(self)}
         return {name: item for name, item in given.items() if isinstance(item, Texture)}
 
     def values(self) -> tuple[Value, ...]:
-        """All values of it, those of its textures included."""
+        """All its values, including those of its textures."""
         return (*self.numbers().values(), *(texture.file for texture in self.textures().values()))
 
     def row(self, index: int) -> dict[str, float | list[float]]:
-        """The colours and numbers that are given in scene number `index` (a row) of an entity, by field."""
+        """The given colours and numbers in row `index` of an entity, by field."""
         return {name: value.row(index).tolist() for name, value in self.numbers().items()}
 
 
 def rebase_file(file: AssetFile, base: Path) -> AssetFile:
-    """The same file, named for a document in the folder `base`: a relative uri starts there, others stay."""
+    """Renames a file for a document in the folder `base`. Relative URIs are rewritten, others stay."""
     if "://" in file.uri or Path(file.uri).is_absolute():
         return file
     return replace(file, uri=Path(os.path.relpath(file.path, base.absolute())).as_posix())
 
 
 BodyType = Literal["dynamic", "kinematic", "static", "none", "link"]
-"""A "link" is part of an articulation, never an entity of its own."""
+"""A "link" is part of an articulation, never an entity."""
 
 
 @frozen
 class CollisionShape:
-    """A shape that collides.
+    """A collision shape.
 
     Attributes:
         geometry: type and sizes.
@@ -187,7 +187,7 @@ class CollisionShape:
 
 @frozen
 class VisualShape:
-    """A shape that is seen.
+    """A visual shape.
 
     Attributes:
         geometry: type and sizes.
@@ -208,7 +208,7 @@ class VisualShape:
 
 @frozen
 class Inertial:
-    """Mass properties that are given instead of computed.
+    """Mass properties that are given, not computed.
 
     Attributes:
         mass: (·,) [kg].
@@ -226,17 +226,17 @@ class BodyStructure:
     """All arguments of `ActorBuilder` for a body, and its properties.
 
     Attributes:
-        mass: (·,) [kg]; scales the mass and inertia that follow from the densities.
+        mass: (·,) [kg]; scales the mass and inertia computed from the densities.
         disable_gravity: (·,) bool.
-        locked_motion_axes: (·, 6) bool, x y z rx ry rz; true cannot move.
-        linear_velocity, angular_velocity: (·, 3) at the start, world frame [m/s, rad/s].
+        locked_motion_axes: (·, 6) bool, x y z rx ry rz; true locks the axis.
+        linear_velocity, angular_velocity: (·, 3) initial, world frame [m/s, rad/s].
         linear_damping, angular_damping: (·,) [1/s].
         max_linear_velocity [m/s], max_angular_velocity [rad/s], max_depenetration_velocity [m/s],
-        max_contact_impulse [N·s], sleep_threshold [m²/s²]: (·,).
+            max_contact_impulse [N·s], sleep_threshold [m²/s²]: (·,).
         solver_position_iterations, solver_velocity_iterations: (·,) integers.
-        collision_groups: (·, 4) SAPIEN's four integers, for every shape that has none of its own.
+        collision_groups: (·, 4) SAPIEN's four integers, for each shape without its own.
         visibility: (·,) in 0..1; shading_mode: (·,) integer; of the render body.
-        shapeless: true: it is meant that the body has no shapes.
+        shapeless: whether the body has no shapes on purpose.
     """
 
     body_type: BodyType
@@ -264,20 +264,20 @@ class BodyStructure:
     origin: Origin | None = field(default=None, compare=False)
 
     def shape_groups(self) -> tuple[Value | None, ...]:
-        """SAPIEN's four integers of each colliding shape, (·, 4); None: the default ones."""
+        """SAPIEN's four integers of each collision shape, (·, 4); None: the defaults."""
         if all(shape.collision_groups is None for shape in self.collisions):
             return (self.collision_groups,) * len(self.collisions)
         return tuple(shape.collision_groups or self.collision_groups for shape in self.collisions)
 
     @property
     def bodies(self) -> tuple[BodyStructure, ...]:
-        """Itself, as an articulation's are its links."""
+        """The body itself. An articulation returns its links here."""
         return (self,)
 
 
 @frozen
 class Mount:
-    """A body that something is fastened to.
+    """A body or link that something is attached to.
 
     Attributes:
         entity: its name in the plan.
@@ -288,23 +288,23 @@ class Mount:
     link: str | None = None
 
     def __str__(self) -> str:
-        """As a scene file names it: `ENTITY` or `ENTITY/LINK`."""
+        """Its name in a scene file: `ENTITY` or `ENTITY/LINK`."""
         return self.entity if self.link is None else f"{self.entity}/{self.link}"
 
 
 DEFAULT_COLLISION_GROUPS = (1, 1, 0, 0)
-"""SAPIEN's four integers of a shape of which nothing is said."""
+"""SAPIEN's default integers of a shape."""
 
 COLLISION_ID_BITS = 0xFFFF
-"""The bits of the fourth integer within which those of the third count."""
+"""The bits of the fourth integer that matter for the third."""
 
 
 def groups_collide(a: Any, b: Any) -> Any:
-    """SAPIEN's rule over the four integers of two shapes (`PhysxCollisionShape.set_collision_groups`).
+    """SAPIEN's rule for the four integers of two shapes (`PhysxCollisionShape.set_collision_groups`).
 
     Args:
         a: four integers, or four arrays of integers for many pairs at once.
-        b: the same of the other shapes.
+        b: the same for the other shapes.
     """
     ignored = ((a[2] & b[2]) != 0) & ((a[3] & COLLISION_ID_BITS) == (b[3] & COLLISION_ID_BITS))
     return (((a[0] & b[1]) | (a[1] & b[0])) != 0) & (ignored == 0)

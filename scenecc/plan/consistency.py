@@ -1,6 +1,6 @@
-"""What must hold between the fields of a plan that comes from JSON: names, trees, counts of rows.
+"""Consistency between the fields of a plan that is read from JSON: names, trees, row counts.
 
-Consumers of a plan rely on it. Plans that the compiler makes are consistent.
+Consumers of a plan rely on it. The compiler always makes consistent plans.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
     from scenecc.plan.body import Mount
 
 _NAMESPACES: Final = (("entities", "cameras"), ("constraints",), ("lights",), ("placements",), ("expectations",))
-"""Sections whose objects have different names."""
+"""Groups of sections that share a namespace."""
 
 _MOUNT_KEYS: Final = (("constraints", "child"), ("constraints", "parent"), ("lights", "mount"), ("cameras", "mount"))
-"""Sections whose objects are attached to an entity, and the key that names it."""
+"""Sections whose objects are attached to an entity, and the key with its name."""
 
 
 class PlanFormatError(Exception):
-    """JSON is not a plan of this version. `keys`: the path to what is missing or invalid."""
+    """JSON is not a plan of this version. `keys`: path to the missing or invalid value."""
 
     def __init__(self, keys: Keys) -> None:
         super().__init__()
@@ -91,7 +91,7 @@ def _drive_faults(drive: Drive) -> Iterator[Keys]:
 
 
 def _repeated(items: Iterable[Hashable]) -> Iterator[int]:
-    """Indices of the items that are equal to an earlier one."""
+    """Indices of the items that equal an earlier one."""
     first: dict[Hashable, int] = {}
     return (index for index, item in enumerate(items) if first.setdefault(item, index) != index)
 
@@ -120,7 +120,7 @@ def _plan_faults(plan: ScenePlan) -> Iterator[Keys]:
 
 
 def _is_mountable(mount: Mount, entity: Entity | None, scene_idxs: tuple[int, ...]) -> bool:
-    """Whether the entity is in all the scenes, and each of its structures has the link."""
+    """Whether the entity exists in all the scenes and each of its structures has the link."""
     if entity is None or (scene_idxs != entity.scene_idxs and not {*scene_idxs} <= {*entity.scene_idxs}):
         return False
     return all(
@@ -132,7 +132,7 @@ def _is_mountable(mount: Mount, entity: Entity | None, scene_idxs: tuple[int, ..
 
 
 def _is_known(one: Expectation, entities: dict[str, Entity], draws: set[str]) -> bool:
-    """Whether all that an expectation names is in the plan."""
+    """Whether the plan has everything that an expectation refers to."""
     if isinstance(one, Condition):
         names = {*one.that.names, *one.that.observations}
         return names <= BUILTIN_NAMES | {reading.name for reading in one.readings} and all(
@@ -175,4 +175,4 @@ FAULTS: Final[dict[type, Callable[[Any], Iterator[Keys]]]] = {
     Heightfield: lambda one: iter((("heights",),) if heights_fault(one.heights) else ()),
     ScenePlan: _plan_faults,
 }
-"""By class: the paths below an object to what is inconsistent in it."""
+"""Class → paths below an object to its inconsistent values."""

@@ -18,26 +18,26 @@ LimitAxis = Literal["x", "y", "z", "twist"]
 
 
 WELD_SWING = (1e10, 1e4)
-"""Stiffness and damping of the drive that holds the turns of a weld about y and z, in the mode "acceleration".
+"""Stiffness and damping of the drive that holds a weld's rotation about y and z, in the mode "acceleration".
 
-A drive's limits hold x, y, z and the twist; of the swing SAPIEN records them and applies none. A spring as stiff as
-this one holds as well as they do, whatever the masses: PhysX solves it implicitly.
+A drive's limits hold x, y, z and the twist. SAPIEN stores swing limits but does not apply them. A spring of this
+stiffness holds as well for any mass, since PhysX solves it implicitly.
 """
 
 
 @frozen
 class Weld:
-    """Keeps both frames together: a drive whose x, y, z and twist are limited to 0 and whose swing is `WELD_SWING`."""
+    """Holds two frames together: a drive with x, y, z and twist limited to 0, and `WELD_SWING` for the swing."""
 
 
 @frozen
 class Connection:
-    """SAPIEN's: keeps the origins of both frames together and leaves rotation free."""
+    """SAPIEN's connection: holds the origins of two frames together and leaves rotation free."""
 
 
 @frozen
 class Distance:
-    """Keeps the distance of the origins of both frames within limits.
+    """Limits the distance between the origins of two frames.
 
     Attributes:
         limits: (·, 2) [m]. stiffness: (·,) [N/m]. damping: (·,) [N·s/m].
@@ -54,8 +54,8 @@ class Gear:
 
     Attributes:
         ratio: (·,) not 0.
-        enable_hinges: of two links, whether the angles of their joints are held to the ratio as well as their
-            velocities, so that errors do not add up. Nothing is hinged.
+        enable_hinges: for two links, whether the ratio also applies to their joint angles, so that errors do not
+            accumulate. Does not add hinges.
     """
 
     ratio: Value
@@ -67,8 +67,8 @@ class AxisLimit:
     """Limits of one axis of a drive.
 
     Attributes:
-        limits: (·, 2) [m], of the twist [rad]; infinite on a side that has none.
-        stiffness, damping: (·,) of a spring in place of a hard stop.
+        limits: (·, 2) [m], of the twist [rad]; infinite on a side without a limit.
+        stiffness, damping: (·,) of a spring that replaces the hard stop.
     """
 
     axis: LimitAxis
@@ -95,12 +95,12 @@ class AxisDrive:
 
 @frozen
 class Drive:
-    """PhysX's joint of six degrees of freedom, all of which are free unless limited.
+    """PhysX's joint with six degrees of freedom, all free unless limited.
 
     Attributes:
-        limits, drives: one an axis.
-        target: (·, 7) of the child's frame in the parent's, reset-time.
-        linear_velocity_target, angular_velocity_target: (·, 3) [m/s, rad/s], reset-time.
+        limits, drives: one per axis.
+        target: (·, 7) pose of the child's frame in the parent's, a reset may change it.
+        linear_velocity_target, angular_velocity_target: (·, 3) [m/s, rad/s], a reset may change them.
         inv_mass_scales, inv_inertia_scales: (·, 2) of the parent and the child.
     """
 
@@ -119,12 +119,12 @@ class Constraint:
 
     Attributes:
         name: unique among the constraints of the plan.
-        scene_idxs: as of an entity.
+        scene_idxs: see `Entity`.
         child: the body that carries it.
         pose_in_parent, pose_in_child: (·, 7) its frame in the parent's (the world's) and in the child's;
             None: the identity.
         parent: None: the world.
-        enabled: (·,) bool, whether it acts at the start, reset-time; None: it does.
+        enabled: (·,) bool, initial, a reset may change it; None: enabled.
     """
 
     name: str

@@ -1,7 +1,7 @@
-"""Differences between two plans: a comparison by path, with the keys of the language.
+"""Compares two plans by path, with the keys of the language.
 
-Each object becomes a tree of plain data whose keys are paths, and two trees are compared key by key. Entries of tables
-(files, materials) are replaced by what they hold. Recipes are equal if they are written alike.
+Each object becomes a tree of plain data whose keys are paths. The trees are compared key by key. References to tables
+(files, materials) are replaced by the entries. Recipes are equal if their text is equal.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 Side = Literal[0, 1]
 
 _HASH_DIGITS = 12
-"""Digits of a hash that are shown."""
+"""Digits of a hash that are displayed."""
 
 _STRUCTURES: Final = (BodyStructure, ArticulationStructure)
 
@@ -55,13 +55,14 @@ _TABLES: Final = ("files", "physical_materials", "visual_materials")
 
 
 class _Pair:
-    """Two plans.
+    """Two plans to compare.
 
     Attributes:
-        plans: the two.
-        same_tables: whether their tables are the same, entry by entry.
-        file_names: of the files of each; equal names for files of one content and one URI or place.
-        changed_draws: shared draws that are not written alike, or that read one of these.
+        plans: both plans.
+        same_tables: whether their tables are equal, entry by entry.
+        file_names: names of the files of each plan. Files with the same content, and the same URI or path, share a
+            name.
+        changed_draws: shared draws whose recipe differs, directly or through another draw.
     """
 
     def __init__(self, a: ScenePlan, b: ScenePlan) -> None:
@@ -75,7 +76,7 @@ class _Pair:
                     self.changed_draws.add(name)
 
     def same_recipe(self, x: Node | None, y: Node | None) -> bool:
-        """Whether two recipes, and the shared draws that they read, are written alike."""
+        """Whether two recipes, and the shared draws that they read, have the same text."""
         if x is None or y is None:
             return x is y
         return repr(x) == repr(y) and self.changed_draws.isdisjoint(draws_read_by(x))
@@ -100,7 +101,7 @@ def _file_names(*tables: Sequence[AssetFile]) -> tuple[list[str], ...]:
 
 
 def _uri_with_hashes(file: AssetFile) -> str:
-    """A file's URI, and short hashes of it and of the files that it names."""
+    """A file's URI with short hashes of it and of the files that it references."""
     hashes = [
         (file.sha256 or "unknown")[:_HASH_DIGITS],
         *(f"{one.uri} {one.sha256[:_HASH_DIGITS]}" for one in file.names),
@@ -109,7 +110,7 @@ def _uri_with_hashes(file: AssetFile) -> str:
 
 
 def find_moved(places: Sequence[int]) -> set[int]:
-    """The fewest that must move for the rest to ascend."""
+    """The smallest set of items that must move so that the rest ascends."""
     ends: list[int] = []
     before: list[int | None] = []
     tails: list[int] = []
@@ -127,7 +128,7 @@ def find_moved(places: Sequence[int]) -> set[int]:
 
 
 class _Typed(NamedTuple):
-    """An object of one of several dataclasses. `word`: what the language calls it."""
+    """An object of one of several dataclasses. `word`: its name in the language."""
 
     cls: type
     word: str
@@ -142,7 +143,7 @@ class _Leaf(NamedTuple):
 
 
 class _Grid(NamedTuple):
-    """Heights of terrain."""
+    """Heights of a terrain."""
 
     rows: Heights
 
@@ -152,7 +153,7 @@ class _Item(NamedTuple):
 
     Attributes:
         key: its name, or its index in a list without names.
-        path: where it is in the object. Paths of the tree start there.
+        path: its path in the object. Paths of the tree start there.
     """
 
     key: str | int
@@ -161,7 +162,7 @@ class _Item(NamedTuple):
 
 
 class _Column(NamedTuple):
-    """A value in the scenes that are compared: one row, or one for each scene; and its recipes, the same way."""
+    """A value in the compared scenes, one row or one per scene, and its recipes in the same layout."""
 
     rows: list[Any]
     recipes: list[Node | None]
@@ -186,8 +187,8 @@ class _Comparison:
 
     Args:
         pair: their plans.
-        scenes: indices of the scenes that both are in.
-        rows: of each object, the rows of these scenes; None: all rows of both.
+        scenes: indices of the scenes that contain both.
+        rows: rows of these scenes in each object; None: all rows.
     """
 
     def __init__(
@@ -198,7 +199,7 @@ class _Comparison:
         self._rows = rows
 
     def compare(self, x: Any, y: Any, but: tuple[str, ...] = ()) -> Iterator[FieldDifference]:
-        """Differences of two dataclasses of one type. `but`: fields that are left out."""
+        """Yields the differences of two dataclasses of one type. `but`: fields to skip."""
         several = any(isinstance(one, Entity) and len(one.structures) > 1 for one in (x, y))
         first, second = (_object_tree(one, "", several=several, but=but) for one in (x, y))
         yield from self._trees(first, second, "")
@@ -226,7 +227,7 @@ class _Comparison:
                     yield FieldDifference("changed", path, _scalar_words(x), _scalar_words(y))
 
     def _lists(self, x: list[_Item], y: list[_Item]) -> Iterator[FieldDifference]:
-        """By name, or by index; of lists of several lengths the equal ends are left out."""
+        """Compares two lists by name, or by index. If lengths differ, the equal head and tail are skipped."""
         named = any(isinstance(item.key, str) for item in (*x, *y))
         if not named and len(x) != len(y):
             head = self._equal_items(x, y)
@@ -248,7 +249,7 @@ class _Comparison:
                 yield FieldDifference("added", item.path, None, self._summary(item, 1))
 
     def _equal_items(self, x: list[_Item], y: list[_Item]) -> int:
-        """The number of equal items at the beginning."""
+        """Number of equal items at the start."""
         pairs = enumerate(zip(x, y, strict=False))
         unequal = (n for n, (a, b) in pairs if any(self._trees(a.tree, b.tree, a.path)))
         return next(unequal, min(len(x), len(y)))
@@ -274,9 +275,9 @@ class _Comparison:
                 yield FieldDifference("changed", name, *words, len(drawn))
 
     def _columns(self, path: str, leaf: _Leaf, side: Side, *, split: bool = False) -> dict[str, _Column]:
-        """A value in each scene, by path: a pose has two columns, a material one for each of its fields.
+        """The columns of a value by path: two for a pose, one per field for a material.
 
-        `split`: the recipe of a pose has a part for each, and is no column of its own.
+        `split`: give each part of a pose its part of the recipe instead of a column for the whole recipe.
         """
         kind, value = leaf
         data = value.data
@@ -320,7 +321,7 @@ class _Comparison:
         return columns
 
     def _summary(self, item: _Item, side: Side) -> str:
-        """An item in a few words."""
+        """Short text for an item."""
         return truncate(", ".join(f"{path} {text}".strip() for path, text in self._words(item.tree, side)))
 
     def _words(self, tree: dict[str, Any], side: Side) -> Iterator[tuple[str, str | None]]:
@@ -343,7 +344,7 @@ class _Comparison:
 
 
 def _differing(a: list[Any], b: list[Any], count: int, same: Any = None) -> list[int]:
-    """Numbers of the scenes in which two columns differ."""
+    """Positions of the scenes in which two columns differ."""
     if len(a) == len(b) == 1:
         return [] if (a[0] == b[0] if same is None else same(a[0], b[0])) else list(range(count))
     pairs = ((a[n if len(a) > 1 else 0], b[n if len(b) > 1 else 0]) for n in range(count))
@@ -353,15 +354,7 @@ def _differing(a: list[Any], b: list[Any], count: int, same: Any = None) -> list
 def _object_tree(
     node: Any, base: str, path: str = "", *, several: bool = False, but: tuple[str, ...] = ()
 ) -> dict[str, Any]:
-    """The fields of an object that are set, and those of its inner objects, by their paths below `base`.
-
-    Args:
-        node: the object.
-        base: path of the item of a list that it is, or is in; "" outside of lists.
-        path: its own path below that.
-        several: whether the structures of an entity are a list.
-        but: fields that are left out.
-    """
+    """The set fields of an object and of its inner objects, by path below `base`."""
     tree: dict[str, Any] = {}
     for slot in plan_fields(node.__class__):
         item, where, kind = getattr(node, slot.name), field_path(path, slot.name, node.__class__), slot.kind
@@ -408,7 +401,7 @@ def _scalar_words(item: Any) -> str | None:
 
 
 def _height_words(*grids: _Grid) -> tuple[str, str]:
-    """Heights of terrain in a few words."""
+    """Short texts for one or two terrains."""
     x, y = (np.array(grid.rows, np.float64) for grid in grids)
     a, b = (f"{rows.shape[0]} × {rows.shape[1]} numbers" for rows in (x, y))
     if x.shape == y.shape:
@@ -425,19 +418,19 @@ _Object = Entity | Constraint | Light | Camera | Placement
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One thing in which two plans differ.
+    """One difference between two plans.
 
     Attributes:
-        kind: "added" and "removed" are objects, links or shapes that only the second or only the first plan has;
-            "moved" are objects and links that are built in another order; "changed" is all else.
-        section: where the object is; "plan" for what concerns the whole.
+        kind: "added" or "removed" for objects, links or shapes that only the second or only the first plan has;
+            "moved" for objects and links with another build order; otherwise "changed".
+        section: section of the object; "plan" for the whole plan.
         name: of the object; "" in "plan", "physics" and "environment".
-        path: of the field in the object, as in the scene file where the shape is known to be from one, such as
-            `shapes[1].radius`, and by the names of links: `links.hand.joint.limits`; "" for the object.
-        a, b: what the first and the second plan have there, in a few words, in the scenes that differ; None where
-            they have nothing. What says "at reset" is the same as built.
-        scene_count: number of scenes in which the field differs, of those that contain both objects; None if it is not
-            compared by scene.
+        path: path of the field in the object, as in the scene file if the shape's origin is known, such as
+            `shapes[1].radius`; links by name: `links.hand.joint.limits`; "" for the object.
+        a, b: short texts for the value in each plan, in the scenes that differ; None if there is no value. A text with
+            "at reset" is equal as built.
+        scene_count: number of scenes in which the field differs, among those that contain both objects; None if it is
+            not compared by scene.
     """
 
     kind: Literal["added", "removed", "moved", "changed"]
@@ -450,12 +443,11 @@ class Difference:
 
 
 def diff_plans(a: ScenePlan, b: ScenePlan) -> list[Difference]:
-    """Everything in which two plans differ in what they build and reset, and in `name`, `description` and `seed`.
+    """Lists all differences in what two plans build and reset, and in `name`, `description` and `seed`.
 
-    Values are compared scene by scene, in the scenes that both objects are in, to the bit; then their recipes, which
-    are equal if they and the shared draws that they read are written alike. The order of the tables of files and
-    materials and entries that nothing refers to are no difference. Files differ if their content does, or if both
-    their URIs and their places do.
+    Values are compared bit by bit in the scenes that contain both objects. Recipes are equal if they and the shared
+    draws that they read have the same text. The order of the file and material tables and unused entries are ignored.
+    Files differ if their content differs, or if both URI and path differ.
     """
     found: list[Difference] = []
     for slot in plan_fields(ScenePlan):
@@ -497,7 +489,7 @@ def _compare_environments(pair: _Pair) -> Iterator[Difference]:
     first, second = (plan.environment or Environment() for plan in pair.plans)
     counts = [plan.num_scenes for plan in pair.plans]
     common = np.arange(min(counts))
-    # An environment has a row for each scene of the batch.
+    # An environment has one row per scene of the batch.
     rows = None if counts[0] == counts[1] else (common, common)
     for one in _Comparison(pair, common, rows).compare(first, second):
         yield _to_difference(one, "environment", "")
@@ -568,6 +560,6 @@ def _describe_scenes(scene_idxs: tuple[int, ...], num_scenes: int) -> str:
 
 
 def _common_rows(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Rows of the scenes that are in both."""
+    """Rows of the scenes that both objects are in."""
     _, first, second = np.intersect1d(a, b, assume_unique=True, return_indices=True)
     return first, second

@@ -22,7 +22,7 @@ SPEC_FIELD_NAMES: Final = {
     "locked_motion_axes": "locked_axes",
     "collision_groups": "collision_bits",
 }
-"""Fields of a plan that a scene file calls otherwise."""
+"""Plan fields with another name in a scene file."""
 
 _INLINED_FIELDS: Final = frozenset(
     {
@@ -33,34 +33,34 @@ _INLINED_FIELDS: Final = frozenset(
         ("Camera", "lens"),
     }
 )
-"""Fields whose own fields a scene file has where they stand, by the dataclass that has them."""
+"""Fields whose own fields are inlined in the scene file, by the dataclass that has them."""
 
 ITEM_KEYS: Final[dict[type, str]] = {Link: "name", Mimic: "joint", AxisLimit: "axis", AxisDrive: "axis"}
-"""By which of their fields items of lists are found; others are by their place."""
+"""Field that identifies a list item in a path; other items use their index."""
 
 _SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
 
 
 def shape_path(origin: Origin | None, otherwise: str) -> str:
-    """A shape's place below its entity, as in the file that it was compiled from; `otherwise` where there is none."""
+    """The path of a shape below its entity, as in its source file; `otherwise` without an origin."""
     path = () if origin is None else origin.path[2:]
     return dotted(path) if path and path[0] in {*_SHAPE_LISTS, "variants"} else otherwise
 
 
 def link_shape_path(above: str, origin: Origin | None, otherwise: str) -> str:
-    """A shape's place below its link, likewise: a link of a file's own tree has shapes as a body has."""
+    """The path of a shape below its link, as in its source file; `otherwise` without an origin."""
     path = () if origin is None else origin.path
     last = max((place for place, key in enumerate(path) if place > 1 and key in _SHAPE_LISTS), default=None)
     return otherwise if last is None else f"{above.rpartition('.')[0]}.{dotted(path[last:])}"
 
 
 def field_path(above: str, name: str, holder: type | None = None) -> str:
-    """A field below what it stands in: a geometry's are its shape's, and a lens's are its camera's.
+    """The path of a field. Fields of a geometry are keys of its shape; fields of a lens are keys of its camera.
 
     Args:
-        above: where the dataclass is that has it.
+        above: path of the dataclass that has the field.
         name: of the field.
-        holder: the type of that dataclass.
+        holder: type of that dataclass.
     """
     if name in {"geometry", "structures"} or (holder is not None and (holder.__name__, name) in _INLINED_FIELDS):
         return above
@@ -69,12 +69,12 @@ def field_path(above: str, name: str, holder: type | None = None) -> str:
 
 
 def name_suffix(name: str) -> str:
-    """What follows a list whose items are found by name."""
+    """The path suffix of a list item with a name."""
     return dotted(("", name))[len('[""]') :]
 
 
 def item_path(above: str, index: int, item: Any, *, count: int) -> str:
-    """An item of a list below the list, `count` being how many there are: a single structure is the entity's own."""
+    """The path of a list item, `count` being the length of the list. A single structure has the entity's path."""
     if isinstance(item, BodyStructure | ArticulationStructure):
         return "" if count == 1 else f"variants[{index}]"
     if item.__class__ in ITEM_KEYS:
@@ -86,19 +86,19 @@ def item_path(above: str, index: int, item: Any, *, count: int) -> str:
 
 
 _MAX_ALTERNATIVES: Final = 4
-"""So many alternatives are written out."""
+"""Most alternatives that are listed."""
 
 _MAX_ALTERNATIVES_WIDTH: Final = 60
-"""And no more characters than these."""
+"""Longest list of alternatives, in characters."""
 
 DIGITS: Final = 5
-"""Number of digits that is enough to distinguish a number from another."""
+"""Default number of significant digits."""
 
 _MORE_DIGITS: Final = (DIGITS, 8, 12, 17)
 
 
 def format_value_bounds(support: ValueBounds) -> str:
-    """Alternatives (`0.1 | 0.5`), bounds (`0.1 … 0.5`), or what can be said without."""
+    """Formats alternatives (`0.1 | 0.5`) or bounds (`0.1 … 0.5`), as far as they are known."""
     alternatives = support.alternatives
     if alternatives is None:
         return _format_range(support.low, support.high) if support.low is not None else "by an expression"
@@ -110,25 +110,25 @@ def format_value_bounds(support: ValueBounds) -> str:
 
 
 def slice_value_bounds(support: ValueBounds, start: int, end: int) -> ValueBounds:
-    """Some components of a vector."""
+    """Bounds of some components of a vector."""
     if support.alternatives is not None:
         return ValueBounds.of(item[start:end] for item in support.alternatives)
     return ValueBounds(None, support.low[start:end], support.high[start:end], support.exact)
 
 
 def is_any_rotation(q: ValueBounds) -> bool:
-    """Whether a quaternion may be any: its bounds say little, unless they leave out an axis."""
+    """Whether bounds of a quaternion allow any rotation: no component is restricted."""
     return q.alternatives is None and q.low == (-1, -1, -1, -1) and q.high == (1, 1, 1, 1)
 
 
 def join_alternatives(items: Sequence[str]) -> str | None:
-    """Alternatives side by side; None where they are too many or too long."""
+    """Joins alternatives with a separator; None if there are too many or the text is too long."""
     text = " | ".join(items)
     return text if len(items) <= _MAX_ALTERNATIVES and len(text) <= _MAX_ALTERNATIVES_WIDTH else None
 
 
 def format_item(item: Any, digits: int = DIGITS) -> str:
-    """A number to so many digits, truth value, text or vector."""
+    """Formats a number to some digits, a truth value, a text or a vector."""
     if isinstance(item, bool):
         return "true" if item else "false"
     if isinstance(item, tuple):
@@ -137,7 +137,7 @@ def format_item(item: Any, digits: int = DIGITS) -> str:
 
 
 def format_color(item: tuple[float, ...], digits: int = DIGITS) -> str:
-    """A colour as files have it, `#rrggbb[aa]`, where its components are of 255 parts."""
+    """Formats a colour as in scene files, `#rrggbb[aa]`, if its components are multiples of 1/255."""
     parts = [component * 255 for component in item]
     if not all(0 <= part <= 255 and math.isclose(part, round(part), abs_tol=1e-9) for part in parts):
         return format_item(item, digits)
@@ -146,7 +146,7 @@ def format_color(item: tuple[float, ...], digits: int = DIGITS) -> str:
 
 
 def format_pair(a: Sequence[Any], b: Sequence[Any], show: Callable[[Any, int], str] = format_item) -> tuple[str, str]:
-    """Two sets of items, with enough digits to distinguish them."""
+    """Formats two sequences with enough digits to distinguish them."""
     first, second = _unique_items(a), _unique_items(b)
     both = ("", "")
     for digits in _MORE_DIGITS:
@@ -171,7 +171,7 @@ def _format_set(items: list[Any], digits: int, show: Callable[[Any, int], str]) 
 
 
 def _are_numbers(items: list[Any]) -> bool:
-    """Whether they are numbers, or vectors of these of one length."""
+    """Whether all items are numbers, or number vectors of one length."""
     if not isinstance(items[0], tuple):
         return all(isinstance(item, int | float) and not isinstance(item, bool) for item in items)
     vectors = cast("list[tuple[Any, ...]]", [item for item in items if isinstance(item, tuple)])
@@ -195,16 +195,16 @@ _COLOR_FIELDS: Final = frozenset({"base_color", "emission"})
 
 
 def truncate(text: str) -> str:
-    """At most a line of it."""
+    """Truncates a text to one line."""
     return text if len(text) <= _MAX_TEXT_WIDTH else text[: _MAX_TEXT_WIDTH - 1] + "…"
 
 
 def format_row_pair(path: str, a: list[Any], b: list[Any], scenes: Sequence[int]) -> tuple[str | None, str | None]:
-    """Two columns that differ in each of the scenes. None in a column: there is nothing; None: it has nothing else."""
+    """Formats two columns that differ in each of the scenes. None in a column or as a column: no value."""
     show = _item_formatter(path)
     words = format_pair(a, b, show)
     if words[0] == words[1] and len(scenes) > 1:
-        # The same values in other scenes: those of the first scene differ.
+        # Same values in other scenes: show the first scene, where they differ.
         one = format_pair(a[:1], b[:1], show)
         words = (f"{one[0]} in scene {scenes[0]}, …", f"{one[1]} in scene {scenes[0]}, …")
     absent = [all(item is None for item in items) for items in (a, b)]
@@ -224,7 +224,7 @@ def _item_formatter(path: str) -> Callable[[Any, int], str]:
 
 
 def format_reset_pair(recipes: tuple[Node | None, Node | None], plans: tuple[ScenePlan, ScenePlan]) -> tuple[str, str]:
-    """What resets can give in two plans that are the same as built."""
+    """Formats what resets can draw in two plans that are equal as built."""
     first, second = (_format_reset(recipe, plan) for recipe, plan in zip(recipes, plans, strict=True))
     return first, f"{second}, drawn otherwise" if first == second else second
 
@@ -242,5 +242,5 @@ def _format_reset(recipe: Node | None, plan: ScenePlan) -> str:
 
 
 def to_tuples(item: Any) -> Any:
-    """Lists as tuples, at every depth."""
+    """Converts lists to tuples at every depth."""
     return tuple(map(to_tuples, item)) if isinstance(item, list) else item  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]

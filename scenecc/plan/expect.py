@@ -1,4 +1,4 @@
-"""What must hold in the scenes of a plan. Nothing of it is built: a simulation judges it."""
+"""Expectations about the scenes of a plan. They are not built; a simulation checks them."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     from scenecc.variation.forms import Template
 
 MAX_SECONDS: Final = 1000
-"""How long a simulation may be that an expectation asks for [s]."""
+"""Longest simulation that an expectation may request [s]."""
 
 
 @frozen
 class Settled:
-    """Dynamic bodies and free articulations stay where they start.
+    """Dynamic bodies and free articulations stay at their initial poses.
 
     Attributes:
         name: unique among the expectations of a plan.
-        seconds: how long they are simulated [s].
-        within: how far each may then be from its start [m].
-        angle: how far each may then be turned [rad].
-        entities: that are judged; None: all.
+        seconds: simulated time [s].
+        within: largest displacement after that time [m].
+        angle: largest rotation after that time [rad].
+        entities: entities to check; None: all.
         excepted: entities that may move.
     """
 
@@ -40,7 +40,7 @@ class Settled:
 
 @frozen
 class BodyPair:
-    """Two bodies: ENTITY, which stands for all its links, or ENTITY/LINK."""
+    """Two bodies: ENTITY (with all its links) or ENTITY/LINK."""
 
     a: str
     b: str
@@ -52,8 +52,8 @@ class NoOverlap:
 
     Attributes:
         name: unique among the expectations of a plan.
-        deeper_than: [m]; None: as everywhere else.
-        entities: of pairs that are judged both are among them; None: all.
+        deeper_than: [m]; None: the default.
+        entities: both bodies of a checked pair are among these; None: all.
         excepted: pairs that may overlap.
     """
 
@@ -66,12 +66,12 @@ class NoOverlap:
 
 @frozen
 class Reading:
-    """What a name in a condition stands for.
+    """The meaning of a name in a condition.
 
     Attributes:
         name: in the expression, such as `position('cube')`.
-        kind: what it is.
-        of: full names: of the shared draw; of an entity or ENTITY/LINK, or two of them, a joint after it.
+        kind: of the quantity.
+        of: full names: a shared draw, or one or two of ENTITY or ENTITY/LINK, followed by a joint for joint quantities.
     """
 
     name: str
@@ -81,15 +81,15 @@ class Reading:
 
 @frozen
 class Condition:
-    """What holds at a time of the simulation.
+    """A condition at a time of the simulation.
 
     Attributes:
         name: unique among the expectations of a plan.
         scene_idxs: the scenes in which it must hold, ascending.
-        after: when [s].
-        that: the expression, which is true.
-        because: what it means, in words.
-        readings: what its names stand for.
+        after: time [s].
+        that: the expression that must be true.
+        because: the reason, in words.
+        readings: meanings of its names.
     """
 
     name: str
@@ -105,7 +105,7 @@ Expectation = Settled | NoOverlap | Condition
 
 
 def describe_expectation(one: Expectation) -> str:
-    """An expectation in a few words, as `inspect` and `diff` show it."""
+    """Short text for an expectation, for `inspect` and `diff`."""
     match one:
         case Settled():
             text = f"within {one.within:g} m and {math.degrees(one.angle):.4g}° after {one.seconds:g} s"

@@ -1,6 +1,6 @@
-"""How a picture frames a scene: what its subject is, what that stands on, and where a camera sees all of it.
+"""Framing of a scene: the subject of a picture, its ground, and a camera pose that shows all of it.
 
-Boxes in, poses out; it knows neither an engine nor a page. `scenecc render` and the viewer frame scenes by it.
+Computes poses from boxes, without an engine or a page. `scenecc render` and the viewer use it.
 """
 
 from __future__ import annotations
@@ -22,31 +22,29 @@ if TYPE_CHECKING:
 
 
 FRAMING_FOVY: Final = radians(36)
-"""Angle of view of a framing camera: narrow, as of a lens for products, so that edges stay nearly parallel."""
+"""Angle of view of a framing camera: narrow, as for product photos, so that edges stay nearly parallel."""
 
 _FILLED, _FILLED_BY_ONE = 0.84, 0.42
-"""How much of the picture's width or height the subject takes; less where it is a single body."""
+"""Fraction of the picture's width or height that the subject fills, and the same for a single body."""
 
 _COMPARABLE, _BESIDE = 1.25, 2.0
-"""A body at rest belongs to the subject if it is at most so many times as large as all that moves, and at most so many
-times its size away.
-"""
+"""Largest size and distance of a body at rest in the subject, in sizes of the moving bodies together."""
 
 _THIN: Final = 0.1
 """Thickness over length of the thickest floor."""
 
 _TURNS: Final = tuple(radians(degrees) for degrees in (0, -45, 45, -90, 90, -135, 135, 180))
 _ELEVATIONS: Final = (None, radians(60))
-"""Where else a camera may stand if something hides the subject: around it, then higher."""
+"""Elevations to try if something hides the subject: around it, then higher."""
 
 _MOST_TARGETS: Final = 64
 
 _ROUNDS: Final = 6
-"""In which the subject comes to the middle of the picture along its looser side."""
+"""Iterations that centre the subject along its looser side."""
 
 
 class Motion(IntEnum):
-    """How a body moves, the least first."""
+    """Mobility of a body, in ascending order."""
 
     STATIC = 0
     KINEMATIC = 1
@@ -55,11 +53,11 @@ class Motion(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solids:
-    """What is seen of a scene, as boxes along the axes of its world.
+    """The visible shapes of a scene, as axis-aligned boxes in the world.
 
     Attributes:
         boxes: (S, 2, 3) [m], lowest and highest corner of each shape.
-        bodies: (S,) which body it is of, 0 to B - 1.
+        bodies: (S,) body of each shape, 0 to B - 1.
         motions: (B,) `Motion` of each body; a link of an articulation is dynamic.
     """
 
@@ -70,12 +68,12 @@ class Solids:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Subject:
-    """What a picture of a scene is about.
+    """The subject of a picture.
 
     Attributes:
-        boxes: (N, 2, 3) [m] of its bodies, N of at least 1.
-        obstacles: (M, 2, 3) [m] of shapes that are not part of it and do not move.
-        ground: height of what it stands on [m]; of its lowest point where that is nothing.
+        boxes: (N, 2, 3) [m] of its bodies, N at least 1.
+        obstacles: (M, 2, 3) [m] of static shapes outside the subject.
+        ground: height of the surface below it [m]; of its lowest point if there is none.
     """
 
     boxes: NDArray[np.float64]
@@ -84,17 +82,17 @@ class Subject:
 
     @property
     def low(self) -> NDArray[np.float64]:
-        """(3,) its lowest corner [m]."""
+        """(3,) lower corner [m]."""
         return self.boxes[:, 0].min(axis=0)
 
     @property
     def high(self) -> NDArray[np.float64]:
-        """(3,) its highest corner [m]."""
+        """(3,) upper corner [m]."""
         return self.boxes[:, 1].max(axis=0)
 
     @property
     def center(self) -> NDArray[np.float64]:
-        """(3,) the middle of its box [m]."""
+        """(3,) centre of its box [m]."""
         return (self.low + self.high) / 2
 
     @property
@@ -104,7 +102,7 @@ class Subject:
 
     @property
     def reach(self) -> float:
-        """How far what stands around it extends from its middle [m]: 2.5 to 50 of its radii."""
+        """Extent of its surroundings from its centre [m]: 2.5 to 50 of its radii."""
         corners = np.abs(self.obstacles - self.center).max(axis=1) if len(self.obstacles) else np.zeros((0, 3))
         far = np.linalg.norm(corners, axis=1)
         return max(2.5 * self.radius, float(far[far <= 50 * self.radius].max(initial=0)))
@@ -112,11 +110,11 @@ class Subject:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FramedView:
-    """Where a camera stands.
+    """The pose of a camera.
 
     Attributes:
         pose: (7,) p [m], then q (wxyz); it looks along x, z is up.
-        near, far: [m].
+        near, far: clipping distances [m].
     """
 
     pose: NDArray[np.float64]
@@ -125,10 +123,10 @@ class FramedView:
 
 
 def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
-    """The part of a scene that a picture is about: what moves, and what of its size stands beside it.
+    """Finds the subject of a picture: the moving bodies, and bodies of similar size beside them.
 
-    Where `focus` names bodies, by number, it is these alone. Without anything dynamic it is what is kinematic, without
-    that everything but floors. What is much larger than what moves (a room, a table under a cube) is not part of it. An
+    If `focus` names bodies by number, these are the subject. Without dynamic bodies the kinematic ones are, without
+    these everything but floors. Much larger bodies (a room, a table under a cube) do not belong to the subject. An
     empty scene has a box of 1 m around its origin.
     """
     count = len(solids.motions)
@@ -146,7 +144,7 @@ def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
 
 
 def _find_moving(boxes: NDArray[np.float64], real: NDArray[np.bool_], motions: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which bodies move, or could, and which of their size stand beside them."""
+    """Which bodies move, or could, and which bodies of similar size are beside them."""
     standing = real & ~_are_floors(boxes, real)
     levels = (real & (motions == Motion.DYNAMIC), standing & (motions == Motion.KINEMATIC), standing)
     bounded = real & ((boxes[:, 1] - boxes[:, 0]).max(axis=1) < PLANE_HALF_SIZE)
@@ -161,7 +159,7 @@ def _find_moving(boxes: NDArray[np.float64], real: NDArray[np.bool_], motions: N
 
 
 def _are_floors(boxes: NDArray[np.float64], real: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which boxes are flat, or thin, wider than all that is not thin, and below that."""
+    """Which boxes are floors: flat, or thin, below everything that is not thin, and wider."""
     sides = boxes[:, 1] - boxes[:, 0]
     flat = sides.min(axis=1) <= FLAT_THICKNESS
     thin = sides[:, 2] <= _THIN * sides.max(axis=1)
@@ -175,7 +173,7 @@ def _are_floors(boxes: NDArray[np.float64], real: NDArray[np.bool_]) -> NDArray[
 
 
 def _support(subject: Subject) -> float:
-    """The highest top of an obstacle that is under the subject's middle, or else the subject's lowest height."""
+    """The highest top of an obstacle under the subject's centre, or else the subject's lowest height."""
     bottom, (x, y, _) = float(subject.low[2]), subject.center
     under = (
         (subject.obstacles[:, 0, :2] <= (x, y)).all(axis=1)
@@ -194,18 +192,17 @@ def frame_subject(
     look_at: Sequence[float] | None = None,
     fovy: float = FRAMING_FOVY,
 ) -> FramedView:
-    """Where a camera sees all of a subject.
+    """A camera pose that shows all of a subject.
 
-    It looks in the direction of `FRAMING_DIRECTION`, or, where an obstacle hides the subject, from another side.
+    It looks along `FRAMING_DIRECTION`, or from another side if an obstacle hides the subject.
 
     Args:
-        subject: what it sees.
+        subject: the subject.
         width: of the picture [px].
         height: of the picture [px].
-        eye: (3,) [m], where it stands instead.
-        look_at: (3,) [m], the point in the middle of the picture; None: the middle of the subject.
+        eye: (3,) [m], a fixed camera position; None: computed.
+        look_at: (3,) [m], the point at the centre of the picture; None: the centre of the subject.
         fovy: angle of view [rad].
-
     """
     slope = tan(fovy / 2) * (_FILLED if len(subject.boxes) > 1 else _FILLED_BY_ONE)
     slopes = (slope * width / height, slope)
@@ -249,9 +246,9 @@ def _direction(turn: float, elevation: float | None) -> NDArray[np.float64]:
 def _fit(
     subject: Subject, back: NDArray[np.float64], slopes: tuple[float, float], target: NDArray[np.float64] | None
 ) -> NDArray[np.float64]:
-    """(3,) the nearest place from which all corners are in the picture, as far from its edges on either side.
+    """(3,) the nearest position from which all corners are in the picture, with equal margins on opposite sides.
 
-    In the frame of the camera a corner at depth d and offset s is in the picture of one at depth -D and offset S if
+    In the camera frame, a corner at depth d and offset s is in the picture of a camera at depth -D and offset S if
     |s - S| <= (d + D) · slope.
     """
     q, _ = rotation_arrays.looking(-back[None])
@@ -279,7 +276,7 @@ def _fit(
 
 
 def hidden_share(subject: Subject, eye: NDArray[np.float64]) -> float:
-    """Of how many bodies the middle is behind an obstacle, 0 to 1. What an obstacle's box surrounds counts as seen."""
+    """Fraction of bodies whose centre is behind an obstacle, 0 to 1. A centre inside of an obstacle is visible."""
     targets, boxes = subject.boxes.mean(axis=1), subject.obstacles
     if len(targets) > _MOST_TARGETS:
         targets = targets[:: len(targets) // _MOST_TARGETS + 1]
@@ -295,19 +292,19 @@ def hidden_share(subject: Subject, eye: NDArray[np.float64]) -> float:
 
 
 def cell_size(subject: Subject) -> float:
-    """The side of a cell of a ground grid that shows a subject's scale [m]: 1, 2 or 5 times a power of ten."""
+    """Cell size of a ground grid that shows a subject's scale [m]: 1, 2 or 5 times a power of ten."""
     rough = subject.radius / 3
     power = 10.0 ** np.floor(np.log10(rough))
     return float(next(step * power for step in (5, 2, 1) if step * power <= rough * (1 + 1e-9)))
 
 
 def toward(azimuth: float, elevation: float) -> NDArray[np.float64]:
-    """(3,) unit vector in a direction around z from +x, and above the horizon [rad]."""
+    """(3,) unit vector at an azimuth around z from +x and an elevation [rad]."""
     return np.array([cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), sin(elevation)])
 
 
 def azimuth_of(place: NDArray[np.float64], subject: Subject) -> float:
-    """The direction from a subject to a camera, around z from +x [rad]; of one right above it that of the framing."""
+    """The azimuth of a camera from a subject, around z from +x [rad]; the framing's azimuth if it is directly above."""
     x, y = (place - subject.center)[:2]
     if np.hypot(x, y) < 1e-6 * subject.radius:
         x, y, _ = FRAMING_DIRECTION

@@ -1,7 +1,7 @@
-"""Geometry of shapes: one dataclass per type, with its volume and extent. Lengths in metres.
+"""Geometry of shapes: one dataclass per type, with volume and extent. Lengths in metres.
 
-Round shapes lie along their own x axis and a plane's normal is its own +x, as in SAPIEN:
-the language's `axis`, `normal` and `offset` are part of a shape's pose by now.
+As in SAPIEN, round shapes have their axis along x and a plane's normal is +x. The language's `axis`, `normal` and
+`offset` have become part of the shape's pose.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ if TYPE_CHECKING:
 
 
 class Primitive:
-    """A shape that its fields alone make, as no file does."""
+    """A shape that is defined by its fields, without a file."""
 
     __slots__: ClassVar[tuple[str, ...]] = ()
 
     @property
     def values(self) -> tuple[Value, ...]:
-        """The fields in their order."""
+        """The field values in order."""
         return tuple(getattr(self, name) for name in self.__slots__)
 
     def sizes(self, row: int) -> tuple[float, ...]:
-        """The numbers of all fields in a row of its entity."""
+        """All sizes as numbers, in a row of the entity."""
         return tuple(number for value in self.values for number in value.row(row).ravel().tolist())
 
     @classmethod
     def extent(cls, rotation: NDArray[Any], *sizes: float) -> NDArray[Any]:
-        """How far it reaches from its centre along the axes of a frame, (3,) [m]. `rotation`: (3, 3), in that frame."""
+        """Half extents along the axes of a frame, (3,) [m]. `rotation`: (3, 3), the shape's in that frame."""
         raise NotImplementedError
 
     @classmethod
     def bounds(cls, rotation: NDArray[Any], *sizes: float) -> tuple[NDArray[Any], NDArray[Any]]:
-        """The lowest and the highest corner, seen from its centre, of the box around it in a frame, each (3,) [m]."""
+        """Lower and upper corner of the bounding box in a frame, relative to the shape's origin, each (3,) [m]."""
         extent = cls.extent(rotation, *sizes)
         return -extent, extent
 
@@ -50,7 +50,7 @@ class Primitive:
 class Solid(Primitive):
     """A primitive that collides.
 
-    `HOLES`: names of the sizes with which its volume falls.
+    `HOLES`: names of the sizes that reduce the volume.
     """
 
     __slots__ = ()
@@ -59,7 +59,7 @@ class Solid(Primitive):
 
     @classmethod
     def volume(cls, *sizes: Any) -> Any:
-        """[m³], of numbers or of arrays with a number a scene."""
+        """Volume [m³], for numbers or for arrays with one number per scene."""
         raise NotImplementedError
 
 
@@ -141,11 +141,12 @@ class Cylinder(Solid):
 
 
 SOLIDS: Final[dict[str, type[Solid]]] = {"box": Box, "sphere": Sphere, "capsule": Capsule, "cylinder": Cylinder}
-"""By what the language, SAPIEN and the formats of other programs call them."""
+"""Solids by their name in the language, in SAPIEN and in other formats."""
 
 SIDES: Final = 32
-"""Corners of a circle in `geometry.surfaces`, as of SAPIEN's cylinders. There it is a plain number, since exported
-scripts contain those functions as they are written."""
+"""Segments of a circle in `geometry.surfaces`, as in SAPIEN's cylinders. That module repeats the number, since exported
+scripts contain its functions verbatim.
+"""
 
 
 class RevolvedSolid(Solid):
@@ -169,9 +170,9 @@ class RevolvedSolid(Solid):
 
     @classmethod
     def unit_profile(cls, *sizes: float) -> tuple[Profile, Vec3]:
-        """The profile of a length and a radius of 1 around the origin, and the scale that gives it its size.
+        """The profile at length and radius 1 around the origin, and the scale to the actual size.
 
-        The engine cooks small meshes badly, and scales them well.
+        The engine cooks small meshes badly, but scales them well.
         """
         profile = cls.profile(*sizes)
         half_length, radius = max(x for x, _ in profile), max(radius for _, radius in profile)
@@ -202,7 +203,7 @@ class RevolvedSolid(Solid):
 
 @frozen
 class Cone(RevolvedSolid):
-    """`radius` of the base and `half_length`: (·,) [m]. The tip is at +x, the origin halfway up."""
+    """`radius` of the base and `half_length`: (·,) [m]. The tip is at +x, the origin halfway along the axis."""
 
     radius: Value
     half_length: Value
@@ -232,20 +233,20 @@ class Ring(RevolvedSolid):
 
 
 REVOLVED_SOLIDS: Final = {"cone": Cone, "ring": Ring}
-"""By what the language calls them; no other format has them."""
+"""Solids that only the language has, by name."""
 
 SOLID_SIZES: Final = frozenset(name for solid in (SOLIDS | REVOLVED_SOLIDS).values() for name in solid.__slots__)
-"""Names of the sizes of all solids, which are lengths."""
+"""Names of the sizes of all solids. All are lengths."""
 
 LYING_SOLIDS: Final = ("capsule", "cylinder")
-"""Those along their own x; in most other formats they stand along z."""
+"""Solids with their axis along x. Most other formats use z."""
 
 
 @frozen
 class Plane:
-    """An endless colliding half space below the plane x = 0.
+    """An infinite colliding half space below the plane x = 0.
 
-    `every_scene`: where scenes share one GPU simulation, build it in each although it is the same.
+    `every_scene`: build one per scene in a shared GPU simulation, even if all are equal.
     """
 
     every_scene: bool = False
@@ -253,7 +254,7 @@ class Plane:
 
 @frozen
 class VisualPlane(Primitive):
-    """What is seen of a plane. `half_size`: (·, 2), along its own y and z [m]."""
+    """The visual of a plane. `half_size`: (·, 2), along y and z [m]."""
 
     half_size: Value
 
@@ -273,7 +274,7 @@ class ConvexMesh:
 
 @frozen
 class CoacdParams:
-    """Arguments of CoACD; those left out are the defaults of `sapien.wrapper.coacd.do_coacd`."""
+    """Arguments of CoACD. Defaults are those of `sapien.wrapper.coacd.do_coacd`."""
 
     threshold: float | None = None
     max_convex_hull: int | None = None
@@ -290,9 +291,9 @@ class CoacdParams:
 
 @frozen
 class ConvexParts:
-    """Several convex meshes of one file, SAPIEN's "multiple convex meshes".
+    """Several convex meshes from one file, SAPIEN's "multiple convex meshes".
 
-    `coacd`: None takes the file's own connected parts; otherwise CoACD cuts the mesh first.
+    `coacd`: None uses the file's connected components; otherwise CoACD decomposes the mesh.
     """
 
     file: Value
@@ -302,7 +303,7 @@ class ConvexParts:
 
 @frozen
 class TriangleMesh:
-    """A non-convex mesh. `sdf`: cook a signed distance field, which a dynamic body needs."""
+    """A non-convex mesh. `sdf`: cook a signed distance field, required for a dynamic body."""
 
     file: Value
     scale: Value
@@ -311,7 +312,7 @@ class TriangleMesh:
 
 @frozen
 class Mesh:
-    """What a file shows. `file`: (·,) index into `ScenePlan.files`; `scale`: (·, 3), mirrored if negative."""
+    """A visual mesh. `file`: (·,) index into `ScenePlan.files`; `scale`: (·, 3), mirrored if negative."""
 
     file: Value
     scale: Value
@@ -323,9 +324,10 @@ Heights = tuple[tuple[float, ...], ...]
 
 @frozen
 class Heightfield:
-    """Terrain of triangles, which does not move. Heights from a file are stored as numbers, too.
+    """A static terrain of triangles. Heights from a file are stored as numbers.
 
-    `size`: (·, 3), extents along x and y, and how high a 1 is [m]; `heights`: rows from +y to -y, each from -x to +x.
+    `size`: (·, 3), extents along x and y, and the z of a height of 1 [m]; `heights`: rows from +y to -y, each from -x
+    to +x.
     """
 
     size: Value
@@ -333,7 +335,7 @@ class Heightfield:
 
     @property
     def values(self) -> tuple[Value, ...]:
-        """What may differ from scene to scene."""
+        """The fields that may vary by scene."""
         return (self.size,)
 
     def surface(self, row: int) -> tuple[NDArray[Any], ...]:
@@ -345,9 +347,9 @@ class Heightfield:
 
 @frozen
 class TiledPlane(Primitive):
-    """A flat quad facing its own +z with a repeated texture: ManiSkill's tiled plane.
+    """A flat quad facing +z with a repeated texture: ManiSkill's tiled plane.
 
-    `half_size`: (·, 2), along its own x and y [m]; `texture_repeat`: (·, 2), times along x and y.
+    `half_size`: (·, 2), along x and y [m]; `texture_repeat`: (·, 2), repetitions along x and y.
     """
 
     half_size: Value
@@ -364,18 +366,18 @@ CollisionGeometry = (
 )
 VisualGeometry = Box | Sphere | Capsule | Cylinder | Cone | Ring | VisualPlane | Mesh | TiledPlane | Heightfield
 MeshGeometry = ConvexMesh | ConvexParts | TriangleMesh | Mesh
-"""Those that a file has: each has a `file` and a `scale`."""
+"""Geometries from a file, with a `file` and a `scale`."""
 
 
 MAX_HEIGHTS: Final = 262_144
-"""Of a heightfield: 512 × 512."""
+"""Maximum for a heightfield: 512 × 512."""
 
 MAX_TOTAL_HEIGHTS: Final = 16 * MAX_HEIGHTS
-"""Of all heightfields of a document, each counted as often as it is used."""
+"""Maximum for all heightfields of a document, counted once per use."""
 
 
 def heights_fault(heights: Heights) -> str | None:
-    """Why rows of heights are no grid; None where they are one."""
+    """Why the rows do not form a grid of heights, or None."""
     if len(heights) < 2 or len(heights[0]) < 2:
         return "a grid has two rows and two columns at least"
     odd = next((number for number, row in enumerate(heights) if len(row) != len(heights[0])), None)

@@ -1,6 +1,4 @@
-"""Writer and reader of a plan's JSON. Both dispatch by the kind of each field, which `plan.schema` derives from the
-type hints of the dataclasses.
-"""
+"""Writer and reader of a plan's JSON. Both dispatch on the kind of each field (`plan.schema`)."""
 
 from __future__ import annotations
 
@@ -56,7 +54,7 @@ if TYPE_CHECKING:
     from scenecc.variation.nodes import Node
 
 PLAN_VERSION = 2
-"""The value of a plan's `scenecc_plan` key. Version 1, in which files have no hashes, is read too."""
+"""The value of a plan's `scenecc_plan` key. Version 1, without file hashes, can still be read."""
 
 _OMITTED_WHEN_EMPTY = frozenset(
     (
@@ -77,7 +75,7 @@ _OMITTED_WHEN_EMPTY = frozenset(
         "because",
     )
 )
-"""Lists and texts that are left out if they are empty, and flags that are left out if they are false."""
+"""Lists and strings omitted if empty, and flags omitted if false."""
 
 _MAX_INLINE_HEIGHTS = 10_000
 
@@ -86,24 +84,25 @@ _WIDTH = 100
 _INDENT = "  "
 
 _ESCAPED = re.compile("[\x80-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
-"""Lone surrogates, which UTF-8 cannot hold, and characters that break, reorder or control lines of a terminal."""
+"""Lone surrogates, which UTF-8 cannot encode, and characters that break, reorder or control terminal lines."""
 
 
 def plan_to_json(plan: ScenePlan, *, base: Path | None = None) -> str:
     """Writes a plan as JSON that `plan_from_json` reads back.
 
     Keys are in the order of the dataclasses. Fields that are None and origins are omitted. Floats are the shortest
-    decimals that give the same float64. A quantity is written plainly if it is the same in every scene, and as
-    `{"per_scene": [...]}` otherwise. If a reset draws it again, its `recipe` is beside `per_scene` or `value`.
-    Scene indices in equal steps are a slice, `"0:4"`. Terrain of more than 10 000 heights names a table at the end.
+    decimals that give the same float64. A quantity that is equal in every scene is a plain value, otherwise
+    `{"per_scene": [...]}`. If a reset redraws it, its `recipe` is beside `per_scene` or `value`.
+    Scene indices in equal steps are a slice, `"0:4"`. Terrain with more than 10 000 heights refers to a table at the
+    end.
 
     Args:
         plan: the plan.
-        base: folder that the text will be in. Relative URIs are rewritten to start there. None keeps the URIs, which
-            gives the canonical text.
+        base: folder of the JSON file. Relative URIs are rewritten to start there. None keeps the URIs and gives the
+            canonical text.
 
     Raises:
-        ValueError: a number of the plan is not finite.
+        ValueError: a number in the plan is not finite.
     """
     if base is not None:
         plan = replace(plan, files=tuple(rebase_file(file, base) for file in plan.files))
@@ -129,7 +128,7 @@ def _object_data(node: object) -> dict[str, Any]:
 
 
 def _scalar_data(kind: ScalarKind, item: Any) -> Any:
-    # By the field's type: a plan with the integer 1 equals one with 1.0, and -0.0 equals 0.0.
+    # The field's type decides: a plan with the integer 1 equals one with 1.0, and -0.0 equals 0.0.
     return _finite(item + 0.0) if kind.type is float else int(item) if kind.type is int else item
 
 
@@ -173,7 +172,7 @@ def _finite(number: float) -> float:
 
 
 def _are_shared(heights: Heights) -> bool:
-    """Whether heights are in a table of the JSON, which is named where they are used."""
+    """Whether heights are stored in a shared table of the JSON."""
     return sum(map(len, heights)) > _MAX_INLINE_HEIGHTS
 
 
@@ -187,7 +186,7 @@ def _rows_data(heights: Heights) -> list[list[float]]:
 
 def _selection_data(_: SceneSelectionKind, scene_idxs: tuple[int, ...]) -> str | list[int]:
     count, first, last = len(scene_idxs), scene_idxs[0], scene_idxs[-1]
-    # Indices ascend without repetition, so that no range of 4096 scenes is made for each of 10 000 entities.
+    # Indices ascend without repetition. Comparing the ends avoids a range of 4096 scenes for each of 10 000 entities.
     if count > 1 and last - first == count - 1:
         return f"{first}:{last + 1}"
     step = scene_idxs[1] - first if count > 2 else 0
@@ -212,7 +211,7 @@ _WRITERS: Final[dict[type, Callable[[Any, Any], Any]]] = {
 
 
 def _text(data: Any, indent: str) -> str:
-    """Plain data as JSON: on one line if it fits, else an item a line. `indent`: of these lines."""
+    """Formats plain data as JSON at an indent: on one line if it fits, otherwise one item per line."""
     inner = indent + _INDENT
     if data.__class__ is dict:
         parts = [f"{encode_basestring(key)}: {_text(item, inner)}" for key, item in data.items()]
@@ -248,7 +247,7 @@ def _join(brackets: str, parts: list[str], indent: str) -> str:
 
 
 def _dumps(data: Any) -> str:
-    # JSON has no infinity; its readers read a number too large for a float64 as one.
+    # JSON has no infinity, but readers parse a number too large for a float64 as infinity.
     return _encode(data).replace("Infinity", "1e999")
 
 
@@ -256,7 +255,7 @@ _encode: Final = json.JSONEncoder().encode
 
 
 class _Decoder:
-    """Reads one plan. Raises `PlanFormatError` at the first thing that is missing or invalid."""
+    """Reads one plan. Raises `PlanFormatError` at the first missing or invalid value."""
 
     def __init__(self, file: str | None, limits: Limits, resolve: Resolver) -> None:
         self._file = file
@@ -265,7 +264,7 @@ class _Decoder:
         self._table_sizes: dict[str, int] = {}
         self._num_scenes = 0
         self._row_count = 0
-        """Of the object that is being read; 0 where it is in no scene of its own, as a material."""
+        """Number of scenes of the object being read; 0 if it has no scenes of its own, such as a material."""
         self._selections: dict[str, tuple[int, ...]] = {}
         self._scene_count = 0
         self._heights: dict[str, Heights] = {}
@@ -286,7 +285,7 @@ class _Decoder:
         }
 
     def plan(self, data: dict[str, Any]) -> ScenePlan:
-        """The plan of the JSON. What all else refers to is read first."""
+        """Reads a plan. Tables that other objects refer to are read first."""
         self._num_scenes = self._scalar(ScalarKind(int), data.get("num_scenes"), ("num_scenes",))
         if self._num_scenes > self._limits.scenes:
             raise _StopError(
@@ -309,7 +308,7 @@ class _Decoder:
         rows_around, values = self._row_count, dict[str, Any]()
         if cls is Environment:
             self._row_count = self._num_scenes
-        # In the order of the dataclass: `scene_idxs` comes before the values and gives the number of their rows.
+        # In the order of the dataclass: `scene_idxs` comes before the values and gives their row count.
         for slot in plan_fields(cls):
             if slot.name in data:
                 values[slot.name] = self._read(slot.kind, data[slot.name], (*path, slot.name))
@@ -327,7 +326,7 @@ class _Decoder:
         return made
 
     def _file_path(self, values: dict[str, Any], path: Keys) -> Path:
-        """Where a file is; one whose content the plan has is written to the user's cache."""
+        """The path of a file. A file whose content is in the plan is written to the user's cache."""
         uri, data, origin = values["uri"], values.get("data"), Origin(self._file, (*path, "uri"))
         if data is None:
             found = self._resolve(uri, origin)
@@ -371,7 +370,7 @@ class _Decoder:
     def _bytes(self, _kind: BytesKind, data: Any, path: Keys) -> bytes:
         try:
             return b64decode(_checked(data, str, path), validate=True)
-        except ValueError:  # letters that base64 does not have
+        except ValueError:  # not base64
             raise PlanFormatError(path) from None
 
     def _vector(self, kind: VectorKind, data: Any, path: Keys) -> tuple[float, ...]:
@@ -397,7 +396,7 @@ class _Decoder:
                 f"objects summed over their scenes are more than {self._limits.objects_in_all_scenes}",
                 Location(self._file),
             )
-        # Entities share the tuple of a slice: 10 000 of them in 4096 scenes have 40 million indices.
+        # Entities share the tuple of a slice: 10 000 entities in 4096 scenes have 40 million indices.
         return self._selections.setdefault(data, tuple(idxs)) if isinstance(data, str) else tuple(idxs)
 
     def _value(self, kind: Quantity, data: Any, path: Keys) -> Value:
@@ -425,7 +424,7 @@ class _Decoder:
         try:
             types = set(map(type, chain.from_iterable(rows) if kind.shape else rows))
             data = np.array(rows, dtype=kind.dtype) if types <= _JSON_TYPES[kind.dtype] else None
-        except (TypeError, ValueError, OverflowError):  # not lists, lists of several lengths, more than 64 bits
+        except (TypeError, ValueError, OverflowError):  # not lists, lists of unequal length, more than 64 bits
             data = None
         size = None if kind.table is None else self._table_sizes[kind.table]
         if not rows or data is None or data.shape[1:] != kind.shape or not _is_in_range(kind, data, size):
@@ -442,11 +441,11 @@ _JSON_TYPES: Final = {"float64": {float, int}, "int64": {int}, "bool": {bool}}
 
 
 class _StopError(Exception):
-    """A file is missing, or a limit is exceeded. Its arguments are those of `Sink.report`; none: it is reported."""
+    """A file is missing or a limit is exceeded. Arguments are those of `Sink.report`; empty if already reported."""
 
 
 def _checked(data: Any, cls: type, path: Keys) -> Any:
-    """The data, which are of exactly this type."""
+    """Returns the data if they have exactly this type."""
     if data.__class__ is not cls:
         raise PlanFormatError(path)
     return data
@@ -466,7 +465,7 @@ def _read_heights(data: Any, path: Keys) -> Heights:
 
 
 def _read_selection(data: Any, path: Keys) -> Sequence[int]:
-    """Ascending scene indices."""
+    """Reads ascending scene indices."""
     if isinstance(data, str):
         match = _SLICE.fullmatch(data)
         if match is None:
@@ -493,7 +492,7 @@ def _is_in_range(kind: Quantity, data: NDArray[Any], table_size: int | None) -> 
         )
     if not kind.pose:
         return True
-    # The rotation is composed of several, whose rounding errors add up.
+    # The rotation is a product of several, so rounding errors add up.
     with np.errstate(over="ignore"):
         lengths = np.sqrt((data[:, 3:] ** 2).sum(axis=1))
     return bool((np.abs(lengths - 1) <= UNIT_TOLERANCE).all())
@@ -506,7 +505,7 @@ def _read_recipe(data: Any, draws: dict[str, Shape], path: Keys) -> tuple[Node, 
 
 
 Resolver = Callable[[str, Origin], Path | None]
-"""Finds the file of a URI. If there is none, it reports an error and returns None."""
+"""Finds the file of a URI. Reports an error and returns None if there is no file."""
 
 _HINT: Final = "make the plan again from its scene: `scenecc emit SCENE --to json -o PLAN.json`"
 
@@ -520,18 +519,18 @@ def plan_from_json(
     file: str | None = None,
     limits: Limits | None = None,
 ) -> ScenePlan | None:
-    """Reads the output of `plan_to_json`; None after an error, which is in `sink`.
+    """Reads the output of `plan_to_json`. Returns None after an error, which is in `sink`.
 
-    Whatever is not a plan of this version of scenecc is the error SC701. Rules of physics (friction order, the
-    triangle of an inertia) are checks of the plan. Whether files exist is checked only by `resolve`.
+    A text that is not a plan of this version gives the error SC701. Physics rules (friction order, triangle inequality
+    of an inertia) are checked later, on the plan. Only `resolve` checks whether files exist.
 
     Args:
         text: the JSON.
         base: folder where relative URIs start.
-        sink: takes the error.
+        sink: receives the error.
         resolve: called for the URI of each file. None joins relative URIs to `base` and rejects all others.
-        file: name of the document, for diagnostics and for the origins in the plan.
-        limits: None takes the defaults.
+        file: name of the document, for diagnostics and origins.
+        limits: None uses the defaults.
     """
     try:
         return _read_plan(text, file, limits or Limits(), resolve or _relative_resolver(base, sink))
@@ -556,7 +555,7 @@ def _read_plan(text: str, file: str | None, limits: Limits, resolve: Resolver) -
 
 
 def _parse_json(text: str) -> Any:
-    """The data; None if the text is not JSON, is nested too deeply or has an integer of thousands of digits."""
+    """Parses JSON. Returns None if the text is invalid, nested too deeply or has an integer of thousands of digits."""
     try:
         return json.loads(text.removeprefix("\ufeff"))
     except (ValueError, RecursionError):

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @frozen
 class RigLight:
-    """A directional light of a rig; `azimuth` [rad] is to the camera's right, seen from the subject."""
+    """A directional light of a rig; `azimuth` [rad] is to the camera's right, from the subject."""
 
     azimuth: float
     elevation: float
@@ -25,9 +25,9 @@ class LightRig:
     """Lights for a scene that has none.
 
     Attributes:
-        ambient: brightness from everywhere.
-        lights: key, fill and rim, white; the first throws a shadow where `shadow` is set.
-        background: of what is beyond the scene, as "#rrggbb".
+        ambient: brightness from all directions.
+        lights: key, fill and rim, white; the first casts a shadow if `shadow` is set.
+        background: colour beyond the scene, as "#rrggbb".
     """
 
     ambient: float
@@ -40,7 +40,7 @@ Preset = Literal["studio", "plain", "dark"]
 
 
 def _rig(ambient: float, key: float, fill: float, rim: float, background: str, *, shadow: bool = True) -> LightRig:
-    """The directions keep apart the shades of the sides and the top of a box, however it is turned around z."""
+    """Makes a rig whose directions give the sides and the top of a box different shades at any heading."""
     places = ((-68, 49, key), (30, 16, fill), (-170, 43, rim))
     lights = tuple(RigLight(radians(azimuth), radians(elevation), value) for azimuth, elevation, value in places)
     return LightRig(ambient, lights, shadow, background)
@@ -51,12 +51,12 @@ LIGHT_RIGS: Final[dict[Preset, LightRig]] = {
     "plain": _rig(0.24, 1.65, 0.04, 0.3, "#ffffff", shadow=False),
     "dark": _rig(0.04, 1.35, 0.06, 0.85, "#16181d"),
 }
-"""By what `preset` calls them. No diffuse surface is brighter than white under them, and none is black."""
+"""Rigs by `preset`. Diffuse surfaces are never brighter than white and never black."""
 
 DEFAULT_PRESET: Final[Preset] = "studio"
 
 
 def is_unlit(plan: ScenePlan) -> bool:
-    """Whether a plan has neither a light nor an ambient light nor a map, so that it is seen under these."""
+    """Whether a plan has no light, ambient light or environment map, so that a rig lights it."""
     around = plan.environment
     return not plan.lights and (around is None or (around.ambient_light is None and around.map is None))

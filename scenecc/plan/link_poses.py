@@ -1,4 +1,4 @@
-"""Forward kinematics of a plan: chains of poses, from the root of an articulation to its links and beyond."""
+"""Forward kinematics of a plan: chains of poses from the root of an articulation to its links."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class PoseStep:
     """One pose of a chain.
 
     Attributes:
-        value: (·, 7), or (·,) how far a joint turns about x or slides along it.
-        scenes: that its rows follow.
-        kind: what it is.
-        back: whether the inverse pose is used.
+        value: (·, 7) pose, or (·,) position of a joint about or along x.
+        scenes: scenes of its rows.
+        kind: of the step.
+        back: whether to use the inverse pose.
     """
 
     value: Value
@@ -33,11 +33,11 @@ class PoseStep:
 
 
 def steps_to_link(structure: ArticulationStructure, link: str, scenes: tuple[int, ...]) -> list[PoseStep]:
-    """The steps from the root of an articulation to one of its links, its joints at their start.
+    """The steps from the root of an articulation to one of its links, at the initial joint positions.
 
     Args:
-        structure: that has the link.
-        link: its name.
+        structure: the articulation.
+        link: name of the link.
         scenes: of the articulation.
     """
     at: int | None = next(number for number, one in enumerate(structure.links) if one.name == link)
@@ -66,7 +66,7 @@ def step_poses(step: PoseStep, data: NDArray[Any]) -> NDArray[Any]:
     """The poses (B, 7) of a step. `data`: its value in each scene, (B, 7) or (B,)."""
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.geometry import rotation_arrays as by_row  # noqa: PLC0415 - likewise
+    from scenecc.geometry import rotation_arrays as by_row  # noqa: PLC0415 - see above
 
     if step.kind == "pose":
         if not step.back:

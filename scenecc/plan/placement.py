@@ -1,4 +1,4 @@
-"""How an entity is placed: where it may stand, how it is turned, and what it keeps away from."""
+"""Placement of an entity: allowed positions, orientation, and distances from others."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 
 
 APART, GAP, TRIES = 0.001, 0.001, 2000
-"""Defaults: distance from others and from the surface [m], and how often a place is tried."""
+"""Defaults: distance from others and from the surface [m], and number of tries."""
 
 
 @frozen
 class Nearness:
-    """How far something stands from an entity.
+    """The distance from an entity.
 
     Attributes:
         entity: its name in the plan.
-        least, most: distance between the colliding shapes [m].
+        least, most: distance between the collision shapes [m].
     """
 
     entity: str
@@ -33,29 +33,28 @@ class Nearness:
 
 @frozen
 class Placement:
-    """Where something is put, by trial. Its values are drawn anew for every try.
+    """A placement by trial. Its values are redrawn for every try.
 
-    Positions are in the axes of the target, turned by its heading alone, or in those of `frame`.
+    Positions are in the axes of the target, rotated by its heading only, or in those of `frame`.
 
     Attributes:
-        name: of an entity, or of an instance.
-        scene_idxs: the scenes it is in, ascending; rows of the values follow this order.
-        kind: how it stands to the target.
-        target: what it stands on, in or above.
-        members: the entities that go with it, itself among them where it is one.
-        carriers: the entities that the target stands on or in, or is relative to.
-        at: (·, 2) where its origin is [m].
-        low, high: (·, 3) corners of the rectangle that its origin is in; along z, of the heights that the surface may
-            have [m].
-        center, radius: (·, 2) and (·,), of the disk that its origin is in [m].
+        name: of an entity or an instance.
+        scene_idxs: its scenes, ascending; rows of the values follow this order.
+        kind: relation to the target.
+        target: the entity to place it on, in or above.
+        members: the entities that move with it, including itself if it is an entity.
+        carriers: the entities that support or contain the target, or that it is relative to.
+        at: (·, 2) position of its origin [m].
+        low, high: (·, 3) corners of the rectangle for its origin; z is the allowed height of the surface [m].
+        center, radius: (·, 2) and (·,), of the disk for its origin [m].
         frame: (·, 7) the axes, in the world.
-        rotation: (·, 4) in the same axes; None: it is not turned.
-        facing: the entity whose origin its +x points to, about z alone.
-        facing_point: (·, 2) likewise a point [m].
+        rotation: (·, 4) in the same axes; None: it is not rotated.
+        facing: the entity whose origin its +x points to, about z only.
+        facing_point: (·, 2) a point that its +x points to, about z only [m].
         near: distances from others.
         apart: least distance from every other body [m].
         gap: between its lowest point and the surface [m].
-        height: (·, 2) the least and the most above the target's top [m].
+        height: (·, 2) least and largest height above the target's top [m].
         tries: in each scene.
     """
 
@@ -88,9 +87,9 @@ class Placement:
 
     @property
     def carrying(self) -> tuple[str, ...]:
-        """The names of the entities that carry the target."""
+        """The names of the entities that support the target."""
         return tuple(carrier.entity for carrier in self.carriers)
 
 
 TRIED_FIELDS = ("at", "low", "high", "center", "radius", "rotation", "facing_point", "height")
-"""Values that are drawn anew for every try."""
+"""Values that are redrawn for every try."""

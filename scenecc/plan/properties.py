@@ -1,8 +1,7 @@
 """Properties of bodies, shapes and joints in SAPIEN, and the type of each `Value` of the plan: one row per field.
 
-The language's keys, the rules, the backends and the emitters read these tables, so that a new field is a row here,
-a field of the dataclass and a key of the language. Ranges are those of single precision, in which the engine
-computes.
+Keys of the language, rules, backends and emitters read these tables, so a new field needs a row here, a field of the
+dataclass and a key of the language. Ranges are those of float32, in which the engine computes.
 """
 
 from __future__ import annotations
@@ -22,11 +21,11 @@ FLOAT32_MAX = 3.4028234663852886e38
 
 
 FLOAT32_MIN = 1.1754943508222875e-38
-"""The largest and the smallest normal number: beyond them a length becomes infinite or zero in the engine."""
+"""The largest and the smallest normal float32: beyond them a length becomes infinite or zero in the engine."""
 
 
 def round_to_float32(number: float) -> float:
-    """Rounded to single precision; infinite beyond its range."""
+    """Rounds to float32; infinite beyond its range."""
     try:
         return struct.unpack("f", struct.pack("f", number))[0]
     except OverflowError:
@@ -34,7 +33,7 @@ def round_to_float32(number: float) -> float:
 
 
 class Bounds(NamedTuple):
-    """The numbers that are allowed, both ends included. `nonzero`: 0 is not."""
+    """A closed range of numbers. `nonzero`: excludes 0."""
 
     low: float = -inf
     high: float = inf
@@ -46,11 +45,11 @@ class Bounds(NamedTuple):
         return " and ".join(filter(None, (low, high, "not 0" if self.nonzero else "")))
 
     def allow(self, number: float) -> bool:
-        """Whether a number is one of them."""
+        """Whether a number is in the range."""
         return self.low <= number <= self.high and not (self.nonzero and number == 0)
 
     def requirement(self, number: float) -> str:
-        """What a number outside of the bounds must be: "above 0"."""
+        """The requirement that a number outside of the range violates, such as "above 0"."""
         if number == 0 and self.nonzero:
             return "other than 0"
         if number <= 0 and self.low == FLOAT32_MIN:
@@ -61,7 +60,7 @@ class Bounds(NamedTuple):
 
 
 DEFAULT_DENSITY = 1000
-"""SAPIEN's density of a shape that gives none [kg/m³]; a plane's is 0."""
+"""SAPIEN's default density of a shape [kg/m³]; a plane's is 0."""
 
 STATIC_FRICTION, DYNAMIC_FRICTION, RESTITUTION = 0.3, 0.3, 0.1
 """`sapien.physx.get_default_material()` of SAPIEN 3.0.3."""
@@ -70,8 +69,9 @@ CONTACT_OFFSET, REST_OFFSET = 0.01, 0
 """SAPIEN's defaults [m] (`sapien.physx.get_shape_config()`)."""
 
 MAX_BODY_OFFSET = 1e4
-"""How far a shape or the centre of mass of a body that moves is from it [m]: beyond, the engine moves the body by
-millimetres when it goes from the one to the other, and its inertia is noise."""
+"""Maximum distance of a shape or a centre of mass from the origin of its moving body [m]. Beyond it, the engine's
+conversion between the two frames is off by millimetres and the inertia is noise.
+"""
 
 
 ANY = Bounds(-FLOAT32_MAX, FLOAT32_MAX)
@@ -79,7 +79,7 @@ ANY = Bounds(-FLOAT32_MAX, FLOAT32_MAX)
 POSITIVE = Bounds(FLOAT32_MIN, FLOAT32_MAX)
 
 SPEED = Bounds(2e-19, 1.8e19)
-"""Of the largest speeds of a body, whose squares PhysX keeps in single precision."""
+"""Range of a body's velocity limits. PhysX stores their squares in float32."""
 
 NON_NEGATIVE = Bounds(0, FLOAT32_MAX)
 
@@ -101,15 +101,14 @@ class Property(NamedTuple):
 
     Attributes:
         field: of `BodyStructure`, `CollisionShape` or `Joint`.
-        part: what of SAPIEN has it: "body", a property of a rigid dynamic component, which does nothing unless PhysX
-            moves it; "mass", likewise; "groups", every colliding shape of a body; "look", a render component; "shape",
-            a colliding shape; "joint", a joint that moves; "drive", its drive; "joint_state", where it starts and
-            what its drive pulls to.
+        part: the SAPIEN object that has it: "body" and "mass", a rigid dynamic component (no effect unless PhysX moves
+            it); "groups", all collision shapes of a body; "look", a render component; "shape", a collision shape;
+            "joint", a moving joint; "drive", its drive; "joint_state", its initial state and drive targets.
         key: in a scene file.
         bounds, dtype, shape: of a row.
-        untouched: what a fresh object of SAPIEN's has whatever its settings; None: it depends on them.
-        reset: whether a reset may draw it anew.
-        unit: of its numbers, of a joint that turns; empty where they have none.
+        untouched: value of a fresh SAPIEN object, whatever its settings; None: depends on the settings.
+        reset: whether a reset may redraw it.
+        unit: unit for a revolute joint; empty if it has none.
     """
 
     field: str
@@ -129,7 +128,7 @@ class Property(NamedTuple):
 
 
 _PART_CLASSES = {"shape": "CollisionShape", **dict.fromkeys(("joint", "drive", "joint_state"), "Joint")}
-"""Part → the class that has its fields; of all others `BodyStructure`."""
+"""Part → the class with its fields; `BodyStructure` for the others."""
 
 
 def _same_key(
@@ -142,7 +141,7 @@ def _same_key(
     untouched: Any = None,
     reset: bool = False,
 ) -> Property:
-    """A number that is called the same everywhere."""
+    """A number with the same name everywhere."""
     return Property(field, part, field, bounds, dtype, untouched=untouched, reset=reset, unit=unit)
 
 
@@ -174,7 +173,7 @@ PROPERTIES: tuple[Property, ...] = (
     _same_key("contact_offset", "shape", POSITIVE, "m"),
     _same_key("rest_offset", "shape", ANY, "m"),
 )
-"""Of bodies and shapes, in the order in which they are set: a body's once its shapes and its mass are there."""
+"""Properties of bodies and shapes, in the order in which they are set: a body's after its shapes and mass."""
 
 
 def _joint_state(field: str, key: str, unit: str) -> Property:
@@ -193,16 +192,16 @@ JOINT_PROPERTIES: tuple[Property, ...] = (
     _joint_state("drive_target", "target", "rad"),
     _joint_state("drive_velocity_target", "velocity_target", "rad/s"),
 )
-"""Of joints, in the order in which they are set."""
+"""Properties of joints, in the order in which they are set."""
 
 
 def properties_of(*parts: Part) -> tuple[Property, ...]:
-    """The rows of some parts, in the order of the tables."""
+    """The rows of some parts, in table order."""
     return tuple(row for row in (*PROPERTIES, *JOINT_PROPERTIES) if row.part in parts)
 
 
 def property_fields(*parts: Part) -> tuple[str, ...]:
-    """The fields of some parts, in the order of the table."""
+    """The fields of some parts, in table order."""
     return tuple(row.field for row in properties_of(*parts))
 
 
@@ -213,8 +212,8 @@ TableName = Literal["files", "physical_materials", "visual_materials"]
 class Quantity:
     """A `Value` of the plan: dtype, shape and range of one row.
 
-    `table`: its numbers are indices into that table of the plan. `pose`: p then q. `reset`: it may have a recipe.
-    `infinite`: a lowest and a highest number, either of which may be infinite.
+    `table`: plan table that its numbers index. `pose`: p then q. `reset`: it may have a recipe.
+    `infinite`: a lower and an upper limit, each of which may be infinite.
     """
 
     dtype: Dtype = "float64"
@@ -271,7 +270,7 @@ _PROPERTIES = {
 
 
 def _like(cls: str, *fields: str) -> dict[str, Quantity]:
-    """The rows of some fields of a class, for another class with fields of the same names."""
+    """Rows of some fields of a class, for another class with the same field names."""
     return {field: _PROPERTIES[f"{cls}.{field}"] for field in fields}
 
 
@@ -359,7 +358,7 @@ _FIELDS: dict[str, dict[str, Quantity]] = {
         "rotation": Quantity(shape=(4,), reset=True),
     },
 }
-"""Classes of the plan → what their `Value` fields hold, beside those of the tables of properties."""
+"""Class of the plan → its `Value` fields, except those in the property tables."""
 
 QUANTITIES: dict[str, Quantity] = _PROPERTIES | {
     f"{cls}.{field}": row for classes, rows in _FIELDS.items() for cls in classes.split() for field, row in rows.items()

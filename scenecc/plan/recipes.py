@@ -1,4 +1,4 @@
-"""Recipes as plain data of JSON: writer, reader, and the shapes of their values."""
+"""Recipes as plain JSON data: writer, reader, and inference of value shapes."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
     Shapes = Mapping[str, "Shape"]
 
 Shape = tuple[int, ...] | None
-"""None: unknown before evaluation; with -1 in it: no numbers, or not of one shape."""
+"""None: unknown before evaluation. Contains -1: not numeric, or of unequal shapes."""
 
 NO_NUMBERS: Final = (-1,)
 
 
 class RecipeShapeError(Exception):
-    """A part of a recipe is not of the shape that the rest needs."""
+    """A part of a recipe has the wrong shape."""
 
 
 def infer_shape(item: Any, draws: Shapes) -> Shape:
-    """The shape of an item of a recipe, without the axis of the scenes. `draws`: those of the shared draws.
+    """The shape of a recipe item, without the scene axis. `draws`: shapes of the shared draws.
 
     Raises:
-        RecipeShapeError: it could not be evaluated, by the shapes of its parts.
+        RecipeShapeError: the shapes of its parts do not match, so it cannot be evaluated.
     """
     if isinstance(item, NODES):
         return _NODE_SHAPES[type(item)](item, draws)
@@ -47,7 +47,7 @@ def infer_shape(item: Any, draws: Shapes) -> Shape:
 
 
 def _common_shape(items: Sequence[Any], draws: Shapes) -> Shape:
-    """The shape that all have."""
+    """The common shape of all items."""
     return _merge_shapes({infer_shape(one, draws) for one in items})
 
 
@@ -63,7 +63,7 @@ def _list_shape(count: int, shape: Shape) -> Shape:
 
 
 def _stack_shape(node: nodes.Stacked, draws: Shapes) -> Shape:
-    # Asked once for each item: a stack of stacks would otherwise take twice as long for each that it is deep.
+    # One call per item: otherwise the time doubles with each level of nested stacks.
     shapes = {infer_shape(one, draws) for one in node.items}
     if len(shapes - {None}) > 1:
         raise RecipeShapeError("the items of a stack differ in shape")
@@ -114,18 +114,18 @@ _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
 }
 
 _DRAWN = frozenset(("kind", "operands"))
-"""Fields of a draw that are written by its distribution."""
+"""Fields of a draw that its distribution writes."""
 
 
 def recipe_to_data(node: Node) -> dict[str, Any]:
-    """A node as JSON has it. What is None, or the default of its field, is left out."""
+    """A node as JSON data. Omits None and default values."""
     if isinstance(node, nodes.Drawn):
         return {"type": type_name(nodes.Drawn), "kind": node.kind, **_operands(node), **_node_fields(node)}
     return {"type": type_name(type(node)), **_node_fields(node)}
 
 
 def _operands(node: nodes.Drawn) -> dict[str, Any]:
-    """The operands of a draw, by the names that its distribution gives them."""
+    """The operands of a draw, under the names that its distribution defines."""
     drawn = node.distribution
     named = {name: _item_to_data(item) for name, item in zip(drawn.members, node.operands, strict=False)}
     edges = _item_to_data(node.operands[len(drawn.members) :])
@@ -142,7 +142,7 @@ def _node_fields(node: Any) -> dict[str, Any]:
 
 
 def _is_identical(value: Any, default: Any) -> bool:
-    """To the bit: 0 and -0.0 are equal to 0.0, and others."""
+    """Whether values are equal bit by bit: -0.0 differs from 0.0."""
     return type(value) is type(default) and repr(value) == repr(default)
 
 
@@ -162,13 +162,13 @@ def _item_to_data(item: Any) -> Any:
 
 
 def template_to_data(template: Template) -> dict[str, Any]:
-    """An expression as JSON has it."""
+    """An expression as JSON data."""
     constants = {name: _item_to_data(value) for name, value in template.constants}
     return {"text": template.text, **({"constants": constants} if constants else {})}
 
 
 MAX_RECIPE_DEPTH = 100
-"""How deeply nodes and lists may be nested. Evaluation recurses as deep."""
+"""Maximum nesting of nodes and lists. Evaluation recurses as deep."""
 
 _MAX_COMPONENTS = 4096
 
@@ -180,15 +180,15 @@ _SECTIONS: Final[tuple[str, ...]] = get_args(Section)
 
 
 def read_recipe(data: Any, draws: Mapping[str, Shape], path: Keys) -> tuple[Node, Shape]:
-    """A node of JSON and the shape of its value in a scene.
+    """Reads a node from JSON data. Returns it with the shape of its value in a scene.
 
     Args:
         data: plain data.
-        draws: the shapes of the shared draws that it may read.
+        draws: shapes of the shared draws that it may read.
         path: keys to the data in the plan.
 
     Raises:
-        PlanFormatError: the data are no recipe.
+        PlanFormatError: the data are not a recipe.
     """
     node = RecipeReader(draws).node(data, path, 0)
     try:
@@ -198,10 +198,10 @@ def read_recipe(data: Any, draws: Mapping[str, Shape], path: Keys) -> tuple[Node
 
 
 class RecipeReader:
-    """Reads nodes and expressions, field by field by their type hints. Raises `PlanFormatError`.
+    """Reads nodes and expressions, field by field, by their type hints. Raises `PlanFormatError`.
 
-    `draws`: names of the shared draws that may be read. Methods take the data, the path to them in the plan, and the
-    number of nodes and lists around them.
+    `draws`: names of the shared draws that may be read. Methods take the data, its path in the plan, and the number of
+    enclosing nodes and lists.
     """
 
     def __init__(self, draws: Container[str]) -> None:
@@ -213,10 +213,10 @@ class RecipeReader:
             "Template": self.template,
             "tuple[tuple[str, str], ...]": self._items,
         }
-        """By the hint of a field; others hold plain values, which `_NODE_RULES` check."""
+        """Readers by type hint. Other fields hold plain values, which `_NODE_RULES` check."""
 
     def node(self, data: Any, path: Keys, depth: int) -> Node:
-        """A node."""
+        """Reads a node."""
         if data.__class__ is not dict or not isinstance(data.get("type"), str) or data["type"] not in _NODE_TYPES:
             raise PlanFormatError((*path, "type"))
         cls: type[Any] = _NODE_TYPES[data["type"]]
@@ -228,7 +228,7 @@ class RecipeReader:
         return made
 
     def template(self, data: Any, path: Keys, depth: int) -> Template:
-        """An expression with its constants."""
+        """Reads an expression with its constants."""
         if data.__class__ is not dict or not data.keys() <= {"text", "constants"}:
             raise PlanFormatError(path)
         text, constants = data.get("text"), data.get("constants", {})
@@ -245,7 +245,7 @@ class RecipeReader:
             raise PlanFormatError((*path, "text")) from None
 
     def _drawn(self, data: dict[str, Any], path: Keys, depth: int) -> nodes.Drawn:
-        """A draw, whose operands have the names that its distribution gives them."""
+        """Reads a draw, whose operands have the names that its distribution defines."""
         kind = data.get("kind")
         if not isinstance(kind, str) or kind not in DISTRIBUTIONS or "operands" in data:
             raise PlanFormatError((*path, "kind"))
@@ -282,7 +282,7 @@ class RecipeReader:
         return made
 
     def _item(self, data: Any, path: Keys, depth: int) -> Any:
-        """A plain value or a node."""
+        """Reads a plain value or a node."""
         if depth >= MAX_RECIPE_DEPTH:
             raise PlanFormatError(path)
         if data.__class__ is dict:
@@ -336,7 +336,7 @@ _FIELD_RULES: Final[dict[str, Callable[[Any], bool]]] = {
         and all(a < b for a, b in pairwise(item))
     ),
 }
-"""What a field of a node or a key must be, by its name."""
+"""Rule for a field of a node or a key, by name."""
 
 _NODE_RULES: Final[dict[type, Callable[[Any], bool]]] = {
     nodes.Rows: lambda node: 0 < len(node.items) == len(node.scene_idxs),
@@ -350,4 +350,4 @@ _NODE_RULES: Final[dict[type, Callable[[Any], bool]]] = {
         bool(node.items) and not any(isinstance(item, (*NODES, tuple)) for item in (*node.items, *node.rest))
     ),
 }
-"""What must hold between the fields of a node."""
+"""Rule across the fields of a node."""

@@ -25,10 +25,10 @@ PARALLEL_SHADOW_NEAR, SHADOW_HALF_SIZE = -10, 10
 
 @frozen
 class Shadow:
-    """How a light's shadow is made.
+    """The shadow of a light.
 
     Attributes:
-        on: (·,) flag, whether it throws one.
+        on: (·,) whether it casts a shadow.
         near, far: (·,) [m]. half_size: (·,) [m], of a directional light. map_size: (·,) integer [px].
     """
 
@@ -63,7 +63,7 @@ class SpotLight:
 
 @frozen
 class AreaLight:
-    """A parallelogram that shines along x of its pose; only ray tracing shows it.
+    """A parallelogram that shines along x of its pose. Visible only with ray tracing.
 
     Attributes:
         half_width, half_height: (·,) [m].
@@ -75,7 +75,7 @@ class AreaLight:
 
 @frozen
 class TexturedLight:
-    """A spot light that throws a picture.
+    """A spot light that projects a picture.
 
     Attributes:
         inner_fov, outer_fov: (·,) [rad].
@@ -93,13 +93,13 @@ class Light:
 
     Attributes:
         name: unique among the lights of the plan.
-        scene_idxs: as of an entity.
-        light: type and what only that has.
-        pose: (·, 7) in the world, or in the frame of what it is mounted on; it shines along x. Its recipe follows what
-            it stands relative to.
+        scene_idxs: see `Entity`.
+        light: type and type-specific values.
+        pose: (·, 7) in the world, or in the frame of its mount; it shines along x. Its recipe follows its reference
+            frames.
         color: (·, 3) linear, any brightness.
-        mount: None: it stands in the world.
-        shadow: None: it throws none.
+        mount: None: the world.
+        shadow: None: it casts no shadow.
     """
 
     name: str
@@ -137,11 +137,11 @@ class SkyMap:
 
 @frozen
 class Environment:
-    """What surrounds every scene.
+    """The surroundings of every scene.
 
     Attributes:
-        ambient_light: (·, 3), a row a scene of the batch.
-        map: what is seen far away, and lights the scene; likewise.
+        ambient_light: (·, 3), one row per scene of the batch.
+        map: background that also lights the scene, one row per scene.
     """
 
     ambient_light: Value | None = None
@@ -150,13 +150,13 @@ class Environment:
 
 
 ShaderName = Literal["default", "minimal", "trivial", "rt", "shadow_catcher"]
-"""SAPIEN's shader packs that make pictures of everything that a scene holds; the language has the same."""
+"""SAPIEN's shader packs that render a complete scene. The language uses the same names."""
 
 RAY_TRACING_SHADERS: Final = frozenset(("rt", "shadow_catcher"))
-"""Those that trace rays, which not every device can."""
+"""Shaders that trace rays, which not every device supports."""
 
 SHADERS_WITHOUT_NORMALS: Final = frozenset(("minimal", "trivial"))
-"""Those that have no picture of normals."""
+"""Shaders that cannot render normals."""
 
 
 @frozen
@@ -164,7 +164,7 @@ class Perspective:
     """A camera with a field of view.
 
     Attributes:
-        fovx, fovy: (·,) [rad]. One is given at least; the other follows from square pixels.
+        fovx, fovy: (·,) [rad]. At least one is given; the other follows from square pixels.
     """
 
     fovx: Value | None = None
@@ -173,7 +173,7 @@ class Perspective:
 
 @frozen
 class Intrinsic:
-    """A camera with a matrix, in pixels.
+    """A camera with an intrinsic matrix, in pixels.
 
     Attributes:
         fx, fy, cx, cy, skew: (·,).
@@ -191,7 +191,7 @@ class Orthographic:
     """A camera without perspective.
 
     Attributes:
-        top: (·,) half of the height that it sees [m]; the width follows from square pixels.
+        top: (·,) half of the visible height [m]; the width follows from square pixels.
     """
 
     top: Value
@@ -203,13 +203,12 @@ class Camera:
 
     Attributes:
         name: unique among the cameras, entities and frames of the file.
-        scene_idxs: as of an entity.
-        pose: (·, 7) in the world, or in the frame of what it is mounted on. Its recipe follows what it stands relative
-            to.
+        scene_idxs: see `Entity`.
+        pose: (·, 7) in the world, or in the frame of its mount. Its recipe follows its reference frames.
         width, height: [px], the same in every scene.
-        lens: how it projects.
+        lens: its projection.
         near, far: (·,) [m].
-        mount: None: it stands in the world.
+        mount: None: the world.
         shader: SAPIEN's name of a shader pack; None: its default.
     """
 
@@ -232,20 +231,20 @@ COLLISION_COLORS: Final = {
     "static": (0.3231, 0.3231, 0.3231, 1.0),
     "link": (0.1001, 0.3564, 0.0782, 1.0),
 }
-"""What collides, by type of body, wherever it is drawn: blue, orange, grey, green as linear RGBA."""
+"""Colours of collision shapes by type of body: blue, orange, grey, green as linear RGBA."""
 
 PLANE_HALF_SIZE: Final = 1e4
-"""Half the side of a plane [m] as it is drawn, as in SAPIEN's viewer."""
+"""Half the side of a rendered plane [m], as in SAPIEN's viewer."""
 
 FRAMING_DIRECTION: Final = (1.0, 0.75, 0.75)
-"""Where a camera that frames a scene stands from the middle of it: before it, to the left and above."""
+"""Direction from the centre of a scene to a framing camera: in front, left and above."""
 
 FLAT_THICKNESS: Final = 1e-4
-"""What is thinner than this [m] is ground, or paint: it counts for such a camera where there is nothing else."""
+"""Anything thinner than this [m] is ground or paint. A framing camera ignores it unless there is nothing else."""
 
 
 def shadow_parameters(light: Light) -> dict[str, Value]:
-    """How a light throws shadows, by the names of its component's attributes, in SAPIEN's order; {} of an area light.
+    """The shadow settings of a light, by attribute of its component, in SAPIEN's order; {} for an area light.
 
     Distances are [m], the size of the map [px].
     """

@@ -1,5 +1,5 @@
-"""The plan of a batch of scenes: what is built, where, and in which order, and the settings of the simulation. It
-knows neither an engine nor the language.
+"""The plan of a batch of scenes: the objects, their poses and build order, and the simulation settings. Independent of
+the engine and of the language.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class SdfConfig:
 
 @frozen
 class GpuMemory:
-    """`sapien.physx.set_gpu_memory_config`: capacities in bytes or in counts, as there."""
+    """`sapien.physx.set_gpu_memory_config`: capacities in bytes or counts, as in SAPIEN."""
 
     temp_buffer_capacity: int | None = None
     max_rigid_contact_count: int | None = None
@@ -49,12 +49,12 @@ class GpuMemory:
 
 @frozen
 class Physics:
-    """What SAPIEN keeps per scene (`timestep` [s]) and as process-wide defaults (all others).
+    """SAPIEN's settings per scene (`timestep` [s]) and process-wide defaults (all others).
 
     Attributes:
         gravity: [m/s²], world frame.
         bounce_threshold: relative speed below which nothing bounces [m/s].
-        contact_offset, rest_offset: of shapes that name none [m].
+        contact_offset, rest_offset: default for shapes [m].
         scene_spacing: distance between scenes that share one GPU simulation [m].
     """
 
@@ -88,7 +88,7 @@ SCENE_CONFIG_FIELDS = (
     "enable_enhanced_determinism",
     "enable_friction_every_iteration",
 )
-"""Properties of `physx.get_scene_config()`; the number of workers is an argument of its setter alone."""
+"""Properties of `physx.get_scene_config()`. The number of workers is only an argument of its setter."""
 
 _SHAPE_CONFIG_FIELDS = ("contact_offset", "rest_offset")
 
@@ -99,14 +99,14 @@ SDF_CONFIG_NAMES = {
     "subgrid_size": "subgridSize",
     "num_threads_for_construction": "num_threads_for_construction",
 }
-"""The plan's names and SAPIEN's."""
+"""The plan's names → SAPIEN's."""
 
 CONFIG_KINDS = ("scene", "shape", "body", "sdf")
-"""`physx.get_…_config()` and `physx.set_…_config()` of each."""
+"""Each has `physx.get_…_config()` and `physx.set_…_config()`."""
 
 
 def process_wide_settings(physics: Physics) -> dict[str, dict[str, Any]]:
-    """For each of `CONFIG_KINDS` what the plan says, by SAPIEN's names; empty where it says nothing."""
+    """The plan's settings for each of `CONFIG_KINDS`, by SAPIEN's names; empty if it has none."""
     sdf = physics.sdf
     said = {
         "scene": {name: getattr(physics, name) for name in SCENE_CONFIG_FIELDS},
@@ -123,12 +123,11 @@ class Entity:
 
     Attributes:
         name: unique in the plan.
-        scene_idxs: the scenes it exists in, ascending, without repetition; not empty. Rows of every
-            `Value` below follow this order.
+        scene_idxs: its scenes, ascending, unique, not empty. Rows of every `Value` below follow this order.
         pose: (·, 7) in the world of its scene, p [m] then q (wxyz).
-        structures: one, or one a variant; all bodies or all articulations.
-        pick: (·,) which structure each of its scenes has; None: all have the first.
-        hidden: whether only people see it, and no sensor.
+        structures: one, or one per variant; all bodies or all articulations.
+        pick: (·,) index of each scene's structure; None: the first.
+        hidden: whether it is invisible to sensors and only shown to people.
     """
 
     name: str
@@ -140,17 +139,17 @@ class Entity:
     origin: Origin | None = field(default=None, compare=False)
 
     def structure(self, row: int) -> BodyStructure | ArticulationStructure:
-        """The structure in its scene number `row` (not a scene index)."""
+        """The structure in row `row` (not a scene index)."""
         return self.structures[0 if self.pick is None else int(self.pick.row(row))]
 
     @property
     def bodies(self) -> tuple[BodyStructure, ...]:
-        """The bodies of all its structures, links of articulations among them."""
+        """The bodies of all its structures, including links."""
         return tuple(body for structure in self.structures for body in structure.bodies)
 
 
 def structure_type(structure: BodyStructure | ArticulationStructure) -> str:
-    """What a structure is called: a body's type, or "articulation"."""
+    """The type of a structure: a body's type, or "articulation"."""
     return structure.body_type if isinstance(structure, BodyStructure) else "articulation"
 
 
@@ -158,10 +157,10 @@ def structure_type(structure: BodyStructure | ArticulationStructure) -> str:
 class ScenePlan:
     """A whole batch, ready to be instantiated or emitted.
 
-    `entities` stand in the order in which they are built: PhysX gives other trajectories in another.
-    `draws` are the shared draws that recipes and expectations read, by name; one may read those before it. Among them
-    are poses that recipes go on from, see `scenecc.plan.scene`. `placements` stand in the order in which they are made.
-    Constraints, lights and cameras are built after the entities. Nothing is built of `expectations`.
+    `entities` are in build order, which affects PhysX's trajectories. `draws` are the shared draws that recipes and
+    expectations read, by name; each may read earlier ones. They include poses that recipes continue from
+    (`shared_pose_name`). `placements` are in the order in which they are made. Constraints, lights and cameras are
+    built after the entities. `expectations` are not built.
     """
 
     name: str
@@ -184,30 +183,30 @@ class ScenePlan:
 
 
 MAX_COMPOSED_POSES = 16
-"""How many poses one recipe composes before it goes on from a shared one: what is nested more cannot be read back."""
+"""Most poses that one recipe composes; longer chains continue from a shared pose, since the reader limits nesting."""
 
 _POSE_SUFFIX, _ONCE_SUFFIX = ".pose", ".once"
 
 
 def shared_pose_name(name: str, number: int = 0) -> str:
-    """What the pose of an entity or a frame is called, as no draw of a file is. `number`: of several such poses."""
+    """Name of the draw for the pose of an entity or a frame; no draw in a file can have it. `number`: of the pose."""
     return f"{name}{_POSE_SUFFIX}.{number}" if number else name + _POSE_SUFFIX
 
 
 def kept_draw_name(path: str) -> str:
-    """What the value of a `once` is called, as no draw of a file is. `path`: of the keys that lead to it."""
+    """Name of the draw for the value of a `once`; no draw of a file can have it. `path`: keys of the `once`."""
     return path + _ONCE_SUFFIX
 
 
 def is_unnamed_draw(name: str) -> bool:
-    """Whether a shared draw is a pose or the value of a `once`. A draw of a file has no dot after its scope."""
+    """Whether a shared draw is a pose or the value of a `once`. A file's draw has no dot after its scope."""
     return "." in name.rpartition("/")[2]
 
 
 def find_body(name: str, entities: Mapping[str, Entity]) -> tuple[Entity, str | None] | None:
-    """The entity of ENTITY or ENTITY/LINK, by its longest name, and the link; None where there is none.
+    """The entity of ENTITY or ENTITY/LINK, by its longest name, and the link; None if not found.
 
-    A link that only some of the articulation's structures have is one.
+    A link may exist in only some of the articulation's structures.
     """
     ahead = name
     while ahead not in entities and "/" in ahead:
@@ -220,7 +219,7 @@ def find_body(name: str, entities: Mapping[str, Entity]) -> tuple[Entity, str | 
 
 
 def has_joint(entity: Entity, joint: str) -> bool:
-    """Whether a joint of the name moves in any of an articulation's structures."""
+    """Whether any structure of an articulation has a moving joint of this name."""
     return any(
         link.joint is not None and link.joint.name == joint and link.joint.type != "fixed"
         for one in entity.structures

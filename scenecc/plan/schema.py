@@ -1,7 +1,6 @@
-"""The kind of each field of the plan, derived from its dataclasses. The reader and the writer of the JSON and the diff
-share it.
+"""The kind of each field of the plan, derived from its dataclasses. The JSON reader and writer and the diff share it.
 
-Only what a type hint cannot say is in a table: what each `Value` holds (`scenecc.plan.properties`), and here the
+Tables hold only what type hints cannot express: the content of each `Value` (`scenecc.plan.properties`), and here the
 range of each plain number.
 """
 
@@ -48,14 +47,14 @@ class BytesKind:
 
 @dataclass(frozen=True, slots=True)
 class ChoiceKind:
-    """One of some words."""
+    """One of several words."""
 
     options: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class VectorKind:
-    """A fixed count of numbers."""
+    """A fixed number of numbers."""
 
     count: int
     bounds: Bounds = ANY
@@ -68,7 +67,7 @@ class SceneSelectionKind:
 
 @dataclass(frozen=True, slots=True)
 class ListKind:
-    """Any count of one kind."""
+    """Any number of items of one kind."""
 
     item: FieldKind
 
@@ -82,7 +81,7 @@ class ObjectKind:
 
 @dataclass(frozen=True, slots=True)
 class UnionKind:
-    """One of several dataclasses, distinguished by `type`; `untyped` is the one without this key."""
+    """One of several dataclasses, distinguished by `type`; `untyped` has no such key."""
 
     by_type: tuple[tuple[str, type], ...]
     untyped: type | None = None
@@ -115,7 +114,7 @@ FieldKind = (
 
 @dataclass(frozen=True, slots=True)
 class PlanField:
-    """One field of a dataclass. `nullable`: it may be None, which the JSON leaves out."""
+    """One field of a dataclass. `nullable`: it may be None, which the JSON omits."""
 
     name: str
     kind: FieldKind
@@ -147,7 +146,7 @@ _BOUNDS: dict[str, dict[str, Bounds]] = {
 }
 
 SCALAR_BOUNDS = {f"{cls}.{field}": bounds for cls, rows in _BOUNDS.items() for field, bounds in rows.items()}
-"""Ranges of plain numbers by `Class.field`; a plain integer that is not here is a count (0 to 2³¹ - 1)."""
+"""Ranges of plain numbers by `Class.field`. Other plain integers are counts (0 to 2³¹ - 1)."""
 
 _Row = TypeVar("_Row")
 
@@ -165,7 +164,7 @@ _TYPE_NAMES = {
 }
 
 _CLASSES_WITHOUT_TYPE_KEY: frozenset[type] = frozenset((_plan.BodyStructure,))
-"""What was there before others could stand in its place."""
+"""Classes without a `type` key, for compatibility."""
 
 _TYPE_HINT_NAMES: dict[str, Any] = {
     **{name: getattr(_plan, name) for name in _plan.__all__},
@@ -181,7 +180,7 @@ _TYPE_HINT_NAMES: dict[str, Any] = {
 
 @cache
 def plan_fields(cls: type) -> tuple[PlanField, ...]:
-    """The fields of a dataclass of the plan, without those outside its identity (origins, where a file was found)."""
+    """The fields of a plan dataclass that are part of its identity (without origins and file paths)."""
     hints = get_type_hints(cls, localns=_TYPE_HINT_NAMES)
     return tuple(
         _plan_field(cls, item.name, hints[item.name], required=item.default is MISSING)
@@ -192,7 +191,7 @@ def plan_fields(cls: type) -> tuple[PlanField, ...]:
 
 @cache
 def type_name(cls: type) -> str:
-    """What a geometry, a joint or a lens is called: as in the language, `convex_mesh`."""
+    """The name of a geometry, joint or lens in the language: `convex_mesh`."""
     return _TYPE_NAMES.get(cls.__name__) or re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
 
 

@@ -1,7 +1,7 @@
 """State of a plan's bodies in the engine after they are built, for exporters to other formats.
 
-Masses follow from densities, hulls from meshes and link poses from joints: the engine has computed them, and here
-they are plain numbers. Visuals, lights and cameras are not measured; the plan has them.
+Holds the results of the engine's computations as plain numbers: masses from densities, hulls from meshes, link poses
+from joints. Visuals, lights and cameras are only in the plan.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 @frozen
 class MeasuredMesh:
-    """A cooked mesh, in the frame of its shape and already scaled. One object for all shapes that have the same.
+    """A cooked mesh in the frame of its shape, scaled. Shapes with equal meshes share one object.
 
     Attributes:
-        digest: of vertices and triangles; meshes that have the same are the same.
+        digest: hash of vertices and triangles; equal for equal meshes.
         vertices: (V, 3) float64 [m].
         triangles: (T, 3) int64, counterclockwise from outside.
     """
@@ -38,16 +38,16 @@ class MeasuredMesh:
 
 @frozen
 class MeasuredShape:
-    """One colliding shape of the engine.
+    """One collision shape of the engine.
 
     Attributes:
-        kind: of the engine's shape, as the language calls it; parts of a decomposed mesh are `convex_mesh`es.
-        sizes: of a solid, see `plan.geometry` [m]; nothing of the others. A plane is the half space below its own
-            x = 0.
+        kind: type of the engine's shape, as in the language; parts of a decomposed mesh are `convex_mesh`es.
+        sizes: of a solid, see `plan.geometry` [m]; otherwise empty. A plane is the half space below its x = 0.
         pose: in the body's frame.
-        shape: the plan's, of which this is all or a part.
+        shape: the plan's shape, of which this is all or a part.
         mesh: of a `convex_mesh` or a `triangle_mesh`.
-        static_friction, dynamic_friction, restitution, density [kg/m³], contact_offset [m], rest_offset [m]: as held.
+        static_friction, dynamic_friction, restitution, density [kg/m³], contact_offset [m], rest_offset [m]: of the
+            engine's shape.
         groups: SAPIEN's four integers.
     """
 
@@ -82,16 +82,16 @@ class MeasuredMass:
 
 @frozen
 class MeasuredJoint:
-    """The joint between a link and its parent. Positions are [m] of a prismatic one and [rad] of others.
+    """The joint between a link and its parent. Positions are in [m] for a prismatic joint, otherwise in [rad].
 
     Attributes:
         joint: the plan's.
-        type: the plan's. What a fixed joint has not is 0, its limits too.
-        name: "" where it has none.
+        type: the plan's. Values that do not apply to a fixed joint are 0, including limits.
+        name: "" if it has none.
         pose_in_parent, pose_in_child: as in the plan.
-        limits: infinite on a side that has none.
+        limits: infinite on a side without a limit.
         stiffness, damping, force_limit, drive_mode, drive_target, drive_velocity_target: of its drive.
-        qpos, qvel: at the start.
+        qpos, qvel: initial.
     """
 
     joint: Joint
@@ -115,17 +115,17 @@ class MeasuredJoint:
 
 @frozen
 class MeasuredBody:
-    """A body at the start of its scene, or a link of an articulation.
+    """The initial state of a body or of a link.
 
     Attributes:
         name: the entity's, or the link's.
         body_type: the plan's.
-        body: the plan's; `body.visuals` is what is seen of it.
+        body: the plan's; `body.visuals` are its visual shapes.
         pose: in the world of its scene.
-        mass: None: it is static, or of the type none.
+        mass: None: it is static or of the type "none".
         shapes: in the engine's order, which is that of the plan.
-        parent: of a link, the number of the one that it hangs on; None: the root, or a body.
-        joint: of a link, to its parent; None at the root and of a body.
+        parent: number of a link's parent; None for a root or a body.
+        joint: of a link, to its parent; None for a root or a body.
     """
 
     name: str
@@ -144,9 +144,9 @@ class MeasuredEntity:
 
     Attributes:
         entity: the plan's.
-        structure: the one that it has in this scene.
-        row: of this scene in the entity's values (`Value.row`).
-        bodies: itself, or the links of an articulation in the order of the plan.
+        structure: its structure in this scene.
+        row: row of this scene in the entity's values (`Value.row`).
+        bodies: the body, or the links of an articulation in plan order.
     """
 
     entity: Entity
@@ -163,7 +163,7 @@ class MeasuredScene:
         index: among all scenes of the plan.
         timestep: [s].
         gravity: [m/s²].
-        entities: those that are in it, in build order.
+        entities: its entities, in build order.
     """
 
     index: int
@@ -174,6 +174,6 @@ class MeasuredScene:
 
 @frozen
 class EngineSnapshot:
-    """Some scenes of a plan as built, ascending by index; one at least."""
+    """One or more scenes of a plan as built, ascending by index."""
 
     scenes: tuple[MeasuredScene, ...]

@@ -1,4 +1,4 @@
-"""A number, vector, flag or table index that may differ from scene to scene."""
+"""A number, vector, flag or table index that may vary by scene."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ _set_attribute = object.__setattr__
 
 
 class _DrawSource:
-    """How a value that varies is drawn.
+    """How a varying value is drawn.
 
     Attributes:
-        draw: makes the data; None of data that were drawn before.
-        sample: makes the samples, (1, …) or (256, …); None likewise.
-        scenes: that the rows belong to.
-        bounds: gives the bounds; None: they are those of the samples.
+        draw: makes the data; None if the data exist already.
+        sample: makes the samples, (1, …) or (256, …); None if the data exist already.
+        scenes: scenes of the rows.
+        bounds: gives the bounds; None: use the bounds of the samples.
         recipe: how a reset draws the value.
-        samples: as `sample` made them; None: it was not called.
+        samples: result of `sample`; None before the first call.
     """
 
     __slots__ = ("bounds", "draw", "recipe", "sample", "samples", "scenes")
@@ -46,29 +46,28 @@ class _DrawSource:
 
 
 class Value:
-    """One quantity over the scenes of an entity. Nothing of it can be changed.
+    """One quantity over the scenes of an entity. Immutable.
 
     Attributes:
-        data: float64, int64 or bool, read-only. The leading axis is 1 (the same in every scene) or
-            the number of scenes that the entity is in, by ascending scene index. What follows is
-            the quantity's own shape: () for a scalar, (3,) for a vector, (7,) for a pose (p then q,
-            wxyz). What is drawn is drawn when this is first asked for.
+        data: float64, int64 or bool, read-only. The leading axis is 1 (the same in every scene) or the number of scenes
+            of the entity, by ascending scene index. The rest is the quantity's shape: () for a scalar, (3,) for a
+            vector, (7,) for a pose (p then q, wxyz). Drawn on first access.
 
-    Two values are equal if every bit of their data is and their recipes say the same.
+    Two values are equal if their data are equal bit by bit and their recipes have the same text.
     """
 
     __slots__ = ("_source", "data")
 
     data: NDArray[Any]
     _source: tuple[float | tuple[float, ...], DTypeLike] | _DrawSource | None
-    """Of a `literal`: the item and its dtype, of a `varying`: how it is drawn, otherwise None."""
+    """For a `literal` the item and its dtype, for a `varying` value how it is drawn, otherwise None."""
 
     def __init__(self, data: NDArray[Any]) -> None:
         _set_attribute(self, "_source", None)
         _set_attribute(self, "data", data)
 
     def __getattr__(self, name: str) -> Any:
-        """The array, made when it is first asked for: checking a scene seldom does."""
+        """Makes the array on first access, since checking a scene rarely needs it."""
         if name != "data":
             raise AttributeError(f"a Value has no attribute {name!r}", name=name, obj=self)
         source = self._source
@@ -104,36 +103,36 @@ class Value:
             return True
         a, b = self.data, other.data
         same = a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
-        # As they are written, since 1 is not 1.0 in a recipe and 0.0 is not -0.0.
+        # Compared by text, since in a recipe 1 differs from 1.0 and 0.0 from -0.0.
         return same and (self.recipe is other.recipe or repr(self.recipe) == repr(other.recipe))
 
     def __hash__(self) -> int:
         source = self._source
         if source is None or isinstance(source, _DrawSource):
             return hash(tuple(self.data.ravel().tolist()))
-        # Without an array: numbers that are equal have one hash, whatever their type.
+        # Avoids an array. Equal numbers have equal hashes, whatever their type.
         return hash(source[0] if isinstance(source[0], tuple) else (source[0],))
 
     @property
     def varies(self) -> bool:
-        """Whether the scenes do not all have the same, as drawn: what is not drawn yet is drawn for this."""
+        """Whether scenes differ. Draws the value if necessary."""
         source = self._source
         return (source is None or isinstance(source, _DrawSource)) and self.data.shape[0] != 1
 
     @property
     def known(self) -> bool:
-        """Whether its rows are there without drawing anything."""
+        """Whether the rows are available without drawing."""
         return not isinstance(self._source, _DrawSource)
 
     @property
     def is_constant(self) -> bool:
-        """Whether it is one thing, whatever is drawn: known, and the same in every scene."""
+        """Whether the value is known without drawing and equal in every scene."""
         source = self._source
         return not isinstance(source, _DrawSource) and (source is not None or self.data.shape[0] == 1)
 
     @property
     def may_vary(self) -> bool:
-        """Whether the scenes need not all have the same; draws nothing."""
+        """Whether scenes may differ. Does not draw."""
         source = self._source
         if isinstance(source, _DrawSource):
             return len(source.scenes) != 1
@@ -141,22 +140,22 @@ class Value:
 
     @property
     def recipe(self) -> Node | None:
-        """How a reset draws it anew, a row a scene; None: it stays as it is."""
+        """How a reset redraws the value, one row per scene; None: a reset keeps it."""
         source = self._source
         return source.recipe if isinstance(source, _DrawSource) else None
 
     @property
     def scenes(self) -> Sequence[int]:
-        """The scenes of the rows of a value that is drawn; empty of any other."""
+        """The scenes of the rows of a drawn value; otherwise empty."""
         source = self._source
         return source.scenes if isinstance(source, _DrawSource) else ()
 
     @property
     def samples(self) -> NDArray[Any]:
-        """One row, or a row for each sample (`scenecc.variation.samples`), by which a file is judged.
+        """One row, or one row per sample (`scenecc.variation.samples`), used to check a file.
 
         Raises:
-            DrawError: it has no value in one of the samples.
+            DrawError: a sample has no value.
         """
         source = self._source
         if isinstance(source, _DrawSource) and source.sample is not None:
@@ -172,7 +171,7 @@ class Value:
         return as_samples(rows)
 
     def drop_samples(self) -> None:
-        """Makes `samples` raise a DrawError, since they were reported. The bounds stay."""
+        """Makes `samples` raise a DrawError after its samples were reported. Keeps the bounds."""
         source = self._source
         if isinstance(source, _DrawSource):
             source.bounds = _KnownBounds(self.bounds)
@@ -180,7 +179,7 @@ class Value:
 
     @property
     def bounds(self) -> ValueBounds:
-        """The values that it can have, whatever is drawn; those of its rows where only these are known."""
+        """Bounds over all possible draws. For a value without a draw, bounds of its rows."""
         from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - checking a scene seldom needs it
 
         source = self._source
@@ -192,7 +191,7 @@ class Value:
 
     def _sampled_bounds(self) -> ValueBounds:
         from scenecc.variation.bounds import UNKNOWN, ValueBounds  # noqa: PLC0415 - checking a scene seldom needs it
-        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
+        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - see above
 
         source = self._source
         if isinstance(source, _DrawSource) and source.sample is None:
@@ -203,10 +202,10 @@ class Value:
             return UNKNOWN
 
     def numbers(self) -> tuple[float, ...]:
-        """Numbers that bound everything that it can be, row by row; draws nothing.
+        """Numbers that bound the value, row by row. Does not draw.
 
-        Of what is the same everywhere or known by scene these are the numbers of all rows, of what is drawn those of
-        all alternatives, or else the lowest and the highest row. For a `literal`'s own no array is made.
+        For a known value these are the numbers of all rows; for a drawn one those of all alternatives, or else the
+        lowest and the highest row. A `literal` makes no array.
         """
         source = self._source
         if source is None:
@@ -217,7 +216,7 @@ class Value:
         return item if isinstance(item, tuple) else (item,)
 
     def as_drawn(self) -> tuple[float, ...]:
-        """All numbers of the data, row by row. For a `literal`'s own no array is made."""
+        """All numbers of the data, row by row. A `literal` makes no array."""
         source = self._source
         if source is None or isinstance(source, _DrawSource):
             return tuple(self.data.ravel().tolist())
@@ -225,7 +224,7 @@ class Value:
         return item if isinstance(item, tuple) else (item,)
 
     def row(self, index: int) -> Any:
-        """What the entity's scene number `index` (a row, not a scene index) has."""
+        """The entity's value in row `index` (not a scene index)."""
         return self.data[index if self.data.shape[0] != 1 else 0]
 
 
@@ -236,7 +235,7 @@ def _raise_reported() -> NDArray[Any]:
 
 
 def _same_literal(a: object, b: object) -> bool:
-    """Whether two sources are one literal, so that no array need be made to compare them."""
+    """Whether two sources are the same literal. Makes no array."""
     if a.__class__ is not tuple or b.__class__ is not tuple or a != b:
         return False
     return repr(a) == repr(b)
@@ -244,25 +243,25 @@ def _same_literal(a: object, b: object) -> bool:
 
 _new_object = object.__new__
 _set_source: Any = Value.__dict__["_source"].__set__
-"""The slot's own setter, which is quicker than `object.__setattr__`."""
+"""The slot's setter, faster than `object.__setattr__`."""
 
 
 def literal(item: float | tuple[float, ...], dtype: DTypeLike = "float64") -> Value:
-    """As `constant`, of a number or a flat tuple of numbers; the array is made when it is first asked for."""
+    """Same as `constant` for a number or a flat tuple. The array is made on first access."""
     value = _new_object(Value)
     _set_source(value, (item, dtype))
     return value
 
 
 def constant(item: float | Sequence[Any] | NDArray[Any], dtype: DTypeLike = "float64") -> Value:
-    """The same in every scene. `dtype`: float64, int64 (table indices, counts) or bool."""
+    """A value that is the same in every scene. `dtype`: float64, int64 (table indices, counts) or bool."""
     import numpy as np  # noqa: PLC0415 - checking a scene needs none
 
     return _read_only_value(np.array(item, dtype=dtype)[None])
 
 
 def per_scene(rows: Sequence[Any] | NDArray[Any], dtype: DTypeLike = "float64") -> Value:
-    """One row a scene of the entity; one row in all where they are equal to the bit."""
+    """A value with one row per scene of the entity. Keeps a single row if all are equal bit by bit."""
     import numpy as np  # noqa: PLC0415 - checking a scene needs none
 
     data = np.array(rows, dtype=dtype)
@@ -277,14 +276,14 @@ def varying(
     bounds: Callable[[], ValueBounds] | None = None,
     recipe: Node | None = None,
 ) -> Value:
-    """A value that is drawn when its data are first asked for.
+    """A value that is drawn on first access.
 
     Args:
-        draw: makes the data, (1, …) or a row a scene, float64, int64 or bool; the same at every call.
-        sample: makes the samples, (1, …) or (256, …), likewise.
-        scenes: that the entity is in.
-        bounds: gives the values that it can have, whatever is drawn; None: those of the samples.
-        recipe: how a reset draws it; only for what a running simulation can change.
+        draw: makes the data, (1, …) or one row per scene, float64, int64 or bool. Must be deterministic.
+        sample: makes the samples, (1, …) or (256, …). Must be deterministic.
+        scenes: scenes of the entity.
+        bounds: gives the bounds over all possible draws; None: use the bounds of the samples.
+        recipe: how a reset draws the value; only for values that a running simulation can change.
     """
     return _value_of_source(None, _DrawSource(draw, sample, scenes, bounds, recipe))
 
@@ -296,13 +295,13 @@ def derived(
     *,
     bounds: Callable[[], ValueBounds] | None = None,
 ) -> Value:
-    """A value that is computed from others, row by row; known if these are.
+    """A value computed from others, row by row. It is known if all of these are.
 
     Args:
-        function: takes the rows of all parts, each (1, …) or (B, …), and gives rows (1, …) or (B, …).
+        function: maps the rows of all parts, each (1, …) or (B, …), to rows (1, …) or (B, …).
         parts: the other values, in the same scenes.
-        scenes: that the entity is in.
-        bounds: as of `varying`.
+        scenes: scenes of the entity.
+        bounds: see `varying`.
     """
 
     def draw() -> NDArray[Any]:
@@ -315,12 +314,12 @@ def derived(
 
 
 def recalled(data: NDArray[Any], recipe: Node) -> Value:
-    """A value as it was drawn once, (·, …), with the recipe by which a reset draws it."""
+    """A value with its drawn data (·, …) and the recipe that a reset uses."""
     return _value_of_source(data, _DrawSource(None, None, range(len(data)), None, recipe))
 
 
 class _KnownBounds:
-    """Bounds that are known, as a function that can be copied to another process."""
+    """Known bounds as a function that can be pickled."""
 
     def __init__(self, bounds: ValueBounds) -> None:
         self._bounds = bounds
@@ -358,7 +357,7 @@ def _literal_data(source: Any) -> NDArray[Any]:
 
 
 def _same_bits(rows: NDArray[Any]) -> bool:
-    """Whether all rows are the first one: as bytes, since 0.0 is not -0.0 and a NaN is itself."""
+    """Whether all rows equal the first bit by bit: 0.0 differs from -0.0 and NaN equals itself."""
     import numpy as np  # noqa: PLC0415 - checking a scene needs none
 
     flat = np.ascontiguousarray(rows).reshape(len(rows), -1).view(np.uint8)

@@ -1,4 +1,4 @@
-"""The walk over the fields of a plan's objects, each with its path in the scene file."""
+"""Walks the fields of a plan's objects, each with its path in the scene file."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _PARTS: Final = ("structures", "body", "inertial", "collisions", "visuals", "lin
 
 
 def walk_fields(node: Any, place: str = "") -> Iterator[tuple[str, FieldKind, Any]]:
-    """The path, the kind and the value of each field of an object of the plan and of those nested in it.
+    """Yields path, kind and value of each field of a plan object and of its nested objects.
 
-    Fields that are None are left out, and those of materials, which are in tables of the plan.
+    Skips fields that are None and the fields of materials, which are in tables of the plan.
 
     Args:
         node: a dataclass of the plan.

@@ -1,4 +1,4 @@
-"""Bounds of a value in any scene."""
+"""Bounds of a value over all scenes."""
 
 from __future__ import annotations
 
@@ -16,20 +16,19 @@ if TYPE_CHECKING:
 
 
 MAX_ALTERNATIVES = 64
-"""Combinations of alternatives, and different samples, that are listed one by one."""
+"""Most combinations of alternatives, or distinct samples, that are listed."""
 
 
 @frozen
 class ValueBounds:
-    """The values that a quantity can have: one of some alternatives, or anything between two bounds.
+    """The possible values of a quantity: some alternatives, or a range.
 
     Attributes:
-        alternatives: each value once (numbers, booleans, strings, or tuples of these); None where there are too many
-            or they are unknown.
-        low, high: the least and the greatest number, or one for each component as a tuple (or a tuple of rows);
-            infinite where there is no bound. None where the value is not made of numbers or nothing is known.
-        exact: whether every alternative or bound can occur, or be approached. Otherwise they are those of the samples,
-            and rarer values may lie outside.
+        alternatives: each value once (numbers, booleans, strings, or tuples of these); None if too many or unknown.
+        low, high: the lowest and the highest number, or one per component as a tuple (or a tuple of rows); infinite if
+            unbounded. None if the value is not numeric or nothing is known.
+        exact: whether every alternative or bound can occur, or be approached. Otherwise they come from samples, and
+            rarer values may be outside.
     """
 
     alternatives: tuple[Any, ...] | None
@@ -45,29 +44,29 @@ class ValueBounds:
 
     @staticmethod
     def of(alternatives: Iterable[Any], *, exact: bool = True) -> ValueBounds:
-        """Of plain values; tuples and lists are one."""
-        # By class too, since True is no 1.
+        """Bounds of plain values. Tuples and lists are equal."""
+        # By class too, since True differs from 1.
         distinct = tuple({(item.__class__, item): item for item in map(_as_tuples, alternatives)}.values())
         low, high = _extremes(distinct)
         return ValueBounds(distinct, low, high, exact)
 
     @staticmethod
     def of_rows(rows: NDArray[Any]) -> ValueBounds:
-        """Of values (B, …), each of which occurs."""
+        """Bounds of values (B, …), each of which occurs."""
         from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - it loads numpy
 
         return ValueBounds.of(rows[distinct_rows(rows)].tolist())
 
     @staticmethod
     def of_samples(rows: NDArray[Any]) -> ValueBounds:
-        """Of samples (256, …)."""
+        """Bounds of samples (256, …)."""
         found = ValueBounds.of_rows(rows)
         few = len(found.alternatives or ()) <= MAX_ALTERNATIVES
         return ValueBounds(found.alternatives if few else None, found.low, found.high, exact=False)
 
 
 UNKNOWN = ValueBounds(None, None, None, exact=False)
-"""Anything at all."""
+"""No bounds are known."""
 
 
 def component_bounds(found: ValueBounds, index: int) -> ValueBounds:
@@ -81,7 +80,7 @@ def component_bounds(found: ValueBounds, index: int) -> ValueBounds:
 
 
 def combined_bounds(parts: Sequence[ValueBounds], join: Callable[[tuple[Any, ...]], Any]) -> ValueBounds:
-    """The bounds of a value that `join` makes of parts that are drawn independently.
+    """The bounds of a value that `join` computes from independently drawn parts.
 
     `join` is monotone: the lowest parts give the lowest value.
     """
@@ -96,7 +95,7 @@ def combined_bounds(parts: Sequence[ValueBounds], join: Callable[[tuple[Any, ...
 
 
 def union_bounds(several: Iterable[ValueBounds]) -> ValueBounds:
-    """What any of several can be."""
+    """Bounds over several values."""
     parts = list(several)
     exact = all(part.exact for part in parts)
     if all(part.alternatives is not None for part in parts):
@@ -108,7 +107,7 @@ def union_bounds(several: Iterable[ValueBounds]) -> ValueBounds:
 
 
 def _hull(lows: list[Any], highs: list[Any]) -> tuple[Any, Any]:
-    """The least and greatest of several values, each component by itself; None where they differ in shape."""
+    """The least and greatest of several values per component; None if shapes differ."""
     try:
         return _componentwise(min, lows), _componentwise(max, highs)
     except ValueError:

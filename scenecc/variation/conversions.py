@@ -1,4 +1,4 @@
-"""What fields take beside their own rows: colours as texts, one factor for three axes, corners without a height."""
+"""Conversions to a field's row: colours as texts, one factor for three axes, corners without a height."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from scenecc.geometry.rotations import MAX_COORDINATE
 
 COLOR_TEXT = r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$"
-"""What a colour is as a text: "#rrggbb" or "#rrggbbaa"."""
+"""A colour as a text: "#rrggbb" or "#rrggbbaa"."""
 
 is_color_text = re.compile(COLOR_TEXT).fullmatch
 """Whether a text is a colour."""
@@ -19,7 +19,7 @@ Rgba = tuple[float, float, float, float]
 
 
 def to_rgba(color: str | Sequence[float]) -> Rgba:
-    """Four numbers: "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is 1 if left out."""
+    """Converts a colour to RGBA. "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is optional."""
     if isinstance(color, str):
         digits = color[1:]
         color = [int(digits[i : i + 2], 16) / 255 for i in range(0, len(digits), 2)]
@@ -28,7 +28,7 @@ def to_rgba(color: str | Sequence[float]) -> Rgba:
 
 
 def read_color(color: Any) -> Rgba | None:
-    """As `to_rgba`, of a value that no model has looked at."""
+    """Same as `to_rgba` for an unchecked value; None if it is not a colour."""
     if isinstance(color, str):
         return to_rgba(color) if is_color_text(color) else None
     return to_rgba(color) if _are_numbers(color) and len(color) in {3, 4} else None
@@ -64,10 +64,10 @@ _NUMBERS = frozenset((int, float))
 
 
 class Conversion(NamedTuple):
-    """How a value becomes a row.
+    """Converts a value to a row.
 
     Attributes:
-        convert: gives the row of a value; None for what it cannot read.
+        convert: gives the row of a value; None if it is invalid.
         shape: of the row.
     """
 
@@ -83,6 +83,6 @@ CONVERSIONS: dict[str, Conversion] = {
     "low_corner": Conversion(partial(_corner, height=-MAX_COORDINATE), (3,)),
     "high_corner": Conversion(partial(_corner, height=MAX_COORDINATE), (3,)),
 }
-"""By name, as nodes have them: colours with alpha, without it, one factor or three, the other one of true and false,
-and the corners of a region, which is without an end where they have no height.
+"""Conversions by their name in nodes: colours with alpha, without it, one factor or three, negation of a boolean, and
+corners of a region, which is unbounded in z if they have no height.
 """

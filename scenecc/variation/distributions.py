@@ -1,7 +1,7 @@
 """The distributions, one class each: syntax, validation, bounds and sampling.
 
-A new distribution is one class and one entry of `DISTRIBUTIONS`. The reader of scene files, the JSON Schema, the ranges
-of parameters, the plan's JSON, the bounds of values and the generator all work from these.
+A new distribution is one class and one entry of `DISTRIBUTIONS`. The scene reader, the JSON Schema, the parameter
+ranges, the plan's JSON, the bounds of values and the generator all use these.
 """
 
 from __future__ import annotations
@@ -21,27 +21,26 @@ if TYPE_CHECKING:
     Interval = tuple[float, float]
 
 Role = Literal["value", "mean", "deviation", "positive", "shape"]
-"""What an operand is: a number that the field may hold, any number, one that is not negative, one above 0, or a shape
-parameter, from `SHAPE_BOUNDS[0]` to `SHAPE_BOUNDS[1]`."""
+"""Role of an operand: a field value, any number, a number >= 0, one > 0, or a shape parameter in `SHAPE_BOUNDS`."""
 
 SHAPE_BOUNDS = (1e-3, 1e6)
-"""Of a beta distribution: beyond them its numbers are at its ends, or all the same, in single precision."""
+"""Range of a beta distribution's parameters. Beyond it, float32 values are all at the ends or all equal."""
 
 WIDEST_INTEGERS = 2**53
-"""How many integers one draw may be among: those that are exact as numbers with a fraction."""
+"""Most integers that one draw selects from: those that are exact in float64."""
 
 
 @frozen
 class OperandRule:
-    """What has to hold of the operands: one is at least another, or at least, or at most, a limit.
+    """A rule for the operands: one is at least another, or at least or at most a limit.
 
     Attributes:
-        message: what is wrong otherwise.
-        greater: the number of the operand that is to be the greater; None: the limit is.
-        less: of the other one; None: the limit.
-        limit: where there is one operand alone.
-        strict: whether both may not be equal.
-        because: why, where a file breaks it.
+        message: if the rule is violated.
+        greater: index of the greater operand; None: the limit.
+        less: index of the other operand; None: the limit.
+        limit: if only one operand is compared.
+        strict: whether equality violates the rule.
+        because: the reason, if a file violates it.
     """
 
     message: str
@@ -53,22 +52,22 @@ class OperandRule:
 
 
 class Distribution:
-    """One form that draws numbers, each component of a vector by itself.
+    """A form that draws numbers, independently for each component of a vector.
 
     Attributes:
         key: of the form.
         operands: the names of the numbers in its list.
-        roles: what each of them is.
+        roles: role of each operand.
         members: their names in a plan's JSON.
-        companion: the key beside the form that holds two edges, which follow the operands.
-        needs_companion: whether the form has no meaning without it.
+        companion: key beside the form with two bounds, which follow the operands.
+        needs_companion: whether the form requires it.
         description: of the list, for the JSON Schema.
         companion_description: of the companion.
         listed: all operands in words.
-        conditions: what has to hold of the operands; of those that are there.
-        between: the operands between which all that is drawn lies; None: there are none.
+        conditions: rules for the operands that are present.
+        between: indices of the operands that bound all drawn values; None: unbounded.
         whole: whether integers are drawn.
-        cost: how many uniform numbers are drawn in the time of one of these.
+        cost: time of one draw, in draws of uniform numbers.
     """
 
     key: ClassVar[str]
@@ -86,25 +85,25 @@ class Distribution:
     cost: ClassVar[int] = 1
 
     def steps(self, count: int) -> list[tuple[str, int]]:
-        """The keys that lead to each of so many operands from the mapping that holds the form."""
+        """The keys that lead from the form's mapping to each of `count` operands."""
         own = len(self.operands)
         return [(self.key, i) if i < own else (str(self.companion), i - own) for i in range(count)]
 
     def holding(self, count: int) -> list[OperandRule]:
-        """The conditions that concern the first so many operands."""
+        """The conditions for the first `count` operands."""
         return [one for one in self.conditions if max(one.greater or 0, one.less or 0) < count]
 
     def bounds(self, operands: Sequence[Interval]) -> Interval:
-        """The least and the greatest number that can be drawn, by the bounds of each operand."""
+        """The bounds of the drawn number, from the bounds of each operand."""
         assert self.between is not None
         low, high = self.between
         return operands[low][0], operands[high][1]
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
-        """Numbers (B, n).
+        """Draws numbers (B, n).
 
         Args:
-            units: gives numbers (B, n) in [0, 1) of a lane of words; each lane is independent of the others.
+            units: gives numbers (B, n) in [0, 1) from a lane of words; lanes are independent.
             operands: each (B, n).
         """
         raise NotImplementedError
@@ -117,7 +116,7 @@ class Uniform(Distribution):
     description = "[low, high]: numbers or vectors; each component is drawn independently."
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
-        """Numbers (B, n)."""
+        """Draws numbers (B, n)."""
         low, high = operands
         return (low + (high - low) * units(0)).clip(low, high)
 
@@ -130,7 +129,7 @@ class Integers(Distribution):
     whole = True
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
-        """Integers (B, n)."""
+        """Draws integers (B, n)."""
         import numpy as np
 
         low, high = (bound.astype(np.int64) for bound in operands)
@@ -150,7 +149,7 @@ class LogUniform(Distribution):
     )
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
-        """Numbers (B, n)."""
+        """Draws numbers (B, n)."""
         from scenecc.geometry.rotation_arrays import map_elements
 
         low, high = operands
@@ -159,7 +158,7 @@ class LogUniform(Distribution):
 
 
 class Normal(Distribution):
-    """`normal: [mean, std]`; what lies outside of `clip: [low, high]` is put on its edge."""
+    """`normal: [mean, std]`; numbers outside of `clip: [low, high]` are clamped."""
 
     key = "normal"
     operands = ("mean", "std")
@@ -175,7 +174,7 @@ class Normal(Distribution):
     between = None
 
     def bounds(self, operands: Sequence[Interval]) -> Interval:
-        """Without a deviation the mean; a mean outside of `clip` is put on its edge."""
+        """The mean if the deviation is 0, clamped to `clip`; otherwise the bounds of `clip`."""
         (least, most), (_, deviation), *clip = operands
         low, high = (least, most) if deviation == 0 else (-math.inf, math.inf)
         if clip:
@@ -184,7 +183,7 @@ class Normal(Distribution):
         return low, high
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
-        """Numbers (B, n), by the cosine half of Box and Muller's transform (1958)."""
+        """Draws numbers (B, n) by the cosine half of the Box-Muller transform (1958)."""
         import numpy as np
 
         from scenecc.geometry.rotation_arrays import map_elements
@@ -197,7 +196,7 @@ class Normal(Distribution):
 
 
 class Triangular(Distribution):
-    """`triangular: [low, mode, high]`: the density rises evenly to the mode and falls evenly from it."""
+    """`triangular: [low, mode, high]`: the density rises linearly to the mode and falls linearly from it."""
 
     key = "triangular"
     operands = ("low", "mode", "high")
@@ -212,19 +211,19 @@ class Triangular(Distribution):
     between = (0, 2)
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
-        """Numbers (B, n), by the inverse of the distribution function."""
+        """Draws numbers (B, n) by the inverse of the distribution function."""
         import numpy as np
 
         low, mode, high = operands
         u, width = units(0), high - low
-        # Of each factor by itself: a product of two tiny numbers is 0.
+        # Separate square roots: the product of two tiny numbers is 0.
         rising = low + np.sqrt(u * width) * np.sqrt(mode - low)
         falling = high - np.sqrt((1.0 - u) * width) * np.sqrt(high - mode)
         return np.where(u * width < mode - low, rising, falling).clip(low, high)
 
 
 class _Ranged(Distribution):
-    """A distribution that `range: [low, high]` puts between two edges."""
+    """A distribution limited to `range: [low, high]`."""
 
     companion = "range"
     needs_companion = True
@@ -235,7 +234,7 @@ class _Ranged(Distribution):
 
 
 class Beta(_Ranged):
-    """`beta: [a, b], range: [low, high]`: a beta distribution over the range, with the shape parameters a and b."""
+    """`beta: [a, b], range: [low, high]`: a beta distribution with shape parameters a and b, scaled to the range."""
 
     key = "beta"
     operands = ("a", "b")
@@ -257,8 +256,8 @@ class Beta(_Ranged):
     )
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
-        """Numbers (B, n), by the rejection of R. Cheng, "Generating beta variates with nonintegral shape parameters"
-        (1978), algorithm BA. The attempt with the number t takes the lanes 2t and 2t + 1.
+        """Draws numbers (B, n) by the rejection method of R. Cheng, "Generating beta variates with nonintegral shape
+        parameters" (1978), algorithm BA. Attempt t uses the lanes 2t and 2t + 1.
         """
         import numpy as np
 
@@ -276,14 +275,14 @@ class Beta(_Ranged):
 
 
 def _cheng_attempt(a: float, b: float, first: float, second: float) -> float:
-    """A number of a beta distribution over [0, 1], or NaN where the two uniform numbers give none."""
+    """One attempt to draw from a beta distribution over [0, 1]; NaN if rejected."""
     first, second = 1.0 - first, 1.0 - second  # above 0
     if first == 1.0:
         return math.nan
     total, least = a + b, min(a, b)
     scale = 1.0 / least if least <= 1.0 else math.sqrt((total - 2.0) / (2.0 * a * b - total))
     v = scale * math.log(first / (1.0 - first))
-    # The logarithms of W = a exp(v) and of b + W: W itself may be beyond all floats.
+    # The logarithms of W = a exp(v) and of b + W: W itself may overflow.
     log_w, log_b = math.log(a) + v, math.log(b)
     log_sum = max(log_w, log_b) + math.log1p(math.exp(-abs(log_w - log_b)))
     taken = total * (math.log(total) - log_sum) + (a + 1.0 / scale) * v - math.log(4.0)
@@ -291,7 +290,7 @@ def _cheng_attempt(a: float, b: float, first: float, second: float) -> float:
 
 
 class TruncatedNormal(_Ranged):
-    """`truncated_normal: [mean, std], range: [low, high]`: a normal distribution, of what lies within the range."""
+    """`truncated_normal: [mean, std], range: [low, high]`: a normal distribution, truncated to the range."""
 
     key = "truncated_normal"
     operands = ("mean", "std")
@@ -303,7 +302,7 @@ class TruncatedNormal(_Ranged):
     conditions = (OperandRule("the standard deviation is not positive", 1, strict=True), _Ranged.edges_crossed)
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
-        """Numbers (B, n), by the inverse of the distribution function."""
+        """Draws numbers (B, n) by the inverse of the distribution function."""
         from statistics import NormalDist
 
         import numpy as np
@@ -316,20 +315,20 @@ class TruncatedNormal(_Ranged):
 
 
 _FAR = 37.0
-"""Standard deviations beyond which the tail of a normal distribution is no normal float."""
+"""Standard deviations beyond which the tail probability of a normal distribution is below the normal floats."""
 
 _NARROW = 1e-4
-"""Standard deviations within which the logarithm of a normal density is a straight line to one part in 10⁹."""
+"""Width in standard deviations within which the log density is linear to one part in 10⁹."""
 
 
 def _within_normal(
     mean: float, deviation: float, low: float, high: float, u: float, inverse: Callable[[float], float]
 ) -> float:
-    """The number between two edges below which the share `u` of the probability there lies.
+    """The number between two bounds at the quantile `u` of the probability between them.
 
-    Far from the mean, where the probability is no normal float, and between edges that are near to each other, the
-    density is taken for exponential, which it is to one part in `_FAR`² and in 10⁹. `inverse` is that of the standard
-    normal distribution function.
+    Far from the mean, where the probability underflows, and between close bounds, the density is approximated as
+    exponential, with an error of one part in `_FAR`² and in 10⁹. `inverse`: that of the standard normal distribution
+    function.
     """
     if low == high:
         return low
@@ -341,7 +340,7 @@ def _within_normal(
         return high - (high - low) * _exponential_share(-last * width, 1.0 - u)
     if width < _NARROW:
         return low + (high - low) * _exponential_share(width * (first + last) / 2, u)
-    side = -1.0 if first > 0 else 1.0  # in the lower tail numbers are exact
+    side = -1.0 if first > 0 else 1.0  # numbers are exact in the lower tail
     if side < 0:
         first, last, u = -last, -first, 1.0 - u
     bottom, top = (0.5 * math.erfc(-bound / math.sqrt(2.0)) for bound in (first, last))
@@ -351,7 +350,7 @@ def _within_normal(
 
 
 def _exponential_share(rate: float, u: float) -> float:
-    """How far, from 0 to 1, the share `u` of an exponential density of that rate over [0, 1] goes."""
+    """The quantile `u` of an exponential density of this rate over [0, 1]."""
     if abs(rate) < 1e-9:
         return u
     return -math.log1p(min(u, 1.0 - 2.0**-53) * math.expm1(-rate)) / rate

@@ -1,4 +1,4 @@
-"""The values of nodes in many scenes at once, as arrays with one row a scene."""
+"""Evaluates nodes in many scenes at once, as arrays with one row per scene."""
 
 from __future__ import annotations
 
@@ -40,11 +40,13 @@ if TYPE_CHECKING:
 
 
 _BLOCK = 4
-"""How many words one value of the counter gives."""
+"""Words per value of the counter."""
 
 
 def philox_key(seed: int, key: Key) -> tuple[int, int]:
-    """The two 64-bit words of the generator's key: SHA-256 of `[seed,"section","name","path"]`, its first 16 bytes."""
+    """The two 64-bit words of the generator's key: the first 16 bytes of the SHA-256 of
+    `[seed,"section","name","path"]`.
+    """
     text = json.dumps([seed, key.section, key.name, key.path], ensure_ascii=True, separators=(",", ":"))
     digest = hashlib.sha256(text.encode("ascii")).digest()
     return int.from_bytes(digest[:8], "little"), int.from_bytes(digest[8:16], "little")
@@ -62,13 +64,13 @@ def words(
     """The raw words `first` to `first + count` of a field in some scenes, (B, count).
 
     Args:
-        seed: any integer, or one for each of the scenes.
+        seed: any integer, or one per scene.
         key: the field's.
         scenes: indices of the scenes (B,), in any order.
         first: the first word; component j of a vector has word j.
-        count: how many.
-        lane: 0, or 1 for the second word of each component where a component needs two.
-        tries: which try of placing something it is, one a scene; None: 0.
+        count: number of words.
+        lane: 0, or 1 for the second word if a component needs two.
+        tries: number of the placement try, one per scene; None: 0.
     """
     if scenes.size == 0:
         return np.empty((0, count), dtype=np.uint64)
@@ -82,7 +84,7 @@ def words(
     key_words = np.array(philox_key(seed, key), dtype=np.uint64)
     blocks: list[NDArray[np.uint64]] = []
     for block in range(first_block, last_block + 1):
-        # The generator counts up before it gives its first words: scene i has the counter (i + 1, block, lane, 0).
+        # The generator increments the counter before the first words: scene i has the counter (i + 1, block, lane, 0).
         counter = np.array((lowest, block, lane, 0), dtype=np.uint64)
         stream = np.random.Philox(key=key_words, counter=counter).random_raw(rows * _BLOCK)
         blocks.append(np.asarray(stream, dtype=np.uint64).reshape(rows, _BLOCK))
@@ -99,7 +101,7 @@ def _many_seeds(
     lane: int,
     tries: NDArray[np.int64] | None,
 ) -> NDArray[np.uint64]:
-    """The words of some blocks (B, 4 · blocks), where each scene has a seed or a try of its own."""
+    """The words of some blocks (B, 4 · blocks), if seeds or tries differ between scenes."""
     if isinstance(seed, int):
         keys = np.broadcast_to(np.array(philox_key(seed, key), dtype=np.uint64), (len(scenes), 2))
     else:
@@ -117,28 +119,28 @@ def _many_seeds(
 
 
 def units(raw: NDArray[np.uint64]) -> NDArray[np.float64]:
-    """Numbers in [0, 1) from the upper 53 bits of words."""
+    """Converts words to numbers in [0, 1), from their upper 53 bits."""
     return (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
 def rotation(u: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Quaternions (B, 4) even over all rotations, of numbers (B, 3): K. Shoemake, "Uniform random rotations" (1992)."""
+    """Uniform rotations as quaternions (B, 4), from numbers (B, 3): K. Shoemake, "Uniform random rotations" (1992)."""
     a, b = np.sqrt(1.0 - u[:, 0]), np.sqrt(u[:, 0])
     s, t = _unit_complex(2.0 * math.pi * u[:, 1]), _unit_complex(2.0 * math.pi * u[:, 2])
     return np.stack((b * t.real, a * s.imag, a * s.real, b * t.imag), axis=1)
 
 
 def _unit_complex(angles: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Cosine and sine of each angle, as real and imaginary part: the C library's, both by one call from Python."""
+    """Cosine and sine of each angle, as real and imaginary part, from the C library in one call."""
     return np.fromiter(map(cmath.rect, repeat(1.0), angles.tolist()), dtype=np.complex128, count=angles.size)
 
 
 def choice(u: NDArray[np.float64], count: int, weights: Sequence[float] | None) -> NDArray[np.int64]:
-    """Indices below `count`, each as likely as its weight says."""
+    """Draws indices below `count` in proportion to their weights."""
     if weights is None:
         return np.minimum(np.floor(u * count).astype(np.int64), count - 1)
     reached = np.array(list(accumulate(float(weight) for weight in weights)), dtype=np.float64)
-    # What has no weight is never reached; rounding must not carry a draw past the last that has one.
+    # An index without weight is never drawn; rounding must not carry a draw past the last index with a weight.
     last = max(index for index, weight in enumerate(weights) if weight > 0)
     found = cast("NDArray[np.intp]", np.searchsorted(reached, u * reached[-1], side="right"))
     return np.minimum(found, last).astype(np.int64)
@@ -158,7 +160,7 @@ _LOW, _HALF = np.uint64(0xFFFFFFFF), np.uint64(32)
 
 
 def philox_block(keys: NDArray[np.uint64], counters: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """The words (B, 4) that each key (B, 2) gives for its counter (B, 4), which is not counted up before."""
+    """The words (B, 4) of each key (B, 2) and counter (B, 4). Does not increment the counter."""
     a, b, c, d = (counters[:, i].copy() for i in range(4))
     k0, k1 = keys[:, 0].copy(), keys[:, 1].copy()
     with np.errstate(over="ignore"):
@@ -180,20 +182,20 @@ def _product(x: np.uint64, y: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], N
 
 
 def value_array(data: Any) -> NDArray[Any]:
-    """One value: float64, int64 or bool of its own shape, or an object of shape () for anything else."""
+    """One value: float64, int64 or bool of its shape, or an object of shape () for anything else."""
     whole = row_array([data])
     return whole[0] if whole.ndim > 1 else whole.reshape(())
 
 
 def row_array(items: Sequence[Any]) -> NDArray[Any]:
-    """Several values, one a row; objects where they are not all numbers, or all booleans, of one shape."""
+    """Several values, one per row; objects unless all are numbers, or all booleans, of one shape."""
     if not any(map(_has_text, items)) and len({type(item) is bool for item in items}) <= 1:
         try:
             whole = np.array(items)
         except ValueError:
-            # Rows of several lengths.
+            # Rows of unequal length.
             return object_array(items)
-        # Integers of 64 bits without a sign would lose their highest.
+        # Unsigned 64-bit integers would lose their highest bit.
         if whole.dtype.kind in "bif":
             return to_value_dtype(whole)
     return object_array(items)
@@ -207,7 +209,7 @@ def _kinds(items: Sequence[Any]) -> set[type]:
 
 
 def object_array(items: Sequence[Any]) -> NDArray[Any]:
-    """Several values of any kind, one a row; lists where they were tuples."""
+    """Several values of any kind, one per row; tuples become lists."""
     whole = np.empty(len(items), dtype=object)
     for index, item in enumerate(items):
         whole[index] = as_lists(item)
@@ -215,7 +217,7 @@ def object_array(items: Sequence[Any]) -> NDArray[Any]:
 
 
 def to_value_dtype(array: NDArray[Any]) -> NDArray[Any]:
-    """An array in one of the kinds that values have: float64, int64, bool or object."""
+    """Converts an array to a dtype that values have: float64, int64, bool or object."""
     if array.dtype.kind == "f":
         return array.astype(np.float64, copy=False)
     if array.dtype.kind in "iu":
@@ -224,7 +226,7 @@ def to_value_dtype(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def distinct_rows(rows: NDArray[Any]) -> NDArray[np.intp]:
-    """Where the different rows (B, …) stand first, in order: to the bit, so that 0.0 is not -0.0."""
+    """Indices of the first occurrence of each distinct row (B, …), in order. Compares bits: 0.0 differs from -0.0."""
     if rows.dtype == object or len(rows) < 2 or not rows[0].size:
         return np.arange(len(rows))
     flat = np.ascontiguousarray(rows).reshape(len(rows), -1)
@@ -233,9 +235,10 @@ def distinct_rows(rows: NDArray[Any]) -> NDArray[np.intp]:
 
 
 def merge_rows(size: int, parts: Sequence[tuple[NDArray[np.intp], NDArray[Any]]]) -> NDArray[Any]:
-    """One array of `size` rows from parts, each with the rows where it belongs.
+    """Merges parts into one array of `size` rows. Each part has the indices of its rows.
 
-    Integers stay integers beside floats: which parts there are is the batch's, and a text tells 1 from 1.0.
+    Integers stay integers beside floats: a scene's value must not depend on the batch, and text shows 1 and 1.0
+    differently.
     """
     shapes = {part.shape[1:] for _, part in parts}
     kinds = {part.dtype.kind for _, part in parts}
@@ -252,32 +255,33 @@ def merge_rows(size: int, parts: Sequence[tuple[NDArray[np.intp], NDArray[Any]]]
 
 
 def to_field_rows(rows: NDArray[Any]) -> NDArray[Any]:
-    """Rows (B, …) as a field takes them, to which integers and floats are numbers alike; others as they are."""
+    """Converts rows (B, …) for a field, which treats integers and floats alike; other rows are unchanged."""
     return row_array(rows.tolist()) if rows.dtype == object else rows
 
 
 def _has_text(item: Any) -> bool:
-    """Whether it is a text or a list with one: numpy would make all as wide as the longest."""
+    """Whether an item is or contains a text. NumPy would pad all texts to the longest."""
     return type(item) is str or (type(item) in LISTS and str in set(map(type, item)))
 
 
 class Batch:
-    """Some of the parallel scenes, for which nodes are evaluated.
+    """A selection of the parallel scenes, in which nodes are evaluated.
 
-    What a node gives in a scene follows from the seed, the node and the scene's index, whichever other scenes are in
-    the batch. The shared draws are evaluated when they are first read, and kept.
+    A node's value in a scene depends only on the seed, the node and the scene index, not on the other scenes in the
+    batch.
+    Shared draws are evaluated on first access and cached.
 
     Args:
         scenes: indices of the scenes (B,), at least one, in any order.
-        seed: of every draw, or one for each of the scenes.
-        num_scenes: what `num_scenes` gives in an expression.
-        draws: the shared draws by name; one may read those before it.
-        given: values (N, …) that take the place of draws, row i being scene i's.
-        work: counts what is computed; None: nothing does.
+        seed: of every draw, or one per scene.
+        num_scenes: value of `num_scenes` in expressions.
+        draws: the shared draws by name; each may read earlier ones.
+        given: values (N, …) that replace draws, row i for scene i.
+        work: counts operations; None: no counting.
 
     Attributes:
-        tries: which try of placing something it is (B,); None: 0, as everywhere else.
-        placed: poses (N, 7) of what has a place, row i being scene i's.
+        tries: number of the placement try (B,); None: 0.
+        placed: poses (N, 7) of placements, row i for scene i.
     """
 
     def __init__(
@@ -302,17 +306,17 @@ class Batch:
         self._whole: tuple[Batch, NDArray[np.intp]] | None = None
 
     def evaluate(self, node: Node) -> NDArray[Any]:
-        """The node's values (B, …): float64, int64 or bool, or objects where they are texts, lists or mixed.
+        """The node's values (B, …): float64, int64 or bool, or objects for texts, lists or mixed values.
 
         The array may be read-only.
 
         Raises:
-            DrawError: the node, or what it reads, has no value in one of the scenes.
+            DrawError: the node, or a node that it reads, has no value in one of the scenes.
         """
         return EVALUATORS[type(node)](self, node)
 
     def item(self, item: Any) -> NDArray[Any]:
-        """As `evaluate`, of a plain value too."""
+        """Same as `evaluate`, also for a plain value."""
         if isinstance(item, NODES):
             return self.evaluate(item)
         value = value_array(item)
@@ -322,7 +326,7 @@ class Batch:
         """The values of a shared draw (B, …).
 
         Raises:
-            DrawError: it has none in one of the scenes.
+            DrawError: it has no value in one of the scenes.
         """
         if not self._is_made(name):
             for other in evaluation_order(name, self.draws, self._is_made):
@@ -333,7 +337,7 @@ class Batch:
         return self._shared[name]
 
     def kept(self, name: str) -> NDArray[Any] | None:
-        """The values of a shared draw, if they are there without evaluating anything."""
+        """The cached values of a shared draw, or None."""
         found = self._shared.get(name)
         if found is not None:
             return found
@@ -354,16 +358,16 @@ class Batch:
         try:
             self._shared[name] = self.evaluate(self.draws[name])
         except DrawError as error:
-            # What reads it need not do so in that scene.
+            # Its readers may not need it in that scene.
             self._failed[name] = error
 
     def error(self, message: str, row: int, node: Node, expression: ExpressionError | None = None) -> DrawError:
-        """The error of a node that has no value in a row of the batch."""
+        """The error of a node without a value in a row of the batch."""
         seed = self.seed if isinstance(self.seed, int) else self.seed[row]
         return DrawError(message, int(self.scenes[row]), node, expression, seed)
 
     def only(self, rows: NDArray[np.intp]) -> Batch:
-        """Some rows of the batch as one of their own."""
+        """A batch of some of the rows."""
         chosen: list[int] = rows.tolist()
         seed = self.seed if isinstance(self.seed, int) else tuple(self.seed[row] for row in chosen)
         part = Batch(self.scenes[rows], seed, self.num_scenes, self.draws, self.given, self.work)
@@ -372,11 +376,11 @@ class Batch:
         return part
 
     def tried(self, rows: NDArray[np.intp], tries: NDArray[np.int64]) -> RetryBatch:
-        """Some rows of the batch, each in a try of placing something. One row may stand there several times."""
+        """A batch of some of the rows, each in a placement try. Rows may repeat."""
         return RetryBatch(self.only(rows), tries)
 
     def selected(self, items: Sequence[Any], index: NDArray[np.int64]) -> NDArray[Any]:
-        """Of several items the one with the index (B,) in each scene; the others are not evaluated there."""
+        """For each scene, the item at its index (B,). An item is evaluated only in the scenes that use it."""
         if not any(isinstance(item, NODES) for item in items):
             return row_array(items)[index]
         parts: list[tuple[NDArray[np.intp], NDArray[Any]]] = []
@@ -387,11 +391,11 @@ class Batch:
 
 
 class RetryBatch(Batch):
-    """As `Batch`, in which each row is a try of its own. Shared draws are those of the scene, whatever the try.
+    """A batch in which each row is a separate try. Shared draws do not depend on the try.
 
     Args:
-        scenes: the scenes of the rows; one may stand there several times.
-        tries: which try of each row (B,).
+        scenes: the scenes of the rows, possibly repeated.
+        tries: try number of each row (B,).
     """
 
     def __init__(self, scenes: Batch, tries: NDArray[np.int64]) -> None:
@@ -400,11 +404,11 @@ class RetryBatch(Batch):
         self._untried = scenes
 
     def shared(self, name: str) -> NDArray[Any]:
-        """As of the scenes."""
+        """The values of a shared draw (B, …), the same in every try."""
         return self._untried.shared(name)
 
     def only(self, rows: NDArray[np.intp]) -> RetryBatch:
-        """As of a batch."""
+        """A batch of some of the rows."""
         assert self.tries is not None
         return RetryBatch(self._untried.only(rows), self.tries[rows])
 
@@ -426,18 +430,18 @@ def _stacked(batch: Batch, node: nodes.Stacked) -> NDArray[Any]:
 
 
 def _bound_mismatch(node: nodes.Drawn) -> str:
-    """What is said of a bound of another kind or size than what is drawn."""
+    """Message for a bound whose kind or size does not match the drawn value."""
     return f"a bound is not a number or a list of {node.shape[0]} numbers" if node.shape else "a bound is not a number"
 
 
 def _choice_index(batch: Batch, node: nodes.Chosen) -> NDArray[np.int64]:
-    """The index of the item that is chosen (B,)."""
+    """The index of the chosen item (B,)."""
     u = _units(batch, node, node.word, 1)[:, 0]
     return choice(u, len(node.items), node.weights)
 
 
 def _shuffled(batch: Batch, node: nodes.Shuffled) -> NDArray[Any]:
-    """The items by ascending numbers of their words (B, n), the rest behind them."""
+    """The items in ascending order of their words (B, n), then the rest."""
     count = len(node.items)
     places = np.argsort(_units(batch, node, node.word, count), axis=1, kind="stable")
     items = row_array([(*node.items, *node.rest)])
@@ -449,7 +453,7 @@ def _shuffled(batch: Batch, node: nodes.Shuffled) -> NDArray[Any]:
 
 
 def _drawn(batch: Batch, node: nodes.Drawn) -> NDArray[Any]:
-    """Numbers (B, *shape)."""
+    """Drawn numbers (B, *shape)."""
     operands = _draw_operands(batch, node)
 
     def units(lane: int) -> Floats:
@@ -460,11 +464,7 @@ def _drawn(batch: Batch, node: nodes.Drawn) -> NDArray[Any]:
 
 
 def _draw_operands(batch: Batch, node: nodes.Drawn) -> list[Floats]:
-    """The operands of a draw, each (B, n).
-
-    Raises:
-        DrawError: they are none in one of the scenes.
-    """
+    """The operands of a draw, each (B, n). Raises a DrawError if they are invalid in one of the scenes."""
     count = node.shape[0] if node.shape else 1
     found = [_bound(batch, node, item, count) for item in node.operands]
     for condition in node.distribution.holding(len(found)):
@@ -494,7 +494,7 @@ def _units(
 
 
 def _bound(batch: Batch, node: nodes.Drawn, item: Any, count: int) -> NDArray[np.float64]:
-    """A bound (B, count), the same for every component where it is one number."""
+    """A bound (B, count). A single number is repeated for every component."""
     values = to_field_rows(batch.item(item))
     shapes = {(len(batch.scenes),), (len(batch.scenes), count)} if node.shape else {(len(batch.scenes),)}
     if values.dtype.kind not in "if" or values.shape not in shapes:
@@ -502,7 +502,7 @@ def _bound(batch: Batch, node: nodes.Drawn, item: Any, count: int) -> NDArray[np
         raise batch.error(_bound_mismatch(node), 0 if all(fits) else fits.index(False), node)
     bound = values.astype(np.float64, copy=False)
     bound = bound[:, None] if bound.ndim == 1 else bound
-    # A range of half the largest number is no range that anything in a scene has.
+    # No quantity of a scene needs a range of half the largest number.
     _refuse(batch, node, ~(np.abs(bound) < 1e300), "a bound is beyond 1e300")
     return np.broadcast_to(bound, (len(batch.scenes), count))
 
@@ -511,10 +511,10 @@ _INT64 = 2**63
 
 
 def _computed(batch: Batch, node: nodes.Computed) -> NDArray[Any]:
-    """What the expression gives in each scene (B, *shape)."""
+    """The value of an expression in each scene (B, *shape)."""
     template, draws = node.template, node.draws_by_name
     names = sorted(template.names - {"num_scenes"})
-    # As Python's own numbers and lists.
+    # Converted to Python numbers and lists.
     inputs = [(batch.scenes if name == "scene" else batch.shared(draws[name])).tolist() for name in names]
     environment: dict[str, Any] = {"num_scenes": batch.num_scenes, **dict(template.constants)}
     run = template.run
@@ -523,7 +523,7 @@ def _computed(batch: Batch, node: nodes.Computed) -> NDArray[Any]:
     if work is not None:
         work.take(expression_cost(template.text, len(batch.scenes) if inputs else 1), node)
     try:
-        # What reads no draw is the same in every scene.
+        # Without inputs, it is the same in every scene.
         for values in zip(*inputs, strict=True) if inputs else [()]:
             environment.update(zip(names, values, strict=True))
             result = run(environment)
@@ -538,7 +538,7 @@ def _computed(batch: Batch, node: nodes.Computed) -> NDArray[Any]:
 
 def _result_rows(batch: Batch, node: nodes.Computed, results: list[Any]) -> NDArray[Any]:
     if node.shape is None:
-        # A text tells 1 from 1.0, and what a scene has must not depend on what others have.
+        # Text shows 1 and 1.0 differently, and a scene's value must not depend on other scenes.
         return row_array(results) if len(_kinds(results)) <= 1 else object_array(results)
     if node.shape == ():
         for row, result in enumerate(results):
@@ -555,7 +555,7 @@ def _result_rows(batch: Batch, node: nodes.Computed, results: list[Any]) -> NDAr
 
 
 def _converted(batch: Batch, node: nodes.Converted) -> NDArray[Any]:
-    """Rows (B, …) as the field has them."""
+    """Rows (B, …) in the format of the field."""
     convert, shape = CONVERSIONS[node.to]
     rows = batch.item(node.of).tolist()
     made = [convert(row) for row in rows]
@@ -607,12 +607,12 @@ def _pointing(batch: Batch, node: nodes.Pointing) -> Floats:
 
 
 def _parts(batch: Batch, node: Node) -> list[Floats]:
-    """The values (B, …) of the fields of a node that has a signature."""
+    """The values (B, …) of the fields of a node with a signature."""
     return [_numbers(batch, node, getattr(node, name), shape) for name, shape in shaped_fields(node)]
 
 
 def _numbers(batch: Batch, node: Node, item: Any, shape: tuple[int, ...] | None = None) -> Floats:
-    """An item's values (B, *shape) as float64; of any shape where none is given."""
+    """An item's values (B, *shape) as float64; any shape if None."""
     values = to_field_rows(batch.item(item))
     shape = values.shape[1:] if shape is None else shape
     if values.dtype.kind not in "if" or values.shape[1:] != shape:
@@ -628,11 +628,7 @@ def _refuse(batch: Batch, node: Node, wrong: NDArray[np.bool_], message: str) ->
 
 
 def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
-    """The numbers (B,) of a node.
-
-    Raises:
-        DrawError: what it is made of are no numbers, or too few.
-    """
+    """The numbers (B,) of a node. Raises a DrawError if its parts are not numbers, or too few."""
     rows = batch.item(node.of)
     is_single = node.index < 0
     if rows.dtype.kind not in "fi" or rows.ndim != (1 if is_single else 2):
@@ -672,7 +668,7 @@ EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
     nodes.FromMatrix: _from_matrix,
     nodes.Looking: _looking,
     nodes.Pointing: _pointing,
-    # As `math.radians` has them.
+    # Same rounding as `math.radians`.
     nodes.Radians: lambda batch, node: _numbers(batch, node, node.degrees) * (math.pi / 180.0),
     nodes.AffineClamp: _affine_clamp,
     nodes.Placed: _placed,

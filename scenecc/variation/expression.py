@@ -1,8 +1,8 @@
 """Expressions: tokens are checked, Python's `ast` parses, and its nodes become closures.
 
-Python's parser takes more than an expression may hold, warns about what it dislikes, and can run out of memory or
-stack on hostile text. So only short, shallow text made of known tokens reaches it. No code is compiled or
-evaluated: a closure does one operation on what its parts give.
+Python's parser accepts more than an expression may contain, warns about valid text, and can run out of memory or stack
+on hostile text. So it only gets short, shallow text made of known tokens. Python code is never compiled or executed: a
+closure applies one operation to the results of its operands.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from scenecc.variation import operations
 from scenecc.variation.operations import FUNCTIONS, MAX_ARGUMENTS, NUMBERS, ExpressionError, Span
 
 MAX_CHARACTERS = 1000
-"""How long an expression may be [characters]."""
+"""Longest expression, in characters."""
 
 MAX_BRACKET_DEPTH = 30
-"""How many brackets may stand within one another."""
+"""Deepest nesting of brackets."""
 
 _TOKEN = re.compile(
     r"""(?P<space>[ \t\r\n]+)
@@ -60,10 +60,10 @@ _REASONS = {
 
 
 def find_end(text: str, start: int) -> int:
-    """Where the `}` stands that ends the expression whose first character is at `start`.
+    """The position of the `}` that ends the expression whose first character is at `start`.
 
     Raises:
-        ExpressionError: there is none, or something that no expression holds comes before it.
+        ExpressionError: there is no `}`, or an invalid token before it.
     """
     limit = min(len(text), start + MAX_CHARACTERS + 1)
     opened: list[tuple[str, int]] = []
@@ -92,7 +92,7 @@ def find_end(text: str, start: int) -> int:
                 return at
             case _:
                 pass
-        # Two strings with a space between them are still side by side.
+        # Two strings separated by a space are still adjacent.
         before = before if kind == "space" and before == "string" else kind
         at = found.end()
     raise _endless(text, start, limit)
@@ -131,7 +131,7 @@ def _endless(text: str, start: int, limit: int) -> ExpressionError:
 
 
 MAX_DEPTH = 100
-"""How deep operations may stand within one another."""
+"""Deepest nesting of operations."""
 
 CONSTANTS: dict[str, Any] = {"pi": math.pi, "true": True, "false": False}
 
@@ -146,11 +146,10 @@ OBSERVATIONS: dict[str, tuple[str, ...]] = {
     "touching": ("a", "b"),
     "qpos": ("name", "joint"),
 }
-"""What a simulation shows, and the arguments of each, which are strings."""
+"""Quantities of a simulation, and the arguments of each, which are strings."""
 
 _BOUND_CALLS: dict[str, tuple[str, ...]] = {MESH_BOUNDS: ("path",), **OBSERVATIONS}
-"""Functions of which an expression knows no more than the name. They are functions only where `(` follows: a parameter
-may have such a name."""
+"""Functions whose value is supplied from outside. Before `(` only, since a parameter may have the same name."""
 
 _FUNCTION_SYNONYMS: dict[str, str] = {
     **dict.fromkeys(("joint", "joint_position", "joint_pos"), "qpos"),
@@ -159,10 +158,10 @@ _FUNCTION_SYNONYMS: dict[str, str] = {
     **dict.fromkeys(("contact", "contacts", "collides", "in_contact"), "touching"),
     **dict.fromkeys(("pose", "pos", "xyz"), "position"),
 }
-"""What other tools call a function → its name here."""
+"""Function name in other tools → name here."""
 
 RESERVED_NAMES = frozenset((*FUNCTIONS, *CONSTANTS, *_WORDS, "scene", "num_scenes"))
-"""What parameters, loop variables and draws may not be called, beside Python's keywords."""
+"""Names that parameters, loop variables and draws cannot have, besides Python's keywords."""
 
 Environment = Mapping[str, Any]
 Closure = Callable[[Environment], Any]
@@ -170,7 +169,7 @@ Closure = Callable[[Environment], Any]
 
 @frozen
 class BoundCall:
-    """A call whose value is bound as that of a name is, so that an expression opens no file and knows no engine.
+    """A call whose value is supplied like that of a name, so that an expression needs no files and no engine.
 
     Attributes:
         function: one of `OBSERVATIONS`, or `MESH_BOUNDS`.
@@ -183,14 +182,14 @@ class BoundCall:
 
 @frozen
 class Expression:
-    """One expression, read.
+    """A parsed expression.
 
     Attributes:
-        tree: of the nodes that are allowed; a node's place is `span(node)`.
-        run: its value, from those of its names.
-        places: where each name stands first.
+        tree: of the allowed nodes; `span(node)` gives a node's position.
+        run: computes its value from those of its names.
+        places: first position of each name.
         span: (start, end) of a node in the scalar's text.
-        calls: the bound calls that it reads, by the name that each is to it (`bound_name`).
+        calls: its bound calls, by `bound_name`.
     """
 
     tree: ast.expr
@@ -201,18 +200,18 @@ class Expression:
 
 
 def parse_expression(text: str, start: int, end: int) -> Expression:
-    """Reads the expression that stands in a scalar's text between two characters.
+    """Parses the expression between two positions of a scalar's text.
 
-    Its tokens are known to be sound (`find_end`).
+    `find_end` must have checked its tokens.
 
     Raises:
-        ExpressionError: it is none.
+        ExpressionError: it is invalid.
     """
     source = text[start:end].translate({ord(space): " " for space in "\t\r\n"})
     if not source.strip():
         raise ExpressionError("the expression is empty", start - 2, end + 1)
     try:
-        # The parentheses let it begin with a space.
+        # The parentheses allow a leading space.
         tree = ast.parse(f"({source})", mode="eval").body
     except SyntaxError as error:
         at = min(max(start + (error.offset or 2) - 2, start), end)
@@ -225,12 +224,12 @@ def parse_expression(text: str, start: int, end: int) -> Expression:
 
 
 def bound_name(node: ast.Call) -> str:
-    """The name that a bound call is to an expression, however it is spaced and quoted."""
+    """The name of a bound call in an expression, independent of spaces and quotes."""
     return ast.unparse(node)
 
 
 class _Compiler:
-    """Turns the nodes of one expression into closures."""
+    """Compiles the nodes of one expression to closures."""
 
     def __init__(self, source: str, start: int) -> None:
         self.places: dict[str, Span] = {}
@@ -239,20 +238,20 @@ class _Compiler:
         self._start = start
 
     def expression(self, tree: ast.expr, run: Closure) -> Expression:
-        """What was compiled."""
+        """The compiled expression."""
         return Expression(tree, run, self.places, self.span, self._calls)
 
     def span(self, node: ast.expr) -> Span:
-        # Python counts bytes, from the parenthesis on.
+        # Python counts bytes, including the added parenthesis.
         first, last = node.col_offset - 1, (node.end_col_offset or node.col_offset) - 1
         if not self._source.isascii():
             coded = self._source.encode()
             first, last = len(coded[:first].decode()), len(coded[:last].decode())
-        # A tuple without parentheses of its own would take ours.
+        # A tuple without its own parentheses would include the added ones.
         return self._start + max(first, 0), self._start + min(last, len(self._source))
 
     def closure(self, node: ast.expr, depth: int) -> Closure:
-        """What gives the node's value."""
+        """Makes a closure that computes the node's value."""
         if depth > MAX_DEPTH:
             raise _too_deep(*self.span(node))
         compiled = _NODES.get(type(node))
@@ -290,7 +289,7 @@ class _Compiler:
         return lambda environment: apply(part(environment), span)
 
     def logical(self, node: ast.BoolOp, depth: int) -> Closure:
-        """The first operand that is true (`or`) or false (`and`), else the last; those behind it are not evaluated."""
+        """The first operand that is true (`or`) or false (`and`), else the last. Later operands are not evaluated."""
         parts = [(self.closure(value, depth), self.span(value)) for value in node.values]
         until = isinstance(node.op, ast.Or)
 
@@ -305,7 +304,7 @@ class _Compiler:
         return run
 
     def compared(self, node: ast.Compare, depth: int) -> Closure:
-        """A chain of comparisons, `a < b < c`; operands behind the first that is false are not evaluated."""
+        """A chain of comparisons, `a < b < c`. Operands after the first false one are not evaluated."""
         others = [self.closure(other, depth) for other in node.comparators]
         first, span = self.closure(node.left, depth), self.span(node)
         steps = list(zip([operations.COMPARISONS[type(op).__name__] for op in node.ops], others, strict=True))
@@ -331,7 +330,7 @@ class _Compiler:
         return lambda environment: operations.item_at(values(environment), index(environment), span)
 
     def name(self, node: ast.Name, _: int) -> Closure:
-        """A constant, or what is looked up when the expression is evaluated; `places` then has where it is read."""
+        """A constant, or a name that is looked up at evaluation. Records its position in `places`."""
         name, span = node.id, self.span(node)
         if name in CONSTANTS:
             value = CONSTANTS[name]
@@ -344,7 +343,7 @@ class _Compiler:
         self.places.setdefault(name, span)
 
         def run(environment: Environment) -> Any:
-            """What the name means there."""
+            """Looks up the name."""
             try:
                 return environment[name]
             except KeyError:
@@ -353,7 +352,7 @@ class _Compiler:
         return run
 
     def call(self, node: ast.Call, depth: int) -> Closure:
-        """A call of one of `FUNCTIONS`, by its name and with as many arguments as it takes."""
+        """A call of one of `FUNCTIONS`. Checks the number of arguments."""
         func, span = node.func, self.span(node)
         if not isinstance(func, ast.Name):
             raise ExpressionError("only functions can be called", *self.span(func))
@@ -413,12 +412,12 @@ _NODES: dict[type[ast.AST], Callable[[_Compiler, Any, int], Closure]] = {
     ast.Subscript: _Compiler.indexed,
     ast.Call: _Compiler.call,
 }
-"""What an expression may hold; the tokens have kept out comparisons by `in` and `is`."""
+"""Node types that an expression may contain. The token check has excluded comparisons by `in` and `is`."""
 
 
 _QUICK: dict[str, Callable[[float, float], float]] = {"Add": operator.add, "Sub": operator.sub, "Mult": operator.mul}
 _QUICK_BOUND = 1e70
-"""Below this a result needs no second look, whatever its type."""
+"""Results below this need no further check, whatever their type."""
 
 
 def _binary(name: str, left: Closure, right: Closure, span: Span) -> Closure:
@@ -428,7 +427,7 @@ def _binary(name: str, left: Closure, right: Closure, span: Span) -> Closure:
     quick = _QUICK[name]
 
     def run(environment: Environment) -> Any:
-        """The result at once where both are plain numbers and it is of no great size; else the operation checks."""
+        """Returns the result directly for plain numbers of moderate size; otherwise the operation checks."""
         a, b = left(environment), right(environment)
         if type(a) in NUMBERS and type(b) in NUMBERS:
             try:

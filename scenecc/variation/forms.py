@@ -1,6 +1,6 @@
-"""Replacements of a value in a scene file: forms of variation, and templates with expressions.
+"""What a scene file can have in place of a value: forms of variation, and templates with expressions.
 
-Items, bounds and components are plain values, or forms or templates themselves.
+Items, bounds and components are plain values, forms or templates.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ MISSING: Final = Missing.MISSING
 
 @frozen
 class PerScene:
-    """`per_scene: [a, b]`: one value for each scene that the entity is in, by ascending index."""
+    """`per_scene: [a, b]`: one value for each scene of the entity, by ascending index."""
 
     items: tuple[Any, ...]
 
 
 @frozen
 class SceneMap:
-    """`per_scene: {0: a, 3: b, default: c}`: (scene index, value), in the order written, each index once."""
+    """`per_scene: {0: a, 3: b, default: c}`: (scene index, value), in written order, each index once."""
 
     items: tuple[tuple[int, Any], ...]
     default: Any = MISSING
@@ -50,7 +50,7 @@ class Cycle:
 
 @frozen
 class Choice:
-    """`choice: [a, b], weights: [1, 2]`: one of them, drawn; all alike likely without weights."""
+    """`choice: [a, b], weights: [1, 2]`: one of them, drawn; equally likely without weights."""
 
     items: tuple[Any, ...]
     weights: tuple[float, ...] | None = None
@@ -58,7 +58,7 @@ class Choice:
 
 @frozen
 class Once:
-    """`once: FORM`: as the form gives it when the scenes are built; a reset never draws it anew."""
+    """`once: FORM`: the value of the form when the scenes are built. A reset keeps it."""
 
     form: Any
 
@@ -72,11 +72,11 @@ class Shuffle:
 
 @frozen
 class DrawForm:
-    """Numbers that a distribution draws: `uniform: [low, high]` and its like.
+    """Numbers drawn from a distribution, such as `uniform: [low, high]`.
 
     Attributes:
         kind: the form's key, one of `DISTRIBUTIONS`.
-        operands: the numbers of its list, and the edges of the key beside it, where that is there.
+        operands: the numbers of its list, then those of the companion key if present.
     """
 
     kind: str
@@ -85,31 +85,32 @@ class DrawForm:
 
 @frozen
 class RandomRotation:
-    """`q: uniform`: drawn, even over all rotations."""
+    """`q: uniform`: drawn uniformly over all rotations."""
 
 
 @frozen
 class Vector:
-    """A list some of whose components vary."""
+    """A list with varying components."""
 
     items: tuple[Any, ...]
 
 
 LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle, "choice": Choice, "shuffle": Shuffle}
-"""Keys of the forms that list the values of which each scene has one, or all in an order of its own. (`per_scene` may
-be a map, too: `SceneMap`.)"""
+"""Keys of the forms that list the values, from which each scene gets one, or all in its own order. (`per_scene`
+may also be a map: `SceneMap`.)
+"""
 
 ONCE: Final = "once"
 
 FORM_KEYS: Final = frozenset((*LIST_FORMS, *DISTRIBUTIONS, ONCE))
-"""Keys of the mappings that give another value in each scene; others stand beside some of them."""
+"""Keys of the mappings that give a different value in each scene, without companion keys."""
 
 SELECTORS: Final = frozenset((PerScene, SceneMap, Cycle, Choice, Once))
-"""The forms that pick one of several items, which may be anything; of `Once` there is one item."""
+"""The forms that select one of several items of any type. `Once` has one item."""
 
 
 def alternatives(selector: Any) -> list[tuple[tuple[str | int, ...], Any]]:
-    """What one of `SELECTORS` picks from, each with the steps that lead to it."""
+    """The items of a selector, each with the steps that lead to it."""
     if isinstance(selector, SceneMap):
         found: list[tuple[tuple[str | int, ...], Any]] = [(("per_scene", str(at)), one) for at, one in selector.items]
         return found if selector.default is MISSING else [*found, (("per_scene", "default"), selector.default)]
@@ -120,7 +121,7 @@ def alternatives(selector: Any) -> list[tuple[tuple[str | int, ...], Any]]:
 
 
 def alternative_values(given: Any) -> Iterator[Any]:
-    """All that a value may be once its selectors have picked, and these within them; itself if it is none."""
+    """All possible values behind nested selectors; the value itself if it is not a selector."""
     if given.__class__ not in SELECTORS:
         yield given
         return
@@ -132,15 +133,15 @@ Form = PerScene | SceneMap | Cycle | Choice | Shuffle | Once | DrawForm | Random
 
 
 class Template:
-    """A scalar with expressions, some of whose names may have their values already. Nothing of it can be changed.
+    """A scalar with expressions. Some of its names may already have values. Immutable.
 
     Attributes:
         text: the scalar's, as written.
-        constants: the names that have values, sorted, with them; lists are never tuples, as JSON has them.
-        names: those that still have none; `scene` and `num_scenes` count as names, what a simulation shows does not.
-        scope: in which its names mean something; None: in that of the object that has it.
+        constants: names with values, sorted; lists are never tuples, as in JSON.
+        names: names without values, including `scene` and `num_scenes`, but not quantities of a simulation.
+        scope: of its names; None: that of the object.
 
-    Two are equal if their texts, scopes and constants are, by type and to the bit.
+    Two templates are equal if their texts, scopes and constants are, by type and bit by bit.
     """
 
     __slots__ = ("_parsed", "constants", "names", "scope", "text")
@@ -163,15 +164,15 @@ class Template:
 
     @staticmethod
     def parse(text: str) -> Template:
-        """The template of a scalar's text; what was read once is not read again.
+        """Parses the template of a scalar's text. Results are cached.
 
         Raises:
-            ExpressionError: an expression in it cannot be read.
+            ExpressionError: an expression in it is invalid.
         """
         return _template(text)
 
     def bind(self, environment: Mapping[str, Any]) -> Any:
-        """The template with values for the names that the environment has, or its value where it has all.
+        """Sets the names that the environment has. Returns the value if no name is left, otherwise a template.
 
         Raises:
             ExpressionError: it has no value.
@@ -183,14 +184,14 @@ class Template:
         return Template(self.text, {**environment, **dict(self.constants)}, self.scope)
 
     def within(self, scope: str | None, text: str | None = None) -> Template:
-        """The same, whose names mean something in a scope. `text`: one that reads the same names, in its place."""
+        """The same template with another scope. `text`: a replacement that reads the same names."""
         return Template(self.text if text is None else text, dict(self.constants), scope)
 
     def evaluate(self, environment: Mapping[str, Any]) -> Any:
-        """The value: of its own type where the scalar is one expression, otherwise a string.
+        """The value: of its own type if the scalar is a single expression, otherwise a string.
 
         Raises:
-            ExpressionError: it has none, or a name is unknown.
+            ExpressionError: it has no value, or a name is unknown.
         """
         if self.constants:
             environment = {**environment, **dict(self.constants)}
@@ -198,7 +199,7 @@ class Template:
 
     @property
     def run(self) -> Closure:
-        """As `evaluate`, of an environment that holds the constants too: for many values of one template."""
+        """Evaluates an environment that includes the constants. Faster for many values of one template."""
         parts = self._parsed.parts
         if len(parts) == 1 and isinstance(parts[0], Expression):
             return parts[0].run
@@ -210,16 +211,16 @@ class Template:
 
     @property
     def meshes(self) -> Mapping[str, Expression]:
-        """The paths of meshes whose bounds it reads, by the name that each `bounds(PATH)` is."""
+        """The mesh paths of its `bounds(PATH)` calls, by the name of the call."""
         return self._parsed.meshes
 
     @property
     def observations(self) -> Mapping[str, tuple[str, ...]]:
-        """What it reads of a simulation: name of each call → function and arguments."""
+        """The quantities of a simulation that it reads: name of each call → function and arguments."""
         return self._parsed.observations
 
     def place(self, name: str) -> tuple[int, int]:
-        """Where a name that it reads stands first: (start, end) in the text."""
+        """The first position of a name: (start, end) in the text."""
         for part in (*self.expressions(), *self.meshes.values()):
             if isinstance(part, Expression) and name in part.places:
                 return part.places[name]
@@ -246,15 +247,15 @@ class Template:
 Varying = Form | Template
 
 MAX_EXPRESSIONS = 1000
-"""How many `${…}` one scalar may hold."""
+"""Most `${…}` in one scalar."""
 
 MAX_FILLED_CHARACTERS = 100_000
-"""How many characters the values of one scalar's expressions may come to."""
+"""Longest text of one scalar after evaluation, in characters."""
 
 
 @frozen
 class _Parsed:
-    """The literal texts and expressions of a scalar, in order, with all that they read; fields as of `Template`."""
+    """The literal texts and expressions of a scalar, in order, with their names; fields as in `Template`."""
 
     parts: tuple[str | Expression, ...]
     names: frozenset[str]

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 class DrawType(NamedTuple):
-    """What a shared draw gives in a scene, as its file declares it.
+    """The declared type of a shared draw in a scene.
 
     Attributes:
-        kind: numbers, integers, flags or texts; None where that is not known, or not the same in every scene.
-        shape: of the value in one scene; None likewise.
+        kind: numbers, integers, flags or texts; None if unknown, or if it varies by scene.
+        shape: of the value in one scene; None if unknown, or if it varies by scene.
     """
 
     kind: str | None = None
@@ -27,19 +27,19 @@ class DrawType(NamedTuple):
 
 
 class InjectedDrawError(ValueError):
-    """An array that cannot take the place of a draw; the message goes on after the array's name."""
+    """An array cannot replace a draw. The message continues after the array's name."""
 
     hint: str | None = None
 
 
 class InjectedShapeError(InjectedDrawError):
-    """One of another shape."""
+    """An array has the wrong shape."""
 
     hint = "one row for each scene"
 
 
 def draw_type(node: Node, found: ValueBounds) -> DrawType:
-    """The declared type of a draw. `found`: its bounds, from which the type of most expressions follows too."""
+    """The declared type of a draw. `found`: its bounds, which give the type of most expressions."""
     if _draws_integers(node):
         assert isinstance(node, Drawn | Stacked)
         return DrawType("integers", node.shape if isinstance(node, Drawn) else (len(node.items),))
@@ -52,15 +52,15 @@ def draw_type(node: Node, found: ValueBounds) -> DrawType:
 
 
 def convert_injected(rows: ArrayLike, wanted: DrawType, count: int) -> NDArray[Any]:
-    """An array that a user gives, one row a scene: float64, int64, bool or texts.
+    """Converts an array from the user with one row per scene to float64, int64, bool or texts.
 
     Args:
         rows: as given.
-        wanted: what the draw is declared to be. Its range is not asked for: an array is there for what no form draws.
+        wanted: declared type of the draw. Its range is not checked, since an array may have values that no form draws.
         count: of scenes.
 
     Raises:
-        InjectedDrawError: it is none, or not of that kind and shape.
+        InjectedDrawError: it is not an array, or not of that kind and shape.
     """
     data = _array(rows)
     if wanted.shape is None:
@@ -77,7 +77,7 @@ def convert_injected(rows: ArrayLike, wanted: DrawType, count: int) -> NDArray[A
         return _integers(data)
     if wanted.kind not in {None, kind}:
         raise InjectedDrawError(f"must be of {wanted.kind}, as the file declares, not of {kind}")
-    # A draw of numbers gives floats, and a text that reads it tells 1 from 1.0.
+    # A draw of numbers gives floats, and text shows 1 and 1.0 differently.
     return data.astype(np.float64) if wanted.kind == "numbers" else data
 
 
@@ -87,11 +87,11 @@ _KINDS: dict[str, str] = {"b": "flags", "i": "numbers", "u": "numbers", "f": "nu
 def _array(rows: ArrayLike) -> NDArray[Any]:
     try:
         if isinstance(rows, np.ma.MaskedArray):
-            # What is masked is not given, whatever number stands there.
+            # Masked values are missing, whatever number they hold.
             masked: Any = rows  # pyright: ignore[reportUnknownVariableType] - of any kind
             rows = masked.astype(np.float64).filled(np.nan)
         data = np.asarray(rows)
-        # Columns of a table are often objects, whatever they hold.
+        # Columns of a table often have the dtype object, whatever they contain.
         return np.asarray(data.tolist()) if data.dtype == object else data
     except ValueError as error:
         raise InjectedShapeError("must have rows of one length") from error

@@ -1,4 +1,4 @@
-"""The values that a node can have: exact for plain forms, from 256 samples for expressions."""
+"""Bounds of a node's values: exact for plain forms, from 256 samples for expressions."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ if TYPE_CHECKING:
     from scenecc.variation.samples import SampleBatch
 
 MAX_INTEGERS = 64
-"""Integers of one draw that are listed one by one."""
+"""Most integers of one draw that are listed as alternatives."""
 
 
 class BoundsAnalysis:
-    """Finds the bounds of nodes in some scenes, those of each shared draw once.
+    """Finds the bounds of nodes in some scenes. Bounds of shared draws are cached.
 
     Args:
         draws: the shared draws by name.
         given: values (num_scenes, …) that replace draws.
         num_scenes: of the document.
-        scenes: indices of the scenes that count; None: all.
+        scenes: indices of the scenes; None: all.
         work: counts the operations of sampling.
     """
 
@@ -57,7 +57,7 @@ class BoundsAnalysis:
         self._shared: dict[str, ValueBounds] = {}
 
     def bounds(self, node: Node) -> ValueBounds:
-        """The values that a node can have."""
+        """The bounds of a node's values."""
         return NODE_BOUNDS[node.__class__](self, node)
 
     @cached_property
@@ -68,14 +68,14 @@ class BoundsAnalysis:
         return SampleBatch(self.scenes, self._num_scenes, self._draws, self._given, self._work)
 
     def sampled(self, node: Node) -> ValueBounds:
-        """The bounds of a node's samples; unknown where it has no value in one of them."""
+        """The bounds of a node's samples; unknown if a sample has no value."""
         try:
             return ValueBounds.of_samples(self.samples.evaluate(node))
         except DrawError:
             return UNKNOWN
 
     def item(self, item: Any) -> ValueBounds:
-        """As `bounds`, of a plain value too."""
+        """Same as `bounds`, also for a plain value."""
         return self.bounds(item) if item.__class__ in NODE_TYPES else ValueBounds.of((item,))
 
     def shared(self, name: str) -> ValueBounds:
@@ -91,7 +91,7 @@ class BoundsAnalysis:
         return name in self._shared
 
     def any_of(self, items: tuple[Any, ...]) -> ValueBounds:
-        """Of items of which each scene has one."""
+        """Bounds over items, one of which each scene has."""
         if any(item.__class__ in NODE_TYPES for item in items):
             return union_bounds(map(self.item, items))
         return ValueBounds.of(items)
@@ -103,7 +103,7 @@ _ANY_ROTATION = ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=True)
 def _drawn(analysis: BoundsAnalysis, node: nodes.Drawn) -> ValueBounds:
     drawn = node.distribution
     if drawn.between is not None and not drawn.whole:
-        # Of most draws both bounds are plain: this is what the rest makes of them, sooner.
+        # Shortcut for the common case of two plain bounds.
         low, high = (_plain_bound(node.operands[i], node.shape) for i in drawn.between)
         if low is not None and high is not None and low != high:
             return ValueBounds(None, low, high, exact=True)
@@ -137,7 +137,7 @@ def _shuffled(_: BoundsAnalysis, node: nodes.Shuffled) -> ValueBounds:
 def _stacked(analysis: BoundsAnalysis, node: nodes.Stacked) -> ValueBounds:
     first, *others = node.items
     if others and all(item is first for item in others):
-        # One draw for every component.
+        # One bound serves every component.
         found, count = analysis.item(first), len(node.items)
         return combined_bounds([found], lambda parts: parts * count)
     if not _are_independent(node.items):
@@ -146,7 +146,7 @@ def _stacked(analysis: BoundsAnalysis, node: nodes.Stacked) -> ValueBounds:
 
 
 def _are_independent(items: Sequence[Any]) -> bool:
-    """Whether any values of several items can come together: no two of them read the scene or a shared draw."""
+    """Whether the values of items are independent: at most one reads the scene or a shared draw."""
     return sum(map(_reads_context, items)) < 2
 
 
@@ -196,7 +196,7 @@ def _composed(analysis: BoundsAnalysis, node: nodes.Composed) -> ValueBounds:
 
 
 def _translated(poses: tuple[Any, ...]) -> Any:
-    """The inner of two poses, of which the outer is not turned, in the frame of the outer."""
+    """Composes two poses, the outer one without rotation."""
     outer, inner = poses
     return (*(a + b for a, b in zip(outer[:3], inner[:3], strict=True)), *inner[3:])
 
@@ -206,7 +206,7 @@ def _computed(analysis: BoundsAnalysis, node: nodes.Computed) -> ValueBounds:
     draw = node.draws_by_name.get(name)
     if draw is None:
         return analysis.sampled(node)
-    # Of a draw by its name the ends are known. They are not exact, since other values may read the same draw.
+    # The bounds of a named draw are known. They are not exact, since other values may read the same draw.
     found = analysis.shared(draw)
     return replace(found if node.shape is None else _shaped(found, node.shape), exact=False)
 
@@ -230,12 +230,12 @@ def _clamped(parts: tuple[float, ...]) -> float:
 
 
 def _parts(analysis: BoundsAnalysis, node: Node) -> list[ValueBounds]:
-    """The bounds of the fields of a node that has a signature."""
+    """The bounds of the fields of a node with a signature."""
     return [_shaped(analysis.item(getattr(node, name)), shape) for name, shape in shaped_fields(node)]
 
 
 def _plain_bound(item: Any, shape: tuple[int, ...]) -> Any:
-    """A bound that does not vary, for every component; None for any other."""
+    """A constant bound, for every component; otherwise None."""
     if item.__class__ in NUMBERS:
         return (item,) * shape[0] if shape else item
     fits = item.__class__ is tuple and shape == (len(item),) and NUMBERS.issuperset(map(type, item))
@@ -243,14 +243,14 @@ def _plain_bound(item: Any, shape: tuple[int, ...]) -> Any:
 
 
 def _broadcast_bounds(found: ValueBounds, shape: tuple[int, ...]) -> ValueBounds:
-    """A bound of one number as that of every component."""
+    """Repeats the bound of one number for every component."""
     if not shape or found.low is None or found.low.__class__ is tuple:
         return _shaped(found, shape)
     return ValueBounds(None, (found.low,) * shape[0], (found.high,) * shape[0], found.exact)
 
 
 def _shaped(found: ValueBounds, shape: tuple[int, ...]) -> ValueBounds:
-    """The same, where it is of that shape. An expression may give anything, which is reported as it is drawn."""
+    """The bounds if they have that shape, otherwise unknown. A wrong shape of an expression is reported at the draw."""
     return found if found.low is None or has_shape(found.low, shape) else UNKNOWN
 
 
@@ -277,4 +277,4 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     nodes.AffineClamp: _affine_clamp,
     nodes.Composed: _composed,
 }
-"""How each kind of node is bounded."""
+"""Computes the bounds of each kind of node."""

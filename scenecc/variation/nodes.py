@@ -1,7 +1,7 @@
-"""Varying values as the plan has them: small trees of plain data, evaluated over many scenes at once.
+"""Varying values of the plan: small trees of plain data, evaluated over many scenes at once.
 
-An *item* is a plain value (number, boolean, string, or tuple of such) or a node. All are the same
-shape where several stand for one value. Shapes are given without the leading axis of the scenes.
+An *item* is a plain value (number, boolean, string, or tuple of these) or a node. Alternatives for one value have the
+same shape. Shapes omit the leading scene axis.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ Section = Literal["entities", "draws", "frames", "materials", "constraints", "li
 
 @frozen
 class Key:
-    """Whose draw it is; the seed and this alone decide the words of each scene.
+    """Identifies a draw. The seed and this key determine the words of each scene.
 
-    `path` is the field's, such as `pose.p` or `shapes[0].half_size`: the same however the field is
-    written (`pose: [x, y, z]` is `pose.p`). A form inside a form appends its place (`mass.choice[1]`).
+    `path` is the field's, such as `pose.p` or `shapes[0].half_size`. It does not depend on how the field is written
+    (`pose: [x, y, z]` is `pose.p`). A nested form appends its position (`mass.choice[1]`).
     """
 
     section: Section
@@ -43,7 +43,7 @@ class Const:
 
 @frozen
 class Rows:
-    """One item for each of some scenes, by ascending scene index. Evaluated in those scenes only."""
+    """One item for each of some scenes, by ascending scene index. Evaluated only in those scenes."""
 
     scene_idxs: tuple[int, ...]
     items: tuple[Any, ...]
@@ -58,7 +58,7 @@ class Cycled:
 
 @frozen
 class Chosen:
-    """One of the items, drawn; `word` is the component's number where several share the field's key."""
+    """One of the items, drawn. `word`: number of the component, if several share the field's key."""
 
     items: tuple[Any, ...]
     weights: tuple[float, ...] | None
@@ -67,19 +67,19 @@ class Chosen:
 
     @property
     def possible(self) -> list[int]:
-        """The numbers of the items that can be drawn: of those that have weight."""
+        """Indices of the items that can be drawn, which have a weight above 0."""
         return [number for number in range(len(self.items)) if self.weights is None or self.weights[number] > 0]
 
 
 @frozen
 class Shuffled:
-    """Plain values in a drawn order; item j is placed by word `word` + j.
+    """Plain values in a drawn order. Word `word` + j decides the position of item j.
 
     Attributes:
         items: numbers, booleans or strings.
         key: the field's.
         word: of the first item.
-        rest: values that stay behind them.
+        rest: values that stay after them.
     """
 
     items: tuple[Any, ...]
@@ -90,14 +90,14 @@ class Shuffled:
 
 @frozen
 class Drawn:
-    """Numbers drawn independently, each component by its own word.
+    """Numbers drawn independently, one word per component.
 
     Attributes:
         kind: of the distribution.
         operands: its items, of shape `shape` or scalars.
         shape: () or (n,).
         key: the field's.
-        word: of the first component; a component j of a `Stacked` vector has j here.
+        word: of the first component; j for component j of a `Stacked` vector.
     """
 
     kind: str
@@ -108,33 +108,32 @@ class Drawn:
 
     @property
     def distribution(self) -> Distribution:
-        """What draws the numbers."""
+        """The distribution that draws the numbers."""
         return DISTRIBUTIONS[self.kind]
 
 
 @frozen
 class RandomRotated:
-    """A quaternion (4,) drawn evenly over all rotations."""
+    """A quaternion (4,) drawn uniformly over all rotations."""
 
     key: Key
 
 
 @frozen
 class Stacked:
-    """Items of one shape side by side: a vector (n,) of scalars, a matrix of vectors."""
+    """Items of one shape, stacked: a vector (n,) of scalars, a matrix of vectors."""
 
     items: tuple[Any, ...]
 
 
 @frozen
 class Computed:
-    """What an expression gives in each scene.
+    """The value of an expression in each scene.
 
     Attributes:
         template: reads draws, `scene` and `num_scenes`.
-        shape: () for a number, boolean or string, (n,) for a list of n numbers; None where any value will do.
-        reads: (name in the expression, name of the shared draw), for those that are called otherwise
-            among the draws; any other name is a draw's own.
+        shape: () for a number, boolean or string, (n,) for a list of n numbers; None for any value.
+        reads: (name in the expression, name of the shared draw) if they differ. Any other name is that of a draw.
     """
 
     template: Template
@@ -143,18 +142,18 @@ class Computed:
 
     @property
     def draws_by_name(self) -> dict[str, str]:
-        """The shared draws that it reads, by their names in the expression."""
+        """The shared draws that it reads, by name in the expression."""
         reads = dict(self.reads)
         return {name: reads.get(name, name) for name in sorted(self.template.names - BUILTIN_NAMES)}
 
 
 @frozen
 class Converted:
-    """A row of a field, of what an expression gives in its place.
+    """A field's row, converted from the value of an expression.
 
     Attributes:
         of: an item.
-        to: a name among `CONVERSIONS`.
+        to: a name in `CONVERSIONS`.
     """
 
     of: Any
@@ -163,14 +162,14 @@ class Converted:
 
 @frozen
 class Shared:
-    """A shared draw, by its name among the draws."""
+    """A shared draw, by name."""
 
     name: str
 
 
 @frozen
 class Placed:
-    """Where something stands (7,) that is placed, by its name among the placements."""
+    """The pose (7,) of a placement, by name."""
 
     name: str
 
@@ -185,21 +184,21 @@ class Posed:
 
 @frozen
 class Normalized:
-    """A quaternion as written: untouched within 1e-5 of unit length, normalised within 1e-3, otherwise none."""
+    """A quaternion as written: unchanged within 1e-5 of unit length, normalised within 1e-3, otherwise invalid."""
 
     q: Any
 
 
 @frozen
 class FromRpy:
-    """The quaternion (4,) of turns about the fixed axes x, y, z (3,) [rad]."""
+    """The quaternion (4,) of rotations about the fixed axes x, y, z (3,) [rad]."""
 
     angles: Any
 
 
 @frozen
 class FromAxisAngle:
-    """The quaternion (4,) of a turn about an axis (3,) by an angle () [rad]."""
+    """The quaternion (4,) of a rotation about an axis (3,) by an angle () [rad]."""
 
     axis: Any
     angle: Any
@@ -214,7 +213,7 @@ class FromMatrix:
 
 @frozen
 class Looking:
-    """The quaternion (4,) that looks from `p` (3,) to `target` (3,): x forward, z as far up as it goes."""
+    """The quaternion (4,) that looks from `p` (3,) to `target` (3,): x forward, z as far up as possible."""
 
     target: Any
     p: Any
@@ -229,19 +228,19 @@ class Pointing:
 
 @frozen
 class Radians:
-    """An angle item, or several, from degrees."""
+    """Converts one or several angles from degrees."""
 
     degrees: Any
 
 
 @frozen
 class AffineClamp:
-    """One number, moved and then held between bounds: factor · number + offset, not below `low` nor above `high`.
+    """One number, scaled, shifted and clamped: factor · number + offset, between `low` and `high`.
 
     Attributes:
-        of: a number, or a list of them.
-        index: which of the list; -1: it is a number.
-        low, high: items; `low` counts where they cross.
+        of: a number, or a list of numbers.
+        index: in the list; -1: `of` is a number.
+        low, high: items; `low` has priority if they cross.
         factor, offset: items.
     """
 
@@ -255,7 +254,7 @@ class AffineClamp:
 
 @frozen
 class Composed:
-    """The pose (7,) `inner`, given in the frame of `outer` (7,), in the frame that `outer` is given in."""
+    """The pose (7,) `inner`, given in the frame of `outer` (7,), transformed to the parent frame of `outer`."""
 
     outer: Any
     inner: Any
@@ -289,11 +288,11 @@ NODES: tuple[type[Any], ...] = get_args(Node)
 """The types of `Node`."""
 
 NODE_TYPES = frozenset(NODES)
-"""The same, to ask whether one class is among them."""
+"""The same as a set."""
 
 
 BUILTIN_NAMES = frozenset(("scene", "num_scenes"))
-"""Names that every expression can read, and that are no draws."""
+"""Names that every expression can read and that are not draws."""
 
 _WITH_PARTS = NODE_TYPES | {tuple}
 NODE_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in NODES}
@@ -311,23 +310,23 @@ SIGNATURES: dict[type[Any], tuple[Shapes, tuple[int, ...]]] = {
     Pointing: (((3,),), (4,)),
     Composed: (((7,), (7,)), (7,)),
 }
-"""Of nodes that compute a pose (7,) or a quaternion (4,): the shapes of their fields, and of what they give."""
+"""Nodes that compute a pose (7,) or a quaternion (4,) → shapes of their fields and of the result."""
 
 
 def shaped_fields(node: Node) -> list[tuple[str, tuple[int, ...]]]:
-    """The fields of a node that has a signature, each with its shape."""
+    """The fields of a node with a signature, and their shapes."""
     return list(zip(NODE_FIELDS[type(node)], SIGNATURES[type(node)][0], strict=True))
 
 
 def placements_read_by(node: Node) -> list[str]:
-    """The placements that a node reads by itself."""
+    """The placements that a node reads directly."""
     found: dict[str, None] = {}
     draws_read_by(node, found)
     return list(found)
 
 
 def draws_read_by(node: Node, placements: dict[str, None] | None = None) -> list[str]:
-    """The shared draws that a node reads, in any scene; not those that these read. `placements`: takes their names."""
+    """The shared draws that a node reads directly, in any scene. `placements`: receives the names of placements."""
     found: dict[str, None] = {}
     todo: list[Any] = [node]
     while todo:
@@ -348,7 +347,7 @@ def draws_read_by(node: Node, placements: dict[str, None] | None = None) -> list
 
 
 def holds_infinity(node: Node, draws: Mapping[str, Node]) -> bool:
-    """Whether infinity is written anywhere in a node, or in a shared draw that it reads."""
+    """Whether a node, or a shared draw that it reads, contains infinity."""
     seen: set[str] = set()
     todo: list[Any] = [node]
     while todo:
@@ -369,12 +368,12 @@ def holds_infinity(node: Node, draws: Mapping[str, Node]) -> bool:
 
 
 def evaluation_order(name: str, draws: Mapping[str, Node], is_made: Callable[[str], bool]) -> list[str]:
-    """A shared draw and all that have to be made before it, each after those that it reads.
+    """A shared draw and its missing dependencies, each after those that it reads.
 
     Args:
-        name: of it.
+        name: of the draw.
         draws: the shared draws by name.
-        is_made: whether nothing is to be done for one.
+        is_made: whether a draw already exists.
     """
     ordered: dict[str, None] = {}
     opened: set[str] = set()

@@ -1,4 +1,4 @@
-"""Functions and operators of expressions, with their costs and errors. Each is one row of a table."""
+"""Functions and operators of expressions, with costs and errors. Each is one row of a table."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from scenecc.diagnostics.frozen import frozen
 
 
 class ExpressionError(Exception):
-    """An expression that cannot be read, or has no value.
+    """An expression is invalid or has no value.
 
     Attributes:
-        message: what is wrong, as a diagnostic says it.
-        start, end: of the part of the scalar's text that is meant (characters, end exclusive).
-        hint: what to do about it; None where nothing is known.
+        message: for a diagnostic.
+        start, end: the affected part of the scalar's text (characters, end exclusive).
+        hint: how to fix it; None if unknown.
     """
 
     def __init__(self, message: str, start: int, end: int, hint: str | None = None) -> None:
@@ -30,14 +30,14 @@ class ExpressionError(Exception):
 
 
 class DrawError(Exception):
-    """A node that has no value in one scene.
+    """A node has no value in a scene.
 
     Attributes:
-        message: what is wrong, as a diagnostic says it.
+        message: for a diagnostic.
         scene: the scene's index.
-        node: the node that has no value: the one that was asked for, or one inside it.
-        expression: what went wrong, where the node is an expression.
-        seed: of the scene's draws; None where it does not matter.
+        node: the node without a value: the requested one, or one inside it.
+        expression: the cause, if the node is an expression.
+        seed: of the scene's draws; None if irrelevant.
     """
 
     def __init__(
@@ -59,26 +59,26 @@ class DrawError(Exception):
 COMPUTE_LIMIT_HINT = "compute less, in fewer scenes, or raise the limit with --limit objects=N or limits={'objects': N}"
 
 _CHARACTERS_PER_OPERATION = 16
-"""How many characters of an expression count as one operation."""
+"""Characters of an expression that count as one operation."""
 
 _ROWS_PER_OPERATION = 4
-"""How many rows of a form numpy makes in the time of one operation."""
+"""Rows of a form that NumPy computes in the time of one operation."""
 
 _OPERATIONS_PER_ITEM = 4
-"""How many operations an item of a list counts for: it stays in memory."""
+"""Operations that a list item counts for, since it stays in memory."""
 
 
 class ComputeLimitError(DrawError):
-    """A node that would take more operations than there may be."""
+    """A node needs more operations than the limit."""
 
 
 @dataclass(slots=True)
 class OperationCounter:
-    """Counts operations before they are done. A few lines can ask for any number: 900 draws in 65 536 scenes.
+    """Counts operations before they are executed. A few lines can request any number: 900 draws in 65 536 scenes.
 
     Attributes:
-        most: how many there may be.
-        done: how many there were.
+        most: limit.
+        done: operations so far.
     """
 
     most: int
@@ -86,19 +86,19 @@ class OperationCounter:
 
     @property
     def exhausted(self) -> bool:
-        """Whether more was asked for than there may be."""
+        """Whether the limit was exceeded."""
         return self.done > self.most
 
     @property
     def message(self) -> str:
-        """What is said then."""
+        """Message for an exceeded limit."""
         return f"the forms and expressions of all scenes count as more than {self.most} objects"
 
     def take(self, operations: int, node: object) -> None:
-        """Counts so many.
+        """Adds operations.
 
         Raises:
-            ComputeLimitError: they are too many.
+            ComputeLimitError: the limit is exceeded.
         """
         self.done += operations
         if self.exhausted:
@@ -106,17 +106,17 @@ class OperationCounter:
 
 
 def expression_cost(text: str, rows: int) -> int:
-    """About how many operations an expression of this text takes in so many scenes."""
+    """Approximate number of operations to evaluate an expression in `rows` scenes."""
     return rows * (1 + len(text) // _CHARACTERS_PER_OPERATION)
 
 
 def form_cost(rows: int) -> int:
-    """The same of a form."""
+    """Approximate number of operations to evaluate a form in `rows` scenes."""
     return rows // _ROWS_PER_OPERATION
 
 
 def result_cost(value: Any) -> int:
-    """The same of what an expression gives: of the characters of a text, and the items of lists within lists."""
+    """Operations for the result of an expression: characters of a text, or items of nested lists."""
     if value.__class__ not in SEQUENCES:
         return 0
     return _OPERATIONS_PER_ITEM * len(value) + (0 if value.__class__ is str else sum(map(result_cost, value)))
@@ -133,10 +133,10 @@ NUMBERS: frozenset[type[Any]] = frozenset((int, float))
 MAX_FLOAT = sys.float_info.max
 
 MAX_INT_BITS = 256
-"""How many bits an int may have."""
+"""Largest size of an integer in bits."""
 
 MAX_SIZE = 10_000
-"""How much a list or string may hold: characters, and items of lists and of the lists in them."""
+"""Largest size of a list or string: characters, and items of nested lists."""
 
 _INT_BOUND = 1 << MAX_INT_BITS
 
@@ -147,12 +147,12 @@ _KINDS: dict[type[Any], str] = {
 
 
 def kind_name(value: Any) -> str:
-    """What a message calls a value."""
+    """Name of a value's type in messages."""
     return _KINDS.get(value.__class__, "such a value")
 
 
 def scalar_text(value: Any, span: Span) -> str:
-    """A value as it stands within a longer text: as YAML writes it."""
+    """Formats a value inside a longer text, as YAML does."""
     if type(value) is bool:
         return "true" if value else "false"
     if isinstance(value, str):
@@ -163,17 +163,17 @@ def scalar_text(value: Any, span: Span) -> str:
 
 
 def as_lists(value: Any) -> Any:
-    """Lists in place of tuples."""
+    """Converts tuples to lists."""
     return [as_lists(item) for item in value] if value.__class__ in LISTS else value
 
 
 def is_number(value: Any) -> bool:
-    """An int or a float."""
+    """Whether a value is an int or a float."""
     return type(value) is float or type(value) is int
 
 
 def check_finite(value: Any, span: Span) -> Any:
-    """A number that is finite and not too large."""
+    """Returns a number if it is finite and not too large."""
     if type(value) is float:
         if -MAX_FLOAT <= value <= MAX_FLOAT:
             return value
@@ -184,14 +184,14 @@ def check_finite(value: Any, span: Span) -> Any:
 
 
 def check_size(value: Any, span: Span) -> Any:
-    """A string or list that is not too large."""
+    """Returns a string or list if it is not too large."""
     if not fits(value, MAX_SIZE):
         raise ExpressionError(f"the {_KINDS[type(value)][2:]} is larger than {MAX_SIZE}", *span)
     return value
 
 
 def fits(value: Any, limit: int) -> bool:
-    """Whether a value, with all that is in it, is within a limit; looks at no more than that."""
+    """Whether the total size of a value is within a limit; stops counting there."""
     waiting, total = [value], 0
     while waiting:
         item = waiting.pop()
@@ -207,10 +207,10 @@ def fits(value: Any, limit: int) -> bool:
 
 
 def _number_operator(symbol: str, apply: Callable[[Any, Any], Any]) -> Callable[[Any, Any, Span], Any]:
-    """An operator on two numbers."""
+    """Makes an operator on two numbers."""
 
     def run(a: Any, b: Any, span: Span) -> Any:
-        """The result. Raises ExpressionError where an operand is no number, or the result is not finite."""
+        """Raises ExpressionError if an operand is not a number or the result is not finite."""
         if not (is_number(a) and is_number(b)):
             raise _kinds_error(symbol, a, b, span)
         try:
@@ -229,7 +229,7 @@ _multiply_numbers = _number_operator("*", operator.mul)
 
 
 def add(a: Any, b: Any, span: Span) -> Any:
-    """Numbers added, strings or lists joined."""
+    """Adds numbers or concatenates strings or lists."""
     if isinstance(a, str) and isinstance(b, str):
         return check_size(a + b, span)
     if type(a) in LISTS and type(b) in LISTS:
@@ -238,18 +238,18 @@ def add(a: Any, b: Any, span: Span) -> Any:
 
 
 def multiply(a: Any, b: Any, span: Span) -> Any:
-    """Numbers multiplied, a string or list repeated."""
+    """Multiplies numbers or repeats a string or list."""
     for many, count in ((a, b), (b, a)):
         if type(many) in SEQUENCES and type(count) is int:
             if count > 0 and not fits(many, MAX_SIZE // count):
                 raise ExpressionError(f"the {kind_name(many)[2:]} is larger than {MAX_SIZE}", *span)
-            # What is empty may be repeated as often as one likes, which Python would still count.
+            # An empty value may be repeated any number of times, and Python would loop over the count.
             return many * min(count, MAX_SIZE) if isinstance(many, str) else [*many] * min(count, MAX_SIZE)
     return _multiply_numbers(a, b, span)
 
 
 def power(a: Any, b: Any, span: Span) -> Any:
-    """The power a**b of numbers; the result is real."""
+    """The power a**b of numbers. The result is real."""
     if not (is_number(a) and is_number(b)):
         raise _kinds_error("**", a, b, span)
     if a == 0 and b < 0:
@@ -259,7 +259,7 @@ def power(a: Any, b: Any, span: Span) -> Any:
     if type(a) is int and type(b) is int and b > 0 and abs(a) > 1 and (abs(a).bit_length() - 1) * b >= MAX_INT_BITS:
         raise ExpressionError(f"the integer has more than {MAX_INT_BITS} bits", *span)
     if type(a) is int and type(b) is int and abs(a) <= 1 and abs(b) > 2:
-        # Of these only whether the exponent is odd counts, however large it is.
+        # For these bases only the parity and sign of the exponent matter.
         b = (1 if b % 2 else 2) * (1 if b > 0 else -1)
     try:
         return check_finite(a**b, span)
@@ -276,11 +276,11 @@ BINARY: dict[str, Callable[[Any, Any, Span], Any]] = {
     "Mod": _number_operator("%", operator.mod),
     "Pow": power,
 }
-"""Operators on two operands, by the name of the node's type in Python's `ast`."""
+"""Binary operators, by the name of Python's `ast` node type."""
 
 
 def _sign(symbol: str, apply: Callable[[Any], Any]) -> Callable[[Any, Span], Any]:
-    """A sign before a number."""
+    """Makes a sign operator for a number."""
 
     def run(a: Any, span: Span) -> Any:
         if not is_number(a):
@@ -291,7 +291,7 @@ def _sign(symbol: str, apply: Callable[[Any], Any]) -> Callable[[Any, Span], Any
 
 
 SIGNS = {"USub": _sign("-", lambda a: -a), "UAdd": _sign("+", lambda a: a)}
-"""By the name of the node's type in Python's `ast`."""
+"""By the name of Python's `ast` node type."""
 
 
 def equal(a: Any, b: Any, span: Span) -> bool:
@@ -302,7 +302,7 @@ def equal(a: Any, b: Any, span: Span) -> bool:
 
 
 def _order_comparison(symbol: str, apply: Callable[[Any, Any], bool]) -> Callable[[Any, Any, Span], bool]:
-    """A comparison of two numbers or two strings."""
+    """Makes a comparison of two numbers or two strings."""
 
     def run(a: Any, b: Any, span: Span) -> bool:
         if not (is_number(a) and is_number(b)) and not (isinstance(a, str) and isinstance(b, str)):
@@ -320,11 +320,11 @@ COMPARISONS: dict[str, Callable[[Any, Any, Span], bool]] = {
     "Gt": _order_comparison(">", operator.gt),
     "GtE": _order_comparison(">=", operator.ge),
 }
-"""By the name of the node's type in Python's `ast`."""
+"""By the name of Python's `ast` node type."""
 
 
 def truth(value: Any, span: Span) -> bool:
-    """Whether a condition holds: a boolean, or a number other than 0."""
+    """Whether a condition is true: a boolean, or a number other than 0."""
     if type(value) is bool:
         return value
     if is_number(value):
@@ -333,7 +333,7 @@ def truth(value: Any, span: Span) -> bool:
 
 
 def shape_mismatch(given: Any, shape: tuple[int, ...], text: str) -> str | None:
-    """What is wrong with the shape of a value, where one value or lists of numbers are wanted; `text`: what gave it."""
+    """The error in the shape of a value, or None. `text`: its source."""
     if not shape:
         return f"it gives {kind_name(given)} where one value is needed" if type(given) in LISTS else None
     wanted = " lists of ".join(map(str, shape)) + " numbers"
@@ -347,14 +347,14 @@ def shape_mismatch(given: Any, shape: tuple[int, ...], text: str) -> str | None:
 
 
 def has_shape(given: Any, shape: tuple[int, ...]) -> bool:
-    """Whether it is one number, or lists of numbers of these lengths within one another."""
+    """Whether a value is one number (shape ()), or nested lists of numbers of this shape."""
     if not shape:
         return is_number(given)
     return type(given) in LISTS and len(given) == shape[0] and all(has_shape(item, shape[1:]) for item in given)
 
 
 def item_at(values: Any, index: Any, span: Span) -> Any:
-    """The item of a list or the character of a string; from the end where the index is negative."""
+    """The item of a list or the character of a string. Negative indices count from the end."""
     if type(values) not in SEQUENCES:
         raise ExpressionError(f"{kind_name(values)} has no items", *span)
     if type(index) is not int:
@@ -372,16 +372,16 @@ def _kinds_error(symbol: str, a: Any, b: Any, span: Span) -> ExpressionError:
 
 
 MAX_ARGUMENTS = 255
-"""The most arguments of a function that takes any number of them."""
+"""Most arguments of a variadic function."""
 
 _ROUND_DIGITS = 30
 
 
 def _number_function(name: str, apply: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of one number or two."""
+    """Makes a function of one or two numbers."""
 
     def run(arguments: list[Any], span: Span) -> Any:
-        """Its value; ExpressionError where an argument is no number, or there is no finite value."""
+        """Raises ExpressionError if an argument is not a number or the result is not finite."""
         for argument in arguments:
             if not is_number(argument):
                 raise ExpressionError(f"`{name}` takes numbers, not {kind_name(argument)}", *span)
@@ -427,11 +427,11 @@ def _round(arguments: list[Any], span: Span) -> Any:
 
 
 def _smoothstep(start: float, end: float, x: float) -> float:
-    """0 up to `start`, 1 from `end` on, 3t² - 2t³ between; falling where `end` is below, a step where it is equal."""
+    """0 up to `start`, 1 from `end` on, 3t² - 2t³ between. Falls if `end` is below `start`, a step if equal."""
     if start == end:
         return 0.0 if x < start else 1.0
     way, width = x - start, end - start
-    if math.isinf(way) or math.isinf(width):  # of the largest numbers
+    if math.isinf(way) or math.isinf(width):  # largest numbers
         way, width = x / 2 - start / 2, end / 2 - start / 2
     t = min(max(way / width, 0.0), 1.0)
     return t * t * (3.0 - 2.0 * t)
@@ -442,8 +442,8 @@ class Function:
     """A function that expressions can call.
 
     Attributes:
-        apply: gives its value.
-        most, fewest: how many arguments it takes.
+        apply: computes the value.
+        most, fewest: number of arguments.
     """
 
     apply: Callable[[list[Any], Span], Any]

@@ -1,4 +1,4 @@
-"""The scenes and seeds in which a file is judged, whatever seed it is built with."""
+"""The scenes and seeds of the samples that check a file, independent of the seed of a build."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ if TYPE_CHECKING:
     from scenecc.variation.operations import OperationCounter
 
 SAMPLE_COUNT = 256
-"""Samples of every value. A fault that is rarer than one in as many is found by the build or the reset."""
+"""Samples per value. An error that occurs less often is found by the build or the reset."""
 
 
 def sample_positions(count: int) -> NDArray[np.intp]:
-    """The position (256,) of each sample's scene among `count` scenes: all of them in turn, or evenly spread ones."""
+    """The position (256,) of each sample's scene among `count` scenes: all in turn, or evenly spaced ones."""
     numbers = np.arange(SAMPLE_COUNT)
     return numbers % count if count <= SAMPLE_COUNT else numbers * count // SAMPLE_COUNT
 
 
 def as_samples(rows: NDArray[Any]) -> NDArray[Any]:
-    """Rows that do not depend on the seed, one for all scenes or one for each, as samples."""
+    """Converts rows that do not depend on the seed, one for all scenes or one per scene, to samples."""
     return rows if len(rows) == 1 else rows[sample_positions(len(rows))]
 
 
 def sample_of(number: int, scenes: Sequence[int]) -> tuple[int, int]:
-    """The scene and the seed of a sample of an object that is in some scenes."""
+    """The scene and the seed of a sample of an object in some scenes."""
     count = len(scenes)
     return scenes[int(sample_positions(count)[number])], number // count
 
 
 _FEW = 16
-"""Samples of one scene by which a fault of all of them counts as one of every seed."""
+"""Least number of samples of one scene that decide about all seeds."""
 
 
 def same_scene(number: int, count: int) -> range:
-    """The samples that decide whether a fault of one of them is certain: those of its scene, or all if these are few.
+    """The samples that decide whether an error is certain: those of the same scene, or all if these are few.
 
     Args:
-        number: of the sample that has the fault.
-        count: of the scenes that the object is in.
+        number: of the sample with the error.
+        count: number of the object's scenes.
     """
     return range(number % count, SAMPLE_COUNT, count) if count * _FEW <= SAMPLE_COUNT else range(SAMPLE_COUNT)
 
@@ -56,7 +56,7 @@ class SampleBatch(Batch):
     """The samples of an object.
 
     Args:
-        scenes: indices of the scenes that the object is in.
+        scenes: indices of the object's scenes.
         num_scenes: of the document.
         draws: the shared draws by name.
         given: values (num_scenes, …) that replace draws.
@@ -78,14 +78,14 @@ class SampleBatch(Batch):
         self._computed: dict[tuple[Any, ...], tuple[Node, NDArray[Any]]] = {}
 
     def same_scene(self, scene: int) -> range:
-        """As `same_scene`, of the first sample of a scene."""
+        """Same as the function `same_scene`, for the first sample of a scene."""
         return same_scene(int(np.flatnonzero(self.scenes == scene)[0]), self._count)
 
     def evaluate(self, node: Node) -> NDArray[Any]:
-        """As of a batch. What an expression gives is kept, since many fields have the same one."""
+        """The node's values. Values of expressions are cached, since many fields share one."""
         if not isinstance(node, Computed):
             return super().evaluate(node)
-        # The node is kept, so that the id of its template stays its own.
+        # Keeping the node keeps the id of its template unique.
         key = (id(node.template), node.shape, node.reads)
         if key not in self._computed:
             self._computed[key] = node, super().evaluate(node)

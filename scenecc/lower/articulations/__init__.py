@@ -1,1 +1,1 @@
-"""Articulations as written, in the scene file or in a robot's, to structures of the plan."""
+"""Lowers articulations, from the scene file or a robot file, to structures of the plan."""

@@ -1,4 +1,4 @@
-"""Articulations as written to those of the plan."""
+"""Lowers articulations from the scene file to the plan."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 _VISIBLE_KEYS = ("visibility",)
 _COLLIDING_KEYS = ("density", "patch_radius", "min_patch_radius", "collision_group", "disable_self_collisions")
 _LINKED_KEYS = ("fix_root_link", "qpos", "qvel", "beyond_limits", "disable_self_collisions")
-"""What a body alone has not."""
+"""Keys that a single body does not have."""
 
 _MOVING_KEYS = (
     "linear_velocity",
@@ -64,13 +64,13 @@ _HINT_ENDS = {_FIXED: ", or set fix_root_link: false"}
 def report_unused_keys(
     entity: Any, structures: Sequence[BodyStructure | ArticulationStructure], origin: Origin, sink: Sink
 ) -> None:
-    """Reports what does something to none of some structures.
+    """Reports keys that have no effect on any of the structures.
 
     Args:
         entity: as written.
-        structures: all that it makes.
+        structures: of the entity.
         origin: of the entity.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
     bodies = [body for structure in structures for body in structure.bodies]
     if not any(body.visuals for body in bodies):
@@ -108,7 +108,7 @@ def warn_free_body(firsts: Iterable[tuple[DescribedRobot, ArticulationDraft]], s
 
 
 def _shape_bits_origin(body: BodyStructure) -> Origin | None:
-    """Where the bits of the first shape are written that has its own; None where none has."""
+    """Origin of the first shape's own collision bits; None if no shape has any."""
     written = (shape.origin for shape in body.collisions if shape.collision_groups is not None and shape.origin)
     place = next(written, None)
     return place and place.child("collision_bits")
@@ -122,7 +122,7 @@ def _report_unused(entity: Any, keys: Iterable[str], what: str, origin: Origin, 
 
 
 _IGNORE_ALL_BIT = 1 << 29
-"""The bit of the third collision integer by which all links of an articulation ignore one another."""
+"""The bit of the third collision integer that all links of an articulation share to ignore one another."""
 
 _SOLVER: dict[str, FieldType] = {
     "solver_position_iterations": field_type("ArticulationStructure.solver_position_iterations"),
@@ -134,14 +134,14 @@ _VELOCITIES = {key: field_type(f"ArticulationStructure.{key}") for key in ("line
 
 @dataclass(frozen=True, slots=True)
 class LoweredArticulation:
-    """An entity of the plan that an articulation as written makes.
+    """An entity of the plan, made from an articulation in the scene file.
 
     Attributes:
-        suffix: what follows the name of what is written, and a slash; "": nothing does.
-        pose: in the frame of what is written, p then q; None: it is that.
-        structures: as of `Entity`.
-        pick: likewise.
-        root: the name of its root in a file.
+        suffix: follows the written entity's name and a slash; "": the same name.
+        pose: in the frame of the written entity, p then q; None: identity.
+        structures: see `Entity`.
+        pick: see `Entity`.
+        root: name of its root in the file.
         constraints: of the whole file, at the first of its robots.
     """
 
@@ -155,7 +155,7 @@ class LoweredArticulation:
 
 @dataclass(frozen=True, slots=True)
 class _PartContext:
-    """The overrides of a part, and the names of all its joints that move, as it has them."""
+    """The overrides of a part, and the part's own names of its moving joints."""
 
     overrides: PatternOverrides
     joints: frozenset[str]
@@ -163,14 +163,14 @@ class _PartContext:
 
 @dataclass(frozen=True, slots=True)
 class _ArticulationContext:
-    """One articulation as written.
+    """One articulation from the scene file.
 
     Attributes:
         entity, origin, fields: the model, its node, and its field lowerer.
-        still: the model, as it is of bodies that do not move: without what does nothing to them.
-        parts: of what is attached to it, by the ids of the models.
-        joints: the names of all its joints that move.
-        one_id: whether all that it is has one number among articulations whose links ignore one another.
+        still: the model for static bodies, without keys that have no effect on them.
+        parts: contexts of attached parts, by id of the model.
+        joints: names of all its moving joints.
+        one_id: whether all its structures share one id among articulations with ignored pairs.
     """
 
     entity: Any
@@ -185,13 +185,13 @@ class _ArticulationContext:
     one_id: bool
 
     def layers(self, section: str, name: str, link: int, draft: ArticulationDraft) -> tuple[Layer, ...]:
-        """The overrides of a link or its joint, those of parts first; later ones take precedence.
+        """The overrides of a link or its joint, in ascending precedence. Those of parts come first.
 
         Args:
             section: `links`, `joints` or `drives`.
             name: of the link or the joint.
             link: number of the link.
-            draft: that has it.
+            draft: of the articulation.
         """
         found: list[Layer] = []
         for part in reversed(draft.parts):
@@ -205,12 +205,12 @@ class ArticulationLowerer:
 
     Args:
         entities: of the document, by name.
-        tables: take the files and materials of robots.
+        tables: receive the files and materials of robots.
         shapes: lowers shapes.
         materials: of the document.
         groups: the bits of its collision groups.
-        read: reads robots' files.
-        sink: takes the diagnostics.
+        read: reads robot files.
+        sink: receives the diagnostics.
     """
 
     def __init__(
@@ -231,14 +231,14 @@ class ArticulationLowerer:
         self._read = read
         self._sink = sink
         self._matching = PatternMatcher()
-        # By entity: robots and bodies of an MJCF have one in common, for its flag `contact` holds between them; and so
-        # have alternatives, of which each scene has one.
+        # By entity. Robots and bodies of one MJCF share an id, since its flag `contact` applies between them.
+        # Alternatives share one too, since each scene has only one of them.
         self._shared: dict[int, int] = {}
-        # The id 0 is what SAPIEN's loader gives to all.
+        # SAPIEN's loader gives the id 0 to all.
         self._next_id = int(any(getattr(entity, "sapien_bits", None) for entity in entities.values()))
 
     def lower(self, entity: Any, origin: Origin, fields: FieldLowerer) -> list[LoweredArticulation]:
-        """The entities of one that is written; none where its file was reported."""
+        """Lowers an articulation to entities of the plan; empty after an error in its file."""
         built = self._built(entity, origin, fields)
         if built:
             report_unused_keys(entity, [structure for one in built for structure in one.structures], origin, self._sink)
@@ -287,7 +287,7 @@ class ArticulationLowerer:
     def _lower_assembly(
         self, entity: Any, origin: Origin, found: Alternatives, fields: FieldLowerer
     ) -> list[LoweredArticulation]:
-        """The articulation of an entity with parts."""
+        """Lowers an entity with parts to one articulation."""
 
         def draft(keys: Any, place: Origin, one: Alternative) -> Assembly | None:
             return self._single_assembly(keys, place, one, fields)
@@ -317,7 +317,7 @@ class ArticulationLowerer:
         return [LoweredArticulation(root, pose, structures, found.pick, constraints=whole[0].constraints)]
 
     def _single_assembly(self, keys: Any, origin: Origin, one: Alternative, fields: FieldLowerer) -> Assembly | None:
-        """The only articulation in the file of an articulation or a part; None where it was reported."""
+        """The only articulation in the file of an articulation or a part; None after an error."""
         self._report_unused_decomposition(keys, origin)
         key = "urdf" if "urdf" in keys.model_fields_set else "mjcf"
         file = self._file(key, keys, one)
@@ -340,7 +340,7 @@ class ArticulationLowerer:
         return Assembly(self._draft(robot, file[0], keys, one, key, fields), constraints, robot.pose)
 
     def _drop_root_motion(self, robot: DescribedRobot, place: Origin) -> None:
-        """Notes what the file of a part says of its root."""
+        """Reports root settings in a part's file, which are ignored."""
         where = place if robot.location is None else place.into(robot.location)
         if robot.fixed is False:
             message = "the free joint of this root is ignored: the root is attached to `to`"
@@ -352,7 +352,7 @@ class ArticulationLowerer:
     def _file(
         self, key: Literal["urdf", "mjcf"], entity: Any, one: Alternative
     ) -> tuple[AssetFile, RobotDescription] | None:
-        """A file of robots; None where it was reported."""
+        """Reads a robot file; None after an error."""
         values = one.values
         groups = getattr(entity, "visual_groups", None)
         request = RobotRequest(
@@ -375,7 +375,7 @@ class ArticulationLowerer:
         work: _ArticulationContext,
         origin: Origin,
     ) -> list[LoweredArticulation]:
-        """One structure for each way in which a file is read."""
+        """Makes one structure per alternative of the file."""
         kinds = {robots[0][0].body_type is None for robots in drafts}
         if len(kinds) > 1 or any(len(robots) > 1 or robots[0][0].pose != IDENTITY_POSE for robots in drafts):
             message = "if files differ from scene to scene, each must contain one articulation, or each one body"
@@ -386,7 +386,7 @@ class ArticulationLowerer:
         return [LoweredArticulation("", None, tuple(self._make_structure(*robots[0], work) for robots in drafts), pick)]
 
     def _warn_of_free_root(self, drafts: list[list[tuple[DescribedRobot, ArticulationDraft]]], entity: Any) -> None:
-        """A URDF does not say whether its root is fixed: only its joints show it."""
+        """Warns of a free root of a URDF, which has no key for it: only its joints show whether it is fixed."""
         if "urdf" in entity.model_fields_set and entity.fix_root_link is None:
             warn_free_body([robots[0] for robots in drafts], self._sink)
 
@@ -413,7 +413,7 @@ class ArticulationLowerer:
                 overrides.check(alone)
                 parts[id(part.keys)] = _PartContext(overrides, _moving_names(alone))
         targets = DriveTargetCheck(fields, self._sink, beyond_limits=bool(entity.beyond_limits))
-        # Once: a value is known by the model that has it.
+        # Copied once, since values are cached by model.
         still = entity.model_copy(update={"gravity": None})
         return _ArticulationContext(
             entity,
@@ -429,7 +429,7 @@ class ArticulationLowerer:
         )
 
     def _report_unused_decomposition(self, entity: Any, origin: Origin) -> None:
-        """Reports keys of decompositions that do nothing."""
+        """Reports decomposition keys that have no effect."""
         decomposes = getattr(entity, "decomposition", None) == "coacd"
         for key, does_nothing, without in (
             ("decomposition", decomposes and not entity.load_multiple_collisions, "load_multiple_collisions: true"),
@@ -444,10 +444,10 @@ class ArticulationLowerer:
         return self._structure(draft, work) if robot.body_type is None else self._body(robot.body_type, draft, work)
 
     def _body(self, body_type: BodyType, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure:
-        """A robot that is one body."""
+        """Lowers a robot with a single body."""
         values, (link,) = work.values, draft.links
         moves = body_type == "dynamic"
-        # Keys for the whole file apply to those articulations for which they have an effect.
+        # Keys for the whole file apply only to articulations on which they have an effect.
         layers = ((work.entity if moves else work.still, work.origin), *work.maps.layers("links", link.name))
         ignored = link.ignore_bits
         body = self._links.body(link, layers, self._id(work) if ignored else 0, 0, values)
@@ -498,7 +498,7 @@ class ArticulationLowerer:
     def _starts(
         self, draft: ArticulationDraft, joints: list[DraftJoint | None], work: _ArticulationContext
     ) -> dict[int, tuple[Value | None, Value | None]]:
-        """Position and velocity of each joint that moves at the start, by the number of its link."""
+        """The initial position and velocity of each moving joint, by number of its link."""
         entity, origin, fields = work.entity, work.origin, work.fields
         order = draft.moving()
         moving = [joint for i in order if (joint := joints[i]) is not None]
@@ -514,7 +514,7 @@ class ArticulationLowerer:
     def _starts_of_parts(
         self, draft: ArticulationDraft, order: list[int], work: _ArticulationContext
     ) -> dict[int, JointValue]:
-        """What parts say of the positions of their joints, by the number of the joint in the whole."""
+        """The initial joint positions from the keys of parts, by number of the joint in the whole."""
         found: dict[int, JointValue] = {}
         places = {link: number for number, link in enumerate(order)}
         for part in reversed(draft.parts):
@@ -531,11 +531,11 @@ class ArticulationLowerer:
             key: work.fields.optional(getattr(work.entity, key), kind, work.origin, key, reset=key in _VELOCITIES)
             for key, kind in (*_SOLVER.items(), *_VELOCITIES.items())
         }
-        # A root that is fixed in some scenes only has no velocity in these.
+        # A root that is fixed in some scenes has no velocity there.
         return {**found, **dict.fromkeys(_VELOCITIES)} if fixed else found
 
     def _id(self, work: _ArticulationContext) -> int:
-        """The fourth collision integer, which keeps what one articulation ignores from the others."""
+        """The fourth collision integer, which separates the ignored pairs of different articulations."""
         entity = work.entity
         if entity.sapien_bits:
             return 0
@@ -549,7 +549,7 @@ class ArticulationLowerer:
             )
             hint = "remove `disable_self_collisions` or the SRDF of some of them"
             self._sink.report("SC519", message, work.origin, at="key", hint=hint)
-        # Of those that are one too many the scene is not built.
+        # With too many articulations, building the scene is an error anyway.
         self._shared[id(entity)] = number if number <= COLLISION_ID_BITS else 0
         return self._shared[id(entity)]
 
@@ -574,17 +574,9 @@ def _warn_ignored_pairs_collide(
     whole: Origin | None,
     sink: Sink,
 ) -> None:
-    """Warns of `collision_bits` by which links collide that were to ignore one another, each place once.
-
-    Args:
-        draft: of the articulation.
-        bodies: of its links, as they are built.
-        written: where the `collision_bits` of a link are written, by its number.
-        whole: the key by which no two of its links collide; None: there is none.
-        sink: takes the warnings.
-    """
+    """Warns of `collision_bits` that make links collide although their pair is ignored, once per place."""
     if len(bodies) > MAX_LINKS:
-        # Which is an error; so many pairs take long.
+        # This is an error elsewhere, and checking so many pairs is slow.
         return
     found: dict[Origin, list[tuple[int, int]]] = {}
     for link, place in written.items():
@@ -618,13 +610,13 @@ def _colliding_pairs(
 
 
 def _bits(body: BodyStructure) -> list[tuple[int, ...]]:
-    """SAPIEN's four integers of the shapes of a link, each once."""
+    """The distinct collision integers of a link's shapes."""
     each = dict.fromkeys(body.shape_groups())
     return [DEFAULT_BITS if groups is None else tuple(map(int, groups.numbers())) for groups in each]
 
 
 def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Origin | None) -> Origin:
-    """The place at which two links are told to ignore one another."""
+    """The place that makes two links ignore one another."""
     if whole is not None:
         return whole
     links = draft.links

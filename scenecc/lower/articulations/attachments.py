@@ -1,4 +1,4 @@
-"""Articulations with the parts that are attached to them: drafts of several files and trees, joined to one."""
+"""Assembles articulations with attached parts: joins drafts of several files and trees."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Assembly:
     """An articulation with its parts.
 
     Attributes:
-        draft: of it.
+        draft: of the articulation.
         constraints: of its files; their roots are called "".
         pose: of its root in the frame of its file.
     """
@@ -41,7 +41,7 @@ class Assembly:
 
 
 FileDrafter = Callable[[Any, "Origin", "Alternative"], Assembly | None]
-"""The draft of the only articulation in a file; None where it was reported."""
+"""Makes a draft of the only articulation in a file; None after an error."""
 
 
 class ArticulationAssembler:
@@ -51,7 +51,7 @@ class ArticulationAssembler:
         trees: makes drafts of trees.
         files: makes drafts of files.
         fields: of the entity.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
 
     def __init__(self, trees: LinkTreeDrafter, files: FileDrafter, fields: FieldLowerer, sink: Sink) -> None:
@@ -59,23 +59,23 @@ class ArticulationAssembler:
         self._files = files
         self._fields = fields
         self._sink = sink
-        # Several alternatives have a node in common, which is lowered once.
+        # Several alternatives share a node, which is lowered once.
         self._known: dict[tuple[int, tuple[Any, ...]], Assembly | None] = {}
         self._joints: dict[int, DraftJoint] = {}
 
     def assemble(self, keys: Any, origin: Origin, one: Alternative) -> Assembly | None:
-        """An articulation or a part with all that is attached to it; None where that was reported.
+        """Assembles an articulation or a part with all its attachments; None after an error.
 
         Args:
             keys: as written.
-            origin: of it.
+            origin: of the articulation or part.
             one: the alternative.
         """
         made = self._own(keys, origin, one)
         good = made is not None and self._follows_own(made.draft)
         if keys.attach:
             good &= self._is_by_name(keys, origin)
-        # What was reported of a part is not reported again of those that are attached to it.
+        # An error in a part is not reported again for its attachments.
         missing: list[str] = []
         for name, part in keys.attach.items():
             place = origin.child("attach", name)
@@ -102,7 +102,7 @@ class ArticulationAssembler:
         return self._known[known]
 
     def _follows_own(self, draft: ArticulationDraft) -> bool:
-        """Whether joints follow only joints of the same file or tree; otherwise that is reported."""
+        """Whether joints follow only joints of the same file or tree; otherwise reports it."""
         good, joints = True, set(_joint_names(draft.links))
         for link in draft.links:
             mimic = None if link.joint is None else link.joint.mimic
@@ -116,7 +116,7 @@ class ArticulationAssembler:
         return good
 
     def _is_by_name(self, keys: Any, origin: Origin) -> bool:
-        """Whether joint positions are by name where there are parts; otherwise that is reported."""
+        """Whether joint positions are given by name if there are parts; otherwise reports it."""
         good = True
         for key in ("qpos", "qvel"):
             written = getattr(keys, key, None)
@@ -128,7 +128,7 @@ class ArticulationAssembler:
         return good
 
     def _attach_part(self, whole: Assembly, made: Assembly, part: Any, name: str, place: Origin) -> Assembly | None:
-        """An articulation with one more part; None where that was reported."""
+        """Attaches one more part; None after an error."""
         draft, added = whole.draft, made.draft
         to = self._number(draft, part.to, place.child("to"))
         ignored = [self._number(draft, one, place.child("ignore", i)) for i, one in enumerate(part.ignore)]
@@ -154,7 +154,7 @@ class ArticulationAssembler:
         return distinct and replace(whole, draft=distinct, constraints=(*whole.constraints, *constraints))
 
     def _number(self, draft: ArticulationDraft, name: str, place: Origin) -> int | None:
-        """The number of a link; None where there is none, which is reported."""
+        """The number of a link; None if there is none, which is reported."""
         names = [link.name for link in draft.links]
         if name in names:
             return names.index(name)
@@ -164,7 +164,7 @@ class ArticulationAssembler:
         return None
 
     def _joint(self, part: Any, place: Origin) -> DraftJoint:
-        """The joint between a part and the link that it is attached to."""
+        """Makes the joint between a part and its parent link."""
         known = self._joints.get(id(part))
         if known is None:
             if part.joint is None:
@@ -182,7 +182,7 @@ class ArticulationAssembler:
         return known
 
     def _is_unique(self, links: Sequence[DraftLink], added: Sequence[DraftLink], place: Origin) -> bool:
-        """Whether no link or joint has the name of another one; otherwise that is reported."""
+        """Whether all link and joint names are unique; otherwise reports it."""
         if len(links) + len(added) > MAX_LINKS:
             message = f"with this part there are {len(links) + len(added)} links, and PhysX holds {MAX_LINKS}"
             hint = "merge links that are fixed to one another"
@@ -204,7 +204,7 @@ class ArticulationAssembler:
     def _with_bits(
         self, joined: ArticulationDraft, start: int, ignored: Sequence[int], place: Origin
     ) -> ArticulationDraft | None:
-        """The draft with bits for the pairs that `ignore` adds; None where there are too few bits."""
+        """Adds bits for the pairs of `ignore`; None if there are too few bits."""
         links, first = joined.links, _bit_count(joined.links)
         if not ignored and first <= MAX_SETS:
             return joined
@@ -216,7 +216,7 @@ class ArticulationAssembler:
         }
         wanted, apart = _pairs(links)
         free = added | apart
-        # Pairs that have a bit, and those that never collide, need no more.
+        # Pairs with a bit and pairs that never collide need no more.
         sets = cover_pairs(added - apart, free, len(links))
         if first + len(sets) > MAX_SETS:
             sets, first = cover_pairs((wanted | added) - _next_to(links), free, len(links)), 0
@@ -240,7 +240,7 @@ class ArticulationAssembler:
 
 
 def _with_files(made: Assembly | None) -> Assembly | None:
-    """The same whose links say which file they are of."""
+    """Sets the file of each link."""
     if made is None:
         return None
     links = tuple(replace(link, file=made.draft.file) for link in made.draft.links)
@@ -248,20 +248,12 @@ def _with_files(made: Assembly | None) -> Assembly | None:
 
 
 def _prefix(name: str, part: Any) -> str:
-    """What stands before the names of a part in what it is attached to."""
+    """The prefix of a part's names."""
     return f"{name}/" if part.prefix is None else part.prefix
 
 
 def _rename_link(link: DraftLink, prefix: str, to: int, start: int, shift: int) -> DraftLink:
-    """A link of a part as one of the whole.
-
-    Args:
-        link: of the part.
-        prefix: before its names.
-        to: number of the link in the whole that the part is attached to.
-        start: number of the part's root there.
-        shift: how many bits of the third collision integer the whole has taken.
-    """
+    """Converts a link of a part to a link of the whole. `to`: parent link of the part; `shift`: bits in use."""
     joint = link.joint
     if joint is not None:
         mimic = joint.mimic and replace(joint.mimic, source=prefix + joint.mimic.source)
@@ -286,19 +278,19 @@ def _joint_names(links: Iterable[DraftLink]) -> Iterator[str]:
 
 
 def _bit_count(links: Iterable[DraftLink]) -> int:
-    """How many bits of the third collision integer are taken, from the lowest on."""
+    """Number of bits of the third collision integer in use, from the lowest."""
     return max(link.ignore_bits.bit_length() for link in links)
 
 
 def _pairs(links: Sequence[DraftLink]) -> tuple[Pairs, Pairs]:
-    """Pairs of links with colliding shapes: those with a bit in common, and all that ignore one another."""
+    """Pairs of links with collision shapes: those with a common bit, and all that ignore one another."""
     numbers = [number for number, link in enumerate(links) if link.collides]
     wanted = {pair for pair in combinations(numbers, 2) if links[pair[0]].ignore_bits & links[pair[1]].ignore_bits}
     return wanted, wanted | _next_to(links)
 
 
 def _next_to(links: Sequence[DraftLink]) -> Pairs:
-    """Each link and the one that it hangs on, which PhysX keeps apart, where both have colliding shapes."""
+    """Pairs of parent and child link with collision shapes, which PhysX ignores."""
     return {
         ordered(link.parent, number)
         for number, link in enumerate(links)

@@ -1,7 +1,7 @@
-"""Drafts of articulations before overrides, and the alternatives that decide how one is put together.
+"""Drafts of articulations before overrides, and alternatives of their structure.
 
-The file, how it is read and whether the root is fixed may each differ from scene to scene. Which of them can occur
-together is found before anything is drawn; each combination becomes a structure of its own.
+The file, how it is read and whether the root is fixed may vary by scene. The combinations that can occur are found
+before drawing. Each combination becomes a separate structure.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ class ContactDefaults:
     Attributes:
         default: surface and density.
         patch_radius, min_patch_radius: (·,) [m] or None.
-        ignore: the third and fourth collision integers of shapes to which their file gives the first two; None: the
-            scene gives all four.
+        ignore: third and fourth collision integer of shapes whose file gives the first two; None: the scene gives all
+            four.
     """
 
     default: ShapeDefaults
@@ -62,7 +62,7 @@ ShapeMaker = Callable[[ContactDefaults], "tuple[tuple[CollisionShape, ...], tupl
 
 @dataclass(frozen=True, slots=True)
 class DraftMimic:
-    """What a joint follows. `multiplier`, `offset`: (·,)."""
+    """The joint that a joint follows. `multiplier`, `offset`: (·,)."""
 
     source: str
     multiplier: Value
@@ -72,13 +72,13 @@ class DraftMimic:
 
 @dataclass(frozen=True, slots=True)
 class DraftJoint:
-    """The joint between a link and its parent, as the plan has it, but for what patterns and the start say.
+    """The joint between a link and its parent, before pattern overrides and the initial state.
 
     Attributes:
-        properties: values by field of `Joint`; what the file leaves out is missing.
+        properties: values by field of `Joint`, without those that the file omits.
         effort: the default of the drive's `force_limit`; None: unknown.
-        limits_origin: where its limits are written, where that is a place of their own.
-        qpos: its initial position, where the file gives one.
+        limits_origin: origin of the limits, if they have their own.
+        qpos: initial position from the file, if any.
     """
 
     type: JointType
@@ -101,15 +101,15 @@ class DraftJoint:
 
 @dataclass(frozen=True, slots=True)
 class DraftLink:
-    """A link.
+    """A link before pattern overrides.
 
     Attributes:
         parent: number of its parent link, which comes before it; None: it is the root.
-        own: its own keys, which go before what patterns say; None: it has none.
+        own: its own keys, which have precedence over patterns; None: it has none.
         inertial: mass properties from its file.
-        mass: from its file, without an inertia: the inertia of the shapes is scaled to it.
-        ignore_bits, disable_gravity: as `DescribedLink` has them.
-        collides: whether it has colliding shapes.
+        mass: from a file without an inertia: the inertia of the shapes is scaled to it.
+        ignore_bits, disable_gravity: see `DescribedLink`.
+        collides: whether it has collision shapes.
         file: (·,) index of its file, in an articulation of several.
     """
 
@@ -129,15 +129,14 @@ class DraftLink:
 
 @dataclass(frozen=True, slots=True)
 class ArticulationDraft:
-    """A whole articulation.
+    """A whole articulation before pattern overrides.
 
     Attributes:
         links: the root first, each after its parent.
         fixed: whether the root is fixed to the world; None: not given, so the default applies.
-        file: (·,) index of its file; None: it is the scene's own.
-        ignored: by bit of `ignore_bits`, where it is written that two links ignore one another; of others there is no
-            such place.
-        parts: what is attached to it, each before what is attached to that.
+        file: (·,) index of its file; None: it is written in the scene.
+        ignored: origin of the rule that makes two links ignore one another, by bit of `ignore_bits`, if known.
+        parts: attached parts, each before its own attachments.
     """
 
     links: tuple[DraftLink, ...]
@@ -148,7 +147,7 @@ class ArticulationDraft:
     parts: tuple[AttachedPart, ...] = ()
 
     def moving(self) -> list[int]:
-        """The links whose joints move, in SAPIEN's order of them: by distance from the root, then as they are built."""
+        """The links whose joints move, in SAPIEN's joint order: by depth, then in build order."""
         order = breadth_first_order(link.parent for link in self.links)
         return [number for number in order if (joint := self.links[number].joint) is not None and joint.moves]
 
@@ -159,9 +158,9 @@ class AttachedPart:
 
     Attributes:
         keys, origin: the part as written, and its node.
-        draft: the part alone, with its own names; its root has the joint to the link that it is attached to.
-        prefix: what stands before these names in the whole.
-        start: number of its root in the whole, which its other links follow.
+        draft: the part with its own names; its root has the joint to the parent link.
+        prefix: of these names in the whole.
+        start: number of its root in the whole; its other links follow.
     """
 
     keys: Any
@@ -187,11 +186,11 @@ _NO_LIMITS = (-math.inf, math.inf)
 
 
 class LinkTreeDrafter:
-    """Makes drafts of trees of links.
+    """Makes drafts of link trees.
 
     Args:
         shapes: lowers their shapes.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
 
     def __init__(self, shapes: ShapeLowerer, sink: Sink) -> None:
@@ -199,10 +198,10 @@ class LinkTreeDrafter:
         self._sink = sink
 
     def draft(self, root: TreeLink, origin: Origin, fields: FieldLowerer) -> ArticulationDraft:
-        """A tree as a draft.
+        """Makes a draft of a tree.
 
         Args:
-            root: of it.
+            root: of the tree.
             origin: of the root.
             fields: of the entity.
         """
@@ -249,7 +248,7 @@ class LinkTreeDrafter:
         return tuple(_with_contact_radii(shape, contact) for shape in collisions), tuple(visuals)
 
     def joint(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> DraftJoint:
-        """A joint as written. `origin`: of it."""
+        """Makes a draft of a joint. `origin`: of the joint."""
         given = joint.model_fields_set
         if joint.type == "continuous" and (wrong := next(iter(given & {"limits", "limits_deg"}), None)):
             message = f"a continuous joint has no `{wrong}`"
@@ -259,7 +258,7 @@ class LinkTreeDrafter:
         name = joint.name or ""
         if joint.type == "fixed":
             for key in _MOVING_JOINT_KEYS:
-                # The frame of a fixed joint in the child places the child.
+                # `pose_in_child` of a fixed joint is used: it places the child.
                 if key in given and key != "pose_in_child":
                     report_unused_key(key, "on a fixed joint", origin, self._sink)
             return DraftJoint("fixed", name, origin, in_parent, in_child)
@@ -284,7 +283,7 @@ class LinkTreeDrafter:
         return DraftJoint(type_, name, origin, in_parent, in_child, limits, place, properties, mimic=mimic)
 
     def _poses(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> tuple[Value | None, Value | None]:
-        """The joint's frame in the parent's and in the child's."""
+        """The joint's frame in the parent's and in the child's frame."""
         if joint.pose_in_parent is not None or joint.pose_in_child is not None:
             return (
                 self._pose(joint.pose_in_parent, "pose_in_parent", origin, fields),
@@ -323,7 +322,7 @@ class LinkTreeDrafter:
         return fields.finish(item, variation, POSE, place.origin)
 
     def _varying_axis(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> tuple[Value, Value]:
-        """Of an axis that differs from scene to scene."""
+        """The joint frames for an axis that varies by scene."""
         place = field_place(origin)
         variation = VariationLowerer(fields, origin.child("axis"))
 
@@ -343,7 +342,7 @@ class LinkTreeDrafter:
 
 
 def _with_contact_radii(shape: CollisionShape, contact: ContactDefaults) -> CollisionShape:
-    """A shape with the radii of its link, where it has none itself."""
+    """Adds the radii of the link to a shape without its own."""
     radii = {
         name: radius
         for name in ("patch_radius", "min_patch_radius")
@@ -363,28 +362,28 @@ _KEY_TYPES = {
     "keyframe": _TEXT_TYPE,
     "fix_root_link": FieldType(dtype="bool", fallback=False),
 }
-"""The keys, in the order by which alternatives are compared."""
+"""The keys, in the order of comparison."""
 
 _TYPE_WORDS = {"float64": "a number", "bool": "true or false"}
 
-_INDEX_TYPE = FieldType(dtype="int64", fallback=0, free=True)  # expressions give what it is picked by, and not itself
+_INDEX_TYPE = FieldType(dtype="int64", fallback=0, free=True)  # an expression gives the index
 
 Combination = tuple[Any, ...]
-"""A value of each key that is written, in their order."""
+"""One value for each written key, in key order."""
 
 
 WrittenKey = tuple[tuple[str, ...], str, Any, "Origin"]
-"""The names of the parts that lead to a key, the key, its value, and where that is written."""
+"""Names of the parts that contain a key, the key, its value, and its origin."""
 
 
 @dataclass(frozen=True, slots=True)
 class Alternative:
-    """One way to put an articulation together.
+    """One way to assemble an articulation.
 
     Attributes:
-        values: by key; what was left out is missing.
-        places: where each of these is written.
-        parts: likewise of the parts that are attached to it, by name.
+        values: by key, without omitted keys.
+        places: origins of these.
+        parts: alternatives of its attached parts, by name.
     """
 
     values: dict[str, Any]
@@ -394,11 +393,11 @@ class Alternative:
 
 @dataclass(frozen=True, slots=True)
 class Alternatives:
-    """All ways, of which each scene has one.
+    """All alternatives, one of which each scene has.
 
     Attributes:
         each: one or more.
-        pick: (·,) index into them; None: there is one only.
+        pick: (·,) index into them; None: there is only one.
     """
 
     each: tuple[Alternative, ...]
@@ -406,14 +405,14 @@ class Alternatives:
 
 
 def read_alternatives(entity: Any, origin: Origin, fields: FieldLowerer) -> Alternatives | None:
-    """The combinations of the keys that decide the structure of an articulation; None where that was reported.
+    """The combinations of the keys that determine the structure of an articulation; None after an error.
 
-    Values that no scene has are combined with other such values, so that they are checked too.
+    Values that no scene has are combined with each other, so that they are checked too.
 
     Args:
         entity: as written.
-        origin: of it.
-        fields: of it.
+        origin: of the entity.
+        fields: of the entity.
     """
     written = list(_written_keys(entity, origin, ()))
     if VARYING.isdisjoint(given.__class__ for _, _, given, _ in written):
@@ -428,9 +427,9 @@ def read_alternatives(entity: Any, origin: Origin, fields: FieldLowerer) -> Alte
 
 
 def _written_keys(keys: Any, origin: Origin, path: tuple[str, ...]) -> Iterator[WrittenKey]:
-    """What is written of an articulation, and of its parts, that decides about the structure."""
+    """The written keys of an articulation and its parts that determine the structure."""
     for key in _KEY_TYPES:
-        # A part is attached, whatever is said of its root.
+        # A part is always attached, so its root is not configurable.
         if (given := getattr(keys, key, None)) is not None and not (path and key == "fix_root_link"):
             yield path, key, given, origin.child(key)
     for name, part in keys.attach.items():
@@ -438,7 +437,7 @@ def _written_keys(keys: Any, origin: Origin, path: tuple[str, ...]) -> Iterator[
 
 
 def _alternative(keys: Any, rows: Sequence[WrittenKey]) -> Alternative:
-    """An articulation with its parts, by the values of all their keys."""
+    """Makes an alternative of an articulation and its parts from the values of all keys."""
     own = [row for row in rows if not row[0]]
     return Alternative(
         {key: value for _, key, value, _ in own},
@@ -451,12 +450,12 @@ def _alternative(keys: Any, rows: Sequence[WrittenKey]) -> Alternative:
 
 
 class _KeyAlternatives:
-    """One key.
+    """The alternatives of one key.
 
     Attributes:
-        path: names of the parts that lead to it.
+        path: names of the parts that contain it.
         node: its value in each scene: a node, or a plain value.
-        places: where each value that it can have is written, in their order.
+        places: origins of its possible values, in the same order.
     """
 
     def __init__(
@@ -484,7 +483,7 @@ class _KeyAlternatives:
         self.node = variation.select(given, field_place(origin), leaf)
 
     def value(self, given: Any) -> Any:
-        """The value of a scene in comparable form; None if its type is not the key's."""
+        """The value of a scene in comparable form; None if it has the wrong type."""
         if self._kind is _TEXT_TYPE:
             return given if given.__class__ is str else None
         if self._kind.dtype == "bool":
@@ -492,7 +491,7 @@ class _KeyAlternatives:
         return float(given) if given.__class__ in {int, float} else None
 
     def check(self, fields: FieldLowerer) -> bool:
-        """Whether the key may have each value that it has in the scenes and in the samples; otherwise reports it."""
+        """Checks each value of the key in the scenes and in the samples, and reports invalid ones."""
         for node, place in self._sources:
             found = values_given(node, place, fields, is_random=self._variation.is_random)
             if not found:
@@ -532,7 +531,7 @@ class _Combinations:
         self._node = Stacked(tuple(column.node for column in columns))
 
     def all(self) -> Alternatives | None:
-        """All combinations, in the order in which their values are written; None where that was reported."""
+        """All combinations, in written order of their values; None after an error."""
         had = [self._combination(row) for row in self._values()]
         if not had:
             return None
@@ -576,7 +575,7 @@ class _Combinations:
         return tuple(column.value(given) for column, given in zip(self._columns, row, strict=True))
 
     def _find_unused(self, had: list[Combination]) -> list[Combination]:
-        """Combinations of the values that no scene can have: the first of one key with the first of the others."""
+        """Combinations of values that no scene can have: the first of each key together, and so on."""
         missing = [
             [value for value in column.places if value not in used]
             for column, used in zip(self._columns, map(set, zip(*had, strict=True)), strict=True)
@@ -587,5 +586,5 @@ class _Combinations:
         ]
 
     def _first(self) -> Origin:
-        """Where the first key is written that varies."""
+        """Origin of the first key that varies."""
         return next(column.origin for column in self._columns if column.varies)

@@ -1,4 +1,4 @@
-"""Where the joints of an articulation start, within their limits: `qpos` and `qvel` as written."""
+"""Initial joint positions and velocities of an articulation, from `qpos` and `qvel`, within the limits."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ _VELOCITY = field_type("Joint.qvel")
 
 
 class InitialStateLowerer:
-    """Finds the positions and velocities at the start.
+    """Finds the initial positions and velocities.
 
     Args:
-        joints: those that move, in SAPIEN's order, with their overrides.
+        joints: moving joints in SAPIEN's order, with their overrides.
         fields: of the entity.
-        origin: of it.
-        sink: takes the diagnostics.
-        beyond_limits: whether what is written may be outside of the limits, and what is drawn is not held within.
+        origin: of the entity.
+        sink: receives the diagnostics.
+        beyond_limits: whether values may exceed the limits, so that drawn ones are not clamped.
     """
 
     def __init__(
@@ -62,19 +62,19 @@ class InitialStateLowerer:
         self._numbers = {joint.name: number for number, joint in enumerate(joints) if joint.name}
 
     def velocities(self, given: Mapping[int, JointValue]) -> list[Value | None]:
-        """The velocity of each joint; None of all where nothing is written."""
+        """The velocity of each joint; all None if no velocity is given."""
         if not given:
             return [None] * len(self._joints)
         zero = literal(0.0)
         return [self._velocity(given[i]) if i in given else zero for i in range(len(self._joints))]
 
     def positions(self, given: Mapping[int, JointValue], *, all_of_them: bool, quiet: bool) -> list[Value | None]:
-        """The position of each joint; None of all where nothing is written and all start at 0, unless `all_of_them`.
+        """The position of each joint; all None if no position is given and all start at 0, unless `all_of_them`.
 
         Args:
-            given: what is written, by the joint's number.
-            all_of_them: whether each has one in any case.
-            quiet: the values were reported as wrong, so that missing ones are not reported.
+            given: given positions, by joint number.
+            all_of_them: whether to return a position for every joint in any case.
+            quiet: whether an error in the values was reported, so that missing ones are not.
         """
         self._quiet = quiet
         found: dict[int, Value] = {}
@@ -91,7 +91,7 @@ class InitialStateLowerer:
         return [found[i] for i in range(len(self._joints))]
 
     def _order(self, given: Mapping[int, JointValue]) -> list[int]:
-        """The joints, each after the one that it follows; circles are another rule's."""
+        """The joints, each after the one that it follows. Another rule reports cycles."""
         order: dict[int, None] = {}
         for i in range(len(self._joints)):
             chain = [i]
@@ -130,7 +130,7 @@ class InitialStateLowerer:
         return value
 
     def _clamp_to_limits(self, joint: DraftJoint, given: JointValue, variation: VariationLowerer) -> Value:
-        """A position that is drawn, held within the limits, as each later one is."""
+        """A drawn position clamped to the limits, also at each reset."""
         fields, limits = self._fields, joint.limits
         plain = limits is None or limits.is_constant
         low, high = _constant_limits(limits) if plain else (-FLOAT32_MAX, FLOAT32_MAX)
@@ -158,13 +158,13 @@ class InitialStateLowerer:
             return literal(start), start != 0.0
         limits = joint.limits
         low, high = widest(joint.limits)
-        # Limits the wrong way round are another rule's.
+        # Another rule reports reversed limits.
         if limits is not None and low <= high and not low <= 0 <= high and not self._quiet:
             nearest = high if high < 0 else low
             message = f"`{cut(joint.name)}` starts at its limit {nearest:g}, because 0 is outside the limits"
             place = self._origin.child("qpos") if told else self._origin
             hint = f"give it a position: `qpos: {{{joint.name}: …}}`"
-            # One entity, and one thing to mend: the other joints are counted.
+            # One report per entity, since there is one thing to fix. The other joints are counted.
             with self._sink.merge_repeats():
                 self._sink.report("SC518", message, place, at="key", hint=hint)
         if limits is None:
@@ -175,7 +175,7 @@ class InitialStateLowerer:
         return self._nearest(limits), True
 
     def _nearest(self, limits: Value) -> Value:
-        """As near to 0 as limits allow that differ from scene to scene."""
+        """The position nearest to 0 within limits that vary by scene."""
         value = derived(_clip, [literal(0.0), limits], self._fields.scenes)
         resets = self._fields.sampling.resets
         if id(limits) in resets:
@@ -185,13 +185,7 @@ class InitialStateLowerer:
         return value
 
     def _follow_source(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
-        """Where a joint starts that follows another one, within its limits.
-
-        Args:
-            mimic: how it follows.
-            limits: its own.
-            source: where the other one starts.
-        """
+        """The initial position of a joint that follows another one, within its limits."""
         parts = [part for part in (source, mimic.multiplier, mimic.offset, limits) if part is not None]
         if all(part.is_constant for part in parts):
             (at,), (multiplier,), (offset,) = source.numbers(), mimic.multiplier.numbers(), mimic.offset.numbers()
@@ -230,10 +224,10 @@ class InitialStateLowerer:
         warn_large_angle(angle, place, self._sink, hint=hint)
 
     def _report_outside_limits(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
-        """Reports the first position that is outside its limits."""
+        """Reports the first position outside of its limits."""
         limits = joint.limits
         if self._beyond_limits or limits is None or not limits.known:
-            # With drawn limits, the rows decide whether it is outside.
+            # Drawn limits are checked with the rows.
             return
         found = first_outside(limits, positions)
         if found is None:
@@ -247,18 +241,18 @@ class InitialStateLowerer:
 
 
 def _constant_limits(limits: Value | None) -> tuple[float, float]:
-    """Limits that are the same in every scene, as numbers that a recipe may hold."""
+    """Limits that are the same in every scene, as numbers for a recipe."""
     low, high = (-math.inf, math.inf) if limits is None else limits.numbers()
     return max(low, -FLOAT32_MAX), min(high, FLOAT32_MAX)
 
 
 def _clip(positions: NDArray[Any], limits: NDArray[Any]) -> NDArray[Any]:
-    """Positions (B,) held within limits (B, 2)."""
+    """Clamps positions (B,) to limits (B, 2)."""
     return positions.clip(limits[:, 0], limits[:, 1])
 
 
 def joint_value_node(given: JointValue) -> Any:
-    """What is written for a joint as one number."""
+    """The written value of a joint as one number or node."""
     return given.item if given.index < 0 else AffineClamp(given.item, given.index, -FLOAT32_MAX, FLOAT32_MAX)
 
 
@@ -268,12 +262,12 @@ _ONE = FieldType()
 
 @dataclass(frozen=True, slots=True)
 class JointValue:
-    """What is written for one joint.
+    """The written value of one joint.
 
     Attributes:
         item: a number, or a node.
-        index: which of the numbers that the node gives; -1: it gives one.
-        variation: of the node; None of a number.
+        index: in the list that the node gives; -1: it gives one number.
+        variation: of the node; None for a number.
         origin: where it is written.
     """
 
@@ -285,14 +279,14 @@ class JointValue:
 
 @dataclass(frozen=True, slots=True)
 class JointNumbers:
-    """Takes apart what is written for the joints of an articulation.
+    """Splits the written values of an articulation by joint.
 
     Attributes:
-        names: of the joints that move, in SAPIEN's order.
-        others: names that joints of the entity's other structures have, and of its file's other robots.
+        names: of the moving joints, in SAPIEN's order.
+        others: joint names of the entity's other structures and of other robots in its file.
         origin: of the articulation.
-        fields: of it.
-        sink: takes the diagnostics.
+        fields: of the articulation.
+        sink: receives the diagnostics.
     """
 
     names: Sequence[str]
@@ -302,11 +296,11 @@ class JointNumbers:
     sink: Sink
 
     def of(self, written: Any, key: str) -> dict[int, JointValue]:
-        """What is written, by the joint's number; what was reported is missing.
+        """The written values by joint number, without those with errors.
 
         Args:
             written: a list, a mapping, a form or an expression of a list; None: nothing.
-            key: under which.
+            key: of the values.
         """
         if written is None:
             return {}
@@ -330,7 +324,7 @@ class JointNumbers:
         kind = FieldType((count,), fallback=(0.0,) * count)
 
         def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
-            # As a node holds them, so that a plan comes back from its JSON as it was.
+            # In the format of a node, so that a plan is unchanged after a round trip through JSON.
             return (
                 tuple(one)
                 if one.__class__ is list
@@ -361,7 +355,7 @@ class JointNumbers:
         return found
 
     def _misfit(self, written: Any, key: str, origin: Origin) -> bool:
-        """Whether some list has another length, or is a mapping where only a list is allowed, which is reported."""
+        """Whether a list has the wrong length, or is a mapping where only a list is allowed; reports it."""
         for found, place in _lists(written):
             if found.__class__ is dict:
                 message = f"alternatives of `{key}` must be lists, not mappings by name"
@@ -386,7 +380,7 @@ _SHOWN_NAMES = 20
 
 
 def shared_by_joint(variation: VariationLowerer, number: int) -> VariationLowerer:
-    """What was read, for the joint of some number: what the first one judges is not judged again."""
+    """The variation for joint `number`. Only the first joint's is checked, since they share it."""
     if number == 0:
         return variation
     other = object.__new__(VariationLowerer)
@@ -396,7 +390,7 @@ def shared_by_joint(variation: VariationLowerer, number: int) -> VariationLowere
 
 
 def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[Any, ...]]]:
-    """The lists of numbers, and the mappings, in what is written, and where each of them is."""
+    """The lists of numbers and the mappings in a written value, each with its path."""
     match written:
         case forms.PerScene() | forms.SceneMap() | forms.Cycle() | forms.Choice() | forms.Once():
             pairs: list[tuple[tuple[Any, ...], Any]] = list(forms.alternatives(written))

@@ -1,4 +1,4 @@
-"""Links and joints of drafts to those of the plan, with the overrides of each."""
+"""Lowers links and joints of drafts, with their overrides."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer
 
 _LINK_KEYS = tuple(row.key for row in properties_of("body") if row.field not in NON_LINK_FIELDS)
-"""What a link may say of itself, of what SAPIEN keeps for any body."""
+"""Keys that a link shares with other bodies."""
 _MASS_TYPE = BODY_FIELDS["mass"][1]
 _RADIUS_TYPE = field_type("CollisionShape.patch_radius")
 
@@ -41,7 +41,7 @@ class LinkLowerer:
 
     Args:
         groups: the bits of the collision groups of the document.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
 
     def __init__(self, groups: dict[str, GroupBits], sink: Sink) -> None:
@@ -51,12 +51,12 @@ class LinkLowerer:
     def body(
         self, link: DraftLink, layers: Sequence[Layer], own: int, ignored: int, values: OverrideValues
     ) -> BodyStructure:
-        """The body of a link.
+        """Makes the body of a link.
 
         Args:
-            link: of it.
+            link: its draft.
             layers: keys of the articulation, overrides by patterns, and the link's own keys.
-            own: the id of the articulation among those whose links ignore one another.
+            own: the id of the articulation among those with ignored pairs.
             ignored: bits of the third collision integer that are always set.
             values: of the articulation.
         """
@@ -77,7 +77,7 @@ class LinkLowerer:
                 properties[field] = found
         if link.disable_gravity:
             properties.setdefault("disable_gravity", literal(True, "bool"))  # noqa: FBT003 - the value itself
-        # A link's own key that has no effect is kept, for a rule to report.
+        # A link's own key without effect is kept, for a rule to report.
         looks = nearest_override(layers, "visibility")
         if looks is not None and (visuals or looks is link.own):
             properties["visibility"] = values.of(looks, "visibility", BODY_FIELDS["visibility"][1])
@@ -97,14 +97,7 @@ class LinkLowerer:
         )
 
     def _bits(self, layer: Layer | None, third: int, own: int, values: OverrideValues) -> Value | None:
-        """The four integers; None where they are SAPIEN's own.
-
-        Args:
-            layer: the nearest that gives any.
-            third: bits that are always set.
-            own: the id of the articulation.
-            values: of the articulation.
-        """
+        """The four collision integers; None if they are SAPIEN's defaults."""
         bits: GroupBits = DEFAULT_BITS
         if layer is not None:
             keys, origin = layer
@@ -122,7 +115,7 @@ class LinkLowerer:
     def _weight(
         self, link: DraftLink, layers: Sequence[Layer], values: OverrideValues, *, dense: bool
     ) -> tuple[Value | None, Inertial | None]:
-        """The mass that scales, and the mass properties that are given. `dense`: whether shapes give it any."""
+        """The mass that scales the computed properties, and the given mass properties. `dense`: shapes have mass."""
         nearest = nearest_override(layers, "mass", "inertial")
         if nearest is None:
             return link.mass, link.inertial
@@ -140,7 +133,7 @@ class LinkLowerer:
         return (mass, None) if link.inertial is None else (None, _scaled_inertial(link.inertial, mass, values))
 
     def _report_impossible_inertia(self, inertial: Inertial, link: DraftLink, layer: Layer) -> None:
-        """Reports an impossible inertia of a pattern; a link's own is checked by another rule."""
+        """Reports an impossible inertia from a pattern. Another rule checks a link's own inertia."""
         moments = inertial.inertia.numbers() if inertial.inertia.is_constant else ()
         if moments and 2 * max(moments) > sum(moments) * (1 + 1e-9):
             self._sink.report(
@@ -152,7 +145,7 @@ class LinkLowerer:
 
 
 def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) -> Inertial:
-    """The inertial of a file, scaled to another mass: I · (m / m0), the centre of mass unchanged."""
+    """Scales the inertial of a file to another mass: I · (m / m0), the centre of mass unchanged."""
     (before,) = inertial.mass.numbers()
     moments = inertial.inertia.numbers()
     if mass.is_constant:
@@ -177,7 +170,7 @@ _JOINT_TYPES = {row.field: field_type(row.quantity) for row in JOINT_PROPERTIES}
 
 
 def with_overrides(joint: DraftJoint, layers: Sequence[Layer], values: OverrideValues) -> DraftJoint:
-    """A joint with the overrides of `joints`."""
+    """Applies the overrides of `joints`."""
     if not joint.moves or not layers:
         return joint
     overrides = {field: values.value(layers, field, _JOINT_TYPES[field]) for field in _JOINT_FIELDS}
@@ -201,7 +194,7 @@ def lower_joint(
     values: OverrideValues,
     targets: DriveTargetCheck,
 ) -> Joint:
-    """A joint of the plan.
+    """Lowers a joint.
 
     Args:
         joint: with its overrides.
@@ -248,24 +241,24 @@ def lower_joint(
 
 
 OUTSIDE = 1e-6
-"""How far outside of a limit a position may be written, for the limits are rounded [m or rad]."""
+"""Tolerance for positions outside of a limit, since written limits are rounded [m or rad]."""
 
 OutsidePosition = tuple[int, float, float, float]
-"""The row of a position that is outside, the position, and the limits there."""
+"""Row of a position outside of its limits, the position, and the limits there."""
 
 
 def widest(limits: Value | None) -> tuple[float, float]:
-    """The lowest and the highest that limits can be."""
+    """The lowest and the highest possible limit."""
     numbers = () if limits is None else limits.numbers()
     return min(numbers[0::2], default=-math.inf), max(numbers[1::2], default=math.inf)
 
 
 def first_outside(limits: Value, positions: Sequence[float]) -> OutsidePosition | None:
-    """The first position that is outside of limits that are known.
+    """The first position outside of known limits.
 
     Args:
         limits: (·, 2).
-        positions: one for all scenes, or one a scene.
+        positions: one for all scenes, or one per scene.
     """
     numbers = limits.numbers()
     pairs = [(numbers[i], numbers[i + 1]) for i in range(0, len(numbers), 2)]
@@ -278,12 +271,12 @@ def first_outside(limits: Value, positions: Sequence[float]) -> OutsidePosition 
 
 
 class DriveTargetCheck:
-    """Warns of targets of drives that are beyond the limits of their joints, each place once.
+    """Warns of drive targets beyond the limits of their joints, once per place.
 
     Args:
         fields: of the articulation.
-        sink: takes the warnings.
-        beyond_limits: whether they are meant.
+        sink: receives the warnings.
+        beyond_limits: whether this is intended.
     """
 
     def __init__(self, fields: FieldLowerer, sink: Sink, *, beyond_limits: bool) -> None:
@@ -295,7 +288,8 @@ class DriveTargetCheck:
     def judge(self, joint: DraftJoint, target: Value, place: Origin) -> None:
         """Warns of the first scene in which a target is, or may be, beyond the limits.
 
-        A drawn target is checked by its bounds against the widest limits; one without bounds, a `normal`, is not.
+        The bounds of a drawn target are checked against the widest limits. An unbounded one, such as `normal`, is not
+        checked.
 
         Args:
             joint: with its overrides.
@@ -318,7 +312,7 @@ class DriveTargetCheck:
 
 
 def find_target_beyond_limits(limits: Value, target: Value) -> tuple[OutsidePosition, bool] | None:
-    """A target beyond its limits, and whether it is for certain so."""
+    """A target beyond its limits, and whether this is certain."""
     if limits.known and target.known:
         found = first_outside(limits, target.numbers())
         return None if found is None else (found, True)

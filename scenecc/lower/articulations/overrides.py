@@ -1,4 +1,4 @@
-"""Overrides of links and joints by patterns of their names."""
+"""Overrides of links and joints by name patterns."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
     from scenecc.plan import Value
 
 _SHOWN = 12
-"""How many names a hint lists."""
+"""Most names in a hint."""
 
 MOST_MATCHING = 1_000_000_000
-"""Steps that all patterns of a document may take, a few seconds; each pair of a pattern and a name counts once.
+"""Limit of steps for all patterns of a document, a few seconds. Each pair of a pattern and a name counts once.
 
-A stranger's file could name ten thousand patterns, and a robot with names of any length.
+An untrusted file could have ten thousand patterns, and a robot with names of any length.
 """
 
 _PAIR_STEPS = 5000
-"""Steps that take as long as everything else that is done for a pair."""
+"""Steps that a pair costs besides its matching."""
 
 
 class PatternMatcher:
-    """Matches names with the patterns of a document, each pair once, and no more than `MOST_MATCHING`."""
+    """Matches names with the patterns of a document, each pair once, up to `MOST_MATCHING` steps."""
 
     def __init__(self) -> None:
         self._found: dict[tuple[str, str], bool] = {}
@@ -42,7 +42,7 @@ class PatternMatcher:
 
     @property
     def exhausted(self) -> bool:
-        """Whether there is more to be matched than is: what is left over matches nothing."""
+        """Whether the limit was exceeded. Further pairs do not match."""
         return self._left < 0
 
     def matches(self, pattern: str, name: str) -> bool:
@@ -62,9 +62,9 @@ class PatternOverrides:
 
     Args:
         entity: the articulation as written.
-        origin: of it.
+        origin: of the entity.
         matching: of the document.
-        sink: takes the diagnostics.
+        sink: receives the diagnostics.
     """
 
     def __init__(self, entity: Any, origin: Origin, matching: PatternMatcher, sink: Sink) -> None:
@@ -79,14 +79,14 @@ class PatternOverrides:
         }
 
     def layers(self, section: str, name: str) -> tuple[Layer, ...]:
-        """The overrides of a link or a joint; later ones take precedence."""
+        """The overrides of a link or a joint, in ascending precedence."""
         if self._matching.exhausted:
             return ()
         matches = self._matching.matches
         return tuple(layer for pattern, layer in self._maps[section] if matches(pattern, name))
 
     def check(self, drafts: Sequence[ArticulationDraft]) -> None:
-        """Reports every pattern that matches nothing in any of the articulations that the entity may be."""
+        """Reports every pattern that matches nothing in any alternative of the entity."""
         links = _distinct(link.name for draft in drafts for link in draft.links)
         joints = [link.joint for draft in drafts for link in draft.links if link.joint is not None]
         moving = _distinct(joint.name for joint in joints if joint.moves)
@@ -117,7 +117,7 @@ class PatternOverrides:
 
 
 def names_hint(names: Sequence[str], wrong: str) -> str:
-    """A hint with the names that there are, the one that was probably meant first."""
+    """A hint that lists the existing names, the closest match first."""
     known = [name for name in names if name]
     if not known:
         return "none of them has a name"
@@ -128,7 +128,7 @@ def names_hint(names: Sequence[str], wrong: str) -> str:
 
 
 def nearest_override(layers: Sequence[Layer], *keys: str) -> Layer | None:
-    """The nearest of some layers that has a key, or one of several."""
+    """The nearest layer with one of the keys."""
     for layer in reversed(layers):
         if any(getattr(layer[0], key, None) is not None for key in keys):
             return layer
@@ -141,9 +141,9 @@ def _distinct(names: Any) -> list[str]:
 
 
 class OverrideValues:
-    """The values of one articulation.
+    """The override values of one articulation.
 
-    A value of a pattern is drawn once, and all links or joints that match share it.
+    A pattern's value is drawn once and shared by all matching links or joints.
 
     Args:
         materials: of the document.
@@ -156,7 +156,7 @@ class OverrideValues:
         self._known: dict[tuple[int, str], Any] = {}
 
     def value(self, layers: Sequence[Layer], key: str, kind: FieldType, *, reset: bool | None = None) -> Value | None:
-        """The value of a key in the nearest layer that has it; None if none has."""
+        """The value of a key in the nearest layer that has it; None if no layer has it."""
         layer = nearest_override(layers, key)
         return None if layer is None else self.of(layer, key, kind, reset=reset)
 

@@ -1,4 +1,4 @@
-"""Makes drafts of robots from files: the file's own values, before the scene's overrides."""
+"""Makes drafts of robots from files: the file's values, before the scene's overrides."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ _IDENTITY_NUMBERS = IDENTITY_POSE
 
 
 class RobotDrafter:
-    """Makes drafts of described robots.
+    """Makes drafts of robots.
 
     Args:
-        tables: take their files and materials.
+        tables: receive their files and materials.
         materials: of the document.
     """
 
@@ -53,11 +53,11 @@ class RobotDrafter:
     def draft(
         self, robot: DescribedRobot, keys: Any, file: Value, origin: Origin, fields: FieldLowerer
     ) -> ArticulationDraft:
-        """A robot as a draft.
+        """Makes a draft of a robot.
 
         Args:
             robot: as its file describes it.
-            keys: of the entity: how its meshes collide.
+            keys: of the entity, for the collision meshes.
             file: (·,) index of its file.
             origin: of the node that names the file.
             fields: of the entity.
@@ -71,7 +71,7 @@ class RobotDrafter:
         place = origin.into(link.location, "links", link.name)
 
         def shaping(contact: ContactDefaults) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
-            """Material and density: the scene's values replace the file's."""
+            """The scene's material and density replace the file's."""
             collisions = tuple(self._collision(shape, meshes, contact, origin, fields) for shape in link.collisions)
             return collisions, tuple(self._visual(shape, contact, origin, fields) for shape in link.visuals)
 
@@ -127,7 +127,7 @@ class RobotDrafter:
     def _choose_materials(
         self, surfaces: MaterialChoice, described: Value | None, density: Value | None, fields: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
-        """Material and density where the scenes have one of several materials."""
+        """Material and density if scenes have different materials."""
         scenes = fields.scenes
         material = dense = None
         if described is not None or any(surface.physical is not None for surface in surfaces.each):
@@ -190,7 +190,7 @@ class RobotDrafter:
             if (item := getattr(look, name)) is not None
         }
         made = VisualMaterial(**numbers, base_color_texture=texture)
-        # Kept, so that its id stays its own.
+        # Keeping the look keeps its id unique.
         self._looks[id(look)] = look, made
         return made
 
@@ -216,11 +216,11 @@ class RobotDrafter:
 
 
 class _MeshCollision:
-    """How the meshes of an entity collide that say nothing of it themselves.
+    """Default collision geometry for the meshes of an entity.
 
     Attributes:
-        parts: whether their connected parts collide one by one.
-        coacd: how these are cut; None: they are the file's own.
+        parts: whether connected parts collide separately.
+        coacd: how to decompose the mesh; None: the file's own parts.
     """
 
     def __init__(self, keys: Any) -> None:
@@ -250,10 +250,10 @@ def _joint(joint: DescribedJoint, origin: Origin) -> DraftJoint:
 
 
 def _numbers(joint: DescribedJoint) -> Iterator[tuple[str, float | None]]:
-    """What a file says of a joint, by field of `Joint`."""
+    """The numbers of a joint in its file, by field of `Joint`."""
     drive = joint.drive
     yield "friction", joint.friction
-    # PhysX has one damping, of the drive; one that the joint has itself acts besides the actuator's.
+    # PhysX has only the drive's damping. A joint's own damping adds to the actuator's.
     yield "damping", (joint.damping + (0.0 if drive is None else drive.damping)) or None
     yield "armature", joint.armature
     yield "max_velocity", joint.velocity
@@ -264,12 +264,12 @@ def _numbers(joint: DescribedJoint) -> Iterator[tuple[str, float | None]]:
 
 
 def _groups(shape: DescribedCollision, contact: ContactDefaults) -> Value | None:
-    """The four integers of a shape; None: those of its link."""
+    """The four collision integers of a shape; None: those of its link."""
     if shape.bits is None or contact.ignore is None:
         return None
     return literal((*shape.bits, *contact.ignore), "int64")
 
 
 def _pose(pose: Pose7) -> Value | None:
-    """None for the identity. To the bit: a pose with -0.0 is passed to the engine."""
+    """None for the identity, compared bit by bit: a pose with -0.0 is passed to the engine."""
     return None if pose == _IDENTITY_NUMBERS and "-" not in repr(pose) else literal(pose)
