@@ -362,7 +362,7 @@ class ModuleExpander:
     def _instance_selection(
         self, unit: UnitTemplate, overrides: list[Override], scope: ModuleScope, frame: ExpansionFrame
     ) -> Selection:
-        """The scenes of an instance; None for every scene, empty where they were reported."""
+        """Returns the scenes of an instance: None for every scene, empty if an error was reported."""
         override = _last_with_scenes(overrides) if overrides else None
         if override is not None:
             return self.scenes.narrowed(override.value["scene_idxs"], scope.selection, override.origin("scene_idxs"))

@@ -474,7 +474,6 @@ def check_template_names(
 
 def check_new_name(name: str, what: str, names: NameMeanings, path: Path, frame: ExpansionFrame) -> bool:
     """Returns whether a parameter, draw or loop variable may have a name. If not, it is reported."""
-
     if name in RESERVED_NAMES or keyword.iskeyword(name):
         message = f"`{cut(name)}` is a reserved word of expressions and cannot name a {what}"
     elif name in names:
