@@ -365,7 +365,7 @@ class LazyUnion(ModelChoice):
 
 
 REF_KEY = "x-ref"
-"""Placeholder for a `$ref` to `DEFINITIONS`, replaced at the end: Pydantic's generator knows only its own definitions."""
+"""Placeholder for a `$ref` to `DEFINITIONS`, which Pydantic's generator does not know. It is replaced at the end."""
 
 
 def varying_json_schema(plain: dict[str, Any], varying: str, component: str) -> dict[str, Any]:
