@@ -553,7 +553,7 @@ class SceneSelections:
             if wrong is not None:
                 return value, wrong
         if form == "per_scene" and is_sequence(items):
-            # The draw exists in every scene but is read only in the selected ones: the default is never used.
+            # The draw exists in every scene but is read only in the selected ones, so its default does not matter.
             turned[(*path, form)] = selection
             rows = {str(scene): changed[index] for index, scene in enumerate(selection)}
             return {**value, form: {**rows, "default": changed[0]}}, None

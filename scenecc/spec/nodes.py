@@ -300,7 +300,7 @@ class LazyType:
         return self.json_schema(handler)
 
     def json_schema(self, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The JSON Schema of the type."""
+        """Returns the JSON Schema of the type."""
         # Without the wrapper, the handler would inline the type at every use instead of defining it once.
         return handler(core_schema.definitions_schema(self.core_schema, []))
 
@@ -353,7 +353,7 @@ class LazyUnion(ModelChoice):
         return self.model(type_) if isinstance(type_, str) and type_ in self._branches else None
 
     def model(self, type_: str) -> type[BaseModel]:
-        """The model of a type."""
+        """Returns the model of a type."""
         return self._branches[type_].type
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
