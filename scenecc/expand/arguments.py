@@ -277,10 +277,6 @@ def find_argument_origins(documents: Mapping[str | None, Document], origin: Orig
     """Returns the origins of the prefab arguments that a reported value reads; empty if it reads none.
 
     Also empty for a whole entity, light or link, since a report about one is not about a single value.
-
-    Args:
-        documents: documents by their name in origins.
-        origin: source origin of the node.
     """
     if origin.parent is None or origin.file not in documents:
         return ()

@@ -528,14 +528,8 @@ class SceneSelections:
     ) -> tuple[Any, Path | None]:
         """Turns the `per_scene` lists of a value, with one item per selected scene, into mappings by scene index.
 
-        Args:
-            value: a plain value or a form.
-            selection: the scenes.
-            path: path of the value.
-            turned: receives the scenes of each converted list, by its path.
-
-        Returns:
-            The value, and the path of the first list of wrong length or None.
+        Returns the value, and the path of the first list of wrong length or None. `turned` receives the scenes of each
+        converted list, by its path.
         """
         form = form_key(value)
         if form is None:

@@ -174,14 +174,9 @@ class Expansion:
         return tuple(keys)[:_OVERRIDES_SHOWN]
 
     def reference(self, uri: str, origin: Origin) -> tuple[str, SceneDocument]:
-        """Resolves a path against its source document, for `scenecc.source.paths.resolve_path`.
+        """Returns the path or URI for `scenecc.source.paths.resolve_path`, and the document that a path is relative to.
 
-        Args:
-            uri: path or URI in the expanded data.
-            origin: origin of the value, in the expanded data.
-
-        Returns:
-            The path or URI, and the document whose folder a path is relative to.
+        `origin` is that of the value in the expanded data.
         """
         document = self.documents[self.trace(origin).file]
         return document.reference(uri), document
@@ -383,17 +378,7 @@ class ExpansionWriter:
         by_scene: Mapping[Path, tuple[int, ...]] | None = None,
         overrides: Mapping[Path, OverridePlace] | None = None,
     ) -> bool:
-        """Adds a named node. A duplicate name is reported and returns False.
-
-        Args:
-            section: section of the data.
-            name: full name.
-            node: plain data.
-            mark: place of the node in the source.
-            lists: see `TraceRecord`.
-            by_scene: see `TraceRecord`.
-            overrides: see `TraceRecord`.
-        """
+        """Adds a node by its full name, with the contents of its `TraceRecord`. Reports a duplicate and returns False."""
         entries = self.sections[section]
         if name in entries:
             self._report_twice(section, name, mark.origin)

@@ -79,11 +79,7 @@ class PrefabRow:
 def list_params(document: Document, *, load: Load, limits: Limits, sink: Sink) -> list[ParamRow] | None:
     """Returns the parameters of a document and its includes, in order; None if an error was reported.
 
-    Args:
-        document: the parsed document.
-        load: reads included files; see `scenecc.expand.documents.scene_loader`.
-        limits: limits on the size of the document.
-        sink: receives diagnostics; its `locate` is set.
+    `load` is a `scenecc.expand.documents.scene_loader`. Sets `sink.locate`.
     """
     library = ModuleLibrary(load, limits.depth, sink)
     sink.locate = library.locate

@@ -138,14 +138,7 @@ class CompiledModule:
 
 
 def compile_module(module: Module, use: Origin | None, measure: MeshMeasurer, sink: Sink) -> CompiledModule:
-    """Compiles a module and reports errors that do not depend on its use.
-
-    Args:
-        module: a file with its includes.
-        use: origin of its first use; None for the top module.
-        measure: returns the bounds of meshes.
-        sink: receives diagnostics.
-    """
+    """Compiles a module and reports errors that do not depend on its use. `use` is the first use, None for the top."""
     return _ModuleCompiler(module, use, measure, sink).compiled()
 
 
@@ -341,14 +334,7 @@ class PrefabLibrary:
         self._compiled: dict[str, CompiledModule | None] = {}
 
     def find(self, reference: str, owner: SceneDocument, place: Origin, chain: DocumentChain) -> CompiledModule | None:
-        """Returns the compiled prefab that a document uses, or None after a reported error.
-
-        Args:
-            reference: value of `use`.
-            owner: the document.
-            place: origin of the reference.
-            chain: the modules that lead to the document, its own last.
-        """
+        """Returns the compiled prefab that `owner` uses, or None after a reported error. `chain` ends with `owner`."""
         document = self._library.find(reference, owner, place)
         if document is None:
             return None

@@ -75,13 +75,7 @@ class InstanceOverrides:
     inside: dict[str, tuple[str, str]] = field(default_factory=dict[str, tuple[str, str]])
 
     def find(self, section: str, full: str, sink: Sink) -> Override | None:
-        """Returns the override of an object inside the instance, or None.
-
-        Args:
-            section: section of the object; `use` for an instance.
-            full: its full name.
-            sink: receives diagnostics.
-        """
+        """Returns the override of an object inside the instance, or None. An instance has the section `use`."""
         name = full[len(self.instance) + 1 if section == "materials" else len(self.prefix) :]
         key = f"{section}/{name}" if section in OVERRIDE_SECTIONS else name
         found = self.entries.get(key)
@@ -108,14 +102,7 @@ class InstanceOverrides:
 def make_overrides(
     templates: Mapping[str, NodeTemplate], frame: ExpansionFrame, scope: str, prefix: str
 ) -> dict[str, Override]:
-    """Instantiates the overrides of one use of a prefab.
-
-    Args:
-        templates: unexpanded overrides, by name.
-        frame: frame of the file that uses the prefab.
-        scope: scope of that file.
-        prefix: prefix of the entity names of that scope.
-    """
+    """Instantiates the overrides of one use of a prefab. Frame, scope and prefix are those of the overriding file."""
     made: dict[str, Override] = {}
     for name, template in templates.items():
         frame.lists = {}

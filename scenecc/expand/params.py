@@ -77,15 +77,7 @@ class Param:
 def read_param(
     name: str, node: Any, part: ModulePart, compiler: PatternCompiler, frame: ExpansionFrame
 ) -> Param | None:
-    """Reads an entry of `params`. Returns None after a reported error.
-
-    Args:
-        name: name of the parameter.
-        node: a mapping, or only the default.
-        part: the document of the entry.
-        compiler: compiles the default.
-        frame: reports errors.
-    """
+    """Reads an entry of `params`, a mapping or only the default. Returns None after a reported error."""
     path = ("params", name)
     if not is_mapping(node):
         node = {"default": node}

@@ -138,13 +138,7 @@ class ErrorCollector:
         self._lines: list[InitErrorDetails] = []
 
     def add(self, error: PydanticCustomError, found: Any, *loc: PathKey) -> None:
-        """Adds an error.
-
-        Args:
-            error: the error.
-            found: the invalid value.
-            loc: its location in the validated value.
-        """
+        """Adds the error of the value `found`, which is at `loc` in the validated value."""
         self._lines.append({"type": error, "loc": loc, "input": found})
 
     def take(self, problem: ValidationError, *loc: PathKey) -> None:

@@ -71,16 +71,7 @@ def quote_names(template: Template) -> str:
 def read_distribution(
     reader: FormReader, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc
 ) -> Any:
-    """Reads a form that draws numbers. Returns None after an error.
-
-    Args:
-        reader: reader of the value.
-        key: key of the form.
-        node: the mapping with the form.
-        domain: domain of the value.
-        plain: validates the value if it does not vary.
-        loc: location of the mapping in the validated value.
-    """
+    """Reads a form that draws numbers, the mapping `node` with `key`. Returns None after an error."""
     at = (*loc, key)
     if not domain.of_numbers:
         hint = "use `per_scene`, `cycle` or `choice` for other values"
@@ -327,14 +318,7 @@ class FormReader:
         self._mistakes.add(custom_error(code, message, hint=hint), found, *loc)
 
     def leaf(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
-        """Reads a value that may vary. Returns None after an error.
-
-        Args:
-            node: plain data.
-            domain: domain of the value.
-            plain: validates the value if it does not vary.
-            loc: location in the validated value.
-        """
+        """Reads a value that may vary. `plain` validates it if it does not. Returns None after an error."""
         if is_varying(node):
             return self._form(node, domain, plain, loc) if is_mapping(node) else self._template(node, loc)
         if is_sequence(node) and domain.item is not None and any_varying(node):

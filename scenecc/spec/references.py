@@ -83,12 +83,7 @@ class NameScopes:
     overridden: set[str] = field(default_factory=set[str])
 
     def parent(self, name: str, relative_to: str | None) -> str | None:
-        """Returns the full name of the frame that a pose is relative to; None for the world.
-
-        Args:
-            name: entity or frame with the pose.
-            relative_to: `relative_to` of the pose.
-        """
+        """Returns the full name of the frame that the pose of `name` is relative to; None for the world."""
         scope = self.scopes.get(name, "")
         if relative_to == WORLD:
             scope = self.worlds.get(name, scope)
@@ -117,14 +112,7 @@ _SLICE = re.compile(r"^\s*(-?[0-9]{0,9})\s*:\s*(-?[0-9]{0,9})\s*(?::\s*(-?[0-9]{
 def resolve_scene_idxs(
     given: str | list[int | str] | None, num_scenes: int, origin: Origin, sink: Sink
 ) -> tuple[int, ...] | None:
-    """Returns the selected scene indices, ascending, or None after a reported error.
-
-    Args:
-        given: value of `scene_idxs`; None selects every scene.
-        num_scenes: number of scenes.
-        origin: origin of the value.
-        sink: receives diagnostics.
-    """
+    """Returns the selected scene indices, ascending, or None after an error. `given=None` selects every scene."""
     if given is None:
         return tuple(range(num_scenes))
     first: dict[int, Origin] = {}

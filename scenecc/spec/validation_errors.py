@@ -262,15 +262,7 @@ def _report_missing_key(path: Path, place: Origin, sink: Sink) -> None:
 
 
 def report_wrong_length(path: Path, must: int, found: Sequence[Any], place: Origin, sink: Sink) -> None:
-    """Reports a list of wrong length.
-
-    Args:
-        path: path of the list.
-        must: required length.
-        found: the list.
-        place: origin of the path.
-        sink: receives the diagnostic.
-    """
+    """Reports a list that must have `must` values."""
     hint = LENGTH_HINTS.get((str(path[-1]), len(found))) if path else None
     if len(found) == 1 and isinstance(found[0], str):
         hint = kind_hint("a number", path, found[0])
@@ -391,14 +383,7 @@ LocatedErrors = list[tuple["ErrorDetails", "Path"]]
 
 
 def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: Origin, sink: Sink) -> None:
-    """Reports each mistake at its place in the document.
-
-    Args:
-        errors: Pydantic's errors.
-        data: the document.
-        origin: origin of its root.
-        sink: receives the diagnostics.
-    """
+    """Reports Pydantic's errors at their places in the document. `origin` is that of the document's root."""
     located: LocatedErrors = []
     for error in errors:
         path = document_path(error["loc"], data)

@@ -24,13 +24,7 @@ MAPPING_OF_NAMES: Final = "a mapping of names"
 
 
 def kind_hint(expected: str, path: Path, found: Any) -> str | None:
-    """Returns a hint for a value of a wrong kind, or None.
-
-    Args:
-        expected: expected kind, as in the message.
-        path: path of the value in the document.
-        found: the value.
-    """
+    """Returns a hint for a value of a wrong kind, or None. `expected` is the kind in the message."""
     if is_mapping(found):
         return _mapping_hint(expected, path, found)
     if is_sequence(found):

@@ -129,12 +129,7 @@ def _with_numbers(domain: Domain, schema: CoreSchema) -> Domain:
 
 
 def domain_of(schema: CoreSchema, resolve: Callable[[CoreSchema], CoreSchema]) -> Domain:
-    """Returns the domain of a type; empty if the type has no numbers.
-
-    Args:
-        schema: schema of the type.
-        resolve: resolves references to definitions.
-    """
+    """Returns the domain of a type; empty if the type has no numbers. `resolve` resolves references to definitions."""
     schema = resolve(schema)
     nonzero = bool((schema.get("metadata") or {}).get("nonzero"))
     found = Domain()
