@@ -378,7 +378,9 @@ class ExpansionWriter:
         by_scene: Mapping[Path, tuple[int, ...]] | None = None,
         overrides: Mapping[Path, OverridePlace] | None = None,
     ) -> bool:
-        """Adds a node by its full name, with the contents of its `TraceRecord`. Reports a duplicate and returns False."""
+        """Adds a node by its full name, with the contents of its `TraceRecord`. Returns False for a duplicate, which is
+        reported.
+        """
         entries = self.sections[section]
         if name in entries:
             self._report_twice(section, name, mark.origin)
