@@ -1,4 +1,4 @@
-"""From a scene file to one that refers to no other scene file: parameters, expressions, repetition, includes, prefabs.
+"""Expands parameters, expressions, repetition, includes and prefabs into one self-contained scene file.
 
-It works on plain data. Every node of the result can be traced to its origin.
+Input and output are plain data. Every node of the result can be traced to its origin.
 """

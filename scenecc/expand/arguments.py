@@ -1,4 +1,4 @@
-"""Arguments: the values of a file's parameters, for one use of it."""
+"""Binds the parameters of a module to arguments, for one use of it."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class ParamArgument:
     """A value for a parameter.
 
     Attributes:
-        value: plain, a form, or a template.
-        place: where it is given.
-        document: whose paths it holds.
-        scope: in which the names in it mean something.
-        by_scene: its lists that were turned into mappings, as `scenecc.expand.expansion.TraceRecord` has them.
-        wanted: what its parameter takes; None where that is anything, or is not known yet.
+        value: plain data, a form or a template.
+        place: its place in the source.
+        document: base of its relative paths.
+        scope: scope of the names in it.
+        by_scene: see `scenecc.expand.expansion.TraceRecord`.
+        wanted: type of its parameter; None if it takes any value or is not known yet.
     """
 
     value: Any
@@ -47,7 +47,7 @@ class ParamArgument:
 
     @property
     def told(self) -> Origin | Location:
-        """The place for a report."""
+        """The place for diagnostics."""
         return self.place.origin if isinstance(self.place, SourceMark) else self.place
 
 
@@ -56,9 +56,9 @@ class BoundParams:
     """The values of parameters.
 
     Attributes:
-        values: of those that are the same in every scene.
-        varying: those that are not.
-        failed: those without a value, which was reported.
+        values: values of parameters that are the same in every scene.
+        varying: arguments that differ between scenes.
+        failed: parameters with a reported error.
     """
 
     values: dict[str, Any]
@@ -77,17 +77,17 @@ def bind_params(
     objects: ObjectBudget,
     sink: Sink,
 ) -> BoundParams:
-    """The values of all parameters of a module; what is wrong is reported.
+    """Binds all parameters of a module and reports invalid arguments.
 
     Args:
         compiled: the module.
-        given: parameter → argument.
-        constants: what expressions may read beside earlier parameters.
-        scope: of the module.
-        use: the `use` of a prefab; where the arguments come from, for the top module.
-        name_of: names the material or entity that is given to a parameter.
-        objects: how many may still be made.
-        sink: takes the diagnostics.
+        given: arguments, by parameter.
+        constants: names that defaults may read in addition to earlier parameters.
+        scope: scope of the module.
+        use: origin of the `use`; for the top module the place of the arguments.
+        name_of: returns the name of the material or entity in an argument.
+        objects: budget of objects.
+        sink: receives diagnostics.
     """
     _check_known(compiled, given, sink)
     values = dict(constants)
@@ -106,7 +106,7 @@ def bind_params(
             _report_missing(param, use, parent, sink)
             failed.add(name)
             continue
-        # Before anything looks through it: lists of lists that expressions make grow from use to use.
+        # Before anything walks through it: nested lists made by expressions may grow with every use.
         objects.take_for(count_values(argument.value, objects.most_values), argument.told, sink)
         if has_failed(argument.value):
             failed.add(name)
@@ -128,7 +128,7 @@ def bind_params(
 
 def _check_known(compiled: CompiledModule, given: Mapping[str, ParamArgument], sink: Sink) -> None:
     for name, argument in given.items():
-        # A declaration that was reported may have been meant.
+        # Declarations with errors count too: no second error for them.
         if name not in compiled.module.section("params"):
             message = f"there is no parameter `{cut(name)}`"
             hint = suggest(name, compiled.params)
@@ -161,7 +161,7 @@ def _report_missing(param: Param, use: Origin | Location | None, parent: Origin 
 
 
 def _find_declaration(param: Param, argument: ParamArgument, parent: Origin | None) -> Origin | None:
-    """Where a parameter is declared; None where the argument is its default, which stands there."""
+    """Returns the origin of a parameter's declaration; None if the argument is its default."""
     if isinstance(argument.place, SourceMark) and argument.place.path[:2] == param.path:
         return None
     return Origin(param.part.document.name, param.path, "", param.part.parent(parent))
@@ -181,7 +181,7 @@ def _refuse(wanted: ParamType, argument: ParamArgument, wrong: ParamIssue, sink:
 def _inside_module(
     param: Param, argument: ParamArgument, compiled: CompiledModule, name: Callable[[Param, ParamArgument], Any]
 ) -> Any:
-    """The argument as it means the same inside the module: files where they lie, materials and entities by names."""
+    """Converts an argument so that its paths and names are valid inside the module."""
     if param.kind == "file":
         return _relocate_file(argument.value, argument.document, compiled)
     if param.kind in {"material", "entity"}:
@@ -190,7 +190,7 @@ def _inside_module(
 
 
 def _relocate_file(value: Any, owner: SceneDocument, compiled: CompiledModule) -> Any:
-    """A file, so that every document of the module finds it."""
+    """Converts a file path so that it is valid in every document of the module."""
     if all(owner.shares_folder(part.document) for part in compiled.module.parts):
         return value
     return map_alternatives(value, lambda item: owner.absolute(item) if isinstance(item, str) else item)
@@ -204,7 +204,7 @@ def _map_names(value: Any, param: Param, argument: ParamArgument, name: Callable
 
 
 def map_alternatives(value: Any, change: Callable[[Any], Any]) -> Any:
-    """A value, plain or a form, with each of the alternatives that its form lists changed."""
+    """Applies `change` to a plain value, or to each alternative of a form."""
     form = form_key(value)
     if form is None:
         return change(value)
@@ -221,11 +221,11 @@ def map_alternatives(value: Any, change: Callable[[Any], Any]) -> Any:
 
 
 ABSOLUTE_PREFIX = "/"
-"""What a name begins with that means the same in every scope."""
+"""Prefix of a name that is valid in every scope."""
 
 
 def entity_name(argument: ParamArgument, names: NameScopes) -> Any:
-    """What stands for an entity argument: its name in every scope."""
+    """Returns the absolute name of an entity argument."""
     value = argument.value
     if not isinstance(value, str) or value.startswith(ABSOLUTE_PREFIX):
         return value
@@ -233,13 +233,13 @@ def entity_name(argument: ParamArgument, names: NameScopes) -> Any:
 
 
 def material_name(argument: ParamArgument, key: str, output: ExpansionWriter, sink: Sink) -> Any:
-    """What stands for a material argument: a name that any scope understands.
+    """Returns the absolute name of a material argument. An inline material is added to `materials`.
 
     Args:
-        argument: a name, or a mapping.
-        key: what a mapping is called among the materials of the scope that gives it.
-        output: takes it.
-        sink: takes the diagnostics.
+        argument: a name or a mapping.
+        key: name for an inline material, in the argument's scope.
+        output: receives the inline material.
+        sink: receives diagnostics.
     """
     value, place = argument.value, argument.place
     materials = output.sections["materials"]
@@ -268,20 +268,15 @@ def material_name(argument: ParamArgument, key: str, output: ExpansionWriter, si
 
 _USE_KEY = ("use",)
 _NAMED_NODE_DEPTH = 2
-"""How long the path of a named node is: its section, its name."""
+"""Length of a named node's path: section and name."""
 _MAX_SCALARS = 200
-"""Among so many scalars names are looked for: what is larger is no value of a field."""
+"""Most strings that are searched for names. A larger node is not the value of a single key."""
 
 
 def find_argument_origins(documents: Mapping[str | None, Document], origin: Origin) -> tuple[Origin, ...]:
-    """Where the parameters are given that the value at fault reads; empty for what is in no prefab, or reads none.
+    """Returns the origins of the prefab arguments that a reported value reads; empty if it reads none.
 
-    It is empty for an entity, a light, a link, too: a report about the whole is about no single value, and a wrong
-    value is reported at its own place.
-
-    Args:
-        documents: by the name that origins have.
-        origin: of the node, as written.
+    Also empty for a whole entity, light or link, since a report about one is not about a single value.
     """
     if origin.parent is None or origin.file not in documents:
         return ()
@@ -291,16 +286,14 @@ def find_argument_origins(documents: Mapping[str | None, Document], origin: Orig
 
 
 def _is_whole(node: Any, path: Path) -> bool:
-    """Whether a node is a whole: one of a section's, which have names, or a link of a tree."""
+    """Whether a node is a named node of a section, or a link of a tree."""
     if not is_mapping(node) or any(key in FORM_KEYS for key in node):
         return False
     return len(path) == _NAMED_NODE_DEPTH or path[-1:] == ("root",) or path[-2:-1] == ("children",)
 
 
 def _argument_origins(documents: Mapping[str | None, Document], origin: Origin) -> tuple[Origin, ...]:
-    """Where the parameters are given that a node reads. What is given there may read others in its turn: where these
-    are given follows.
-    """
+    """Returns the origins of the arguments that a node reads, then of those that they read themselves."""
     use = origin.parent
     if use is None or use.path[-1:] != _USE_KEY or origin.file not in documents or use.file not in documents:
         return ()
@@ -319,7 +312,7 @@ def _argument_origins(documents: Mapping[str | None, Document], origin: Origin) 
 
 
 def _at(node: Any, path: Path) -> Any:
-    """What stands at a path, or the scalar above it: an expression may give what has parts."""
+    """Returns the node at a path. Stops at a scalar, because an expression may return a list."""
     for segment in path:
         if not is_mapping(node) and not is_sequence(node):
             break

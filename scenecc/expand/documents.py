@@ -1,4 +1,4 @@
-"""The files that a scene includes and uses, read once, and what each of them contains."""
+"""Reads the files that a scene includes and uses, each once, and measures their contents."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from scenecc.source import Document, Limits
 
 SHIPPED_PREFIX = "scenecc:"
-"""What stands before the name of a prefab that ships with the package."""
+"""Prefix of the name of a built-in prefab."""
 
 PREFAB_FOLDER = Path(__file__).resolve().parents[1] / "prefabs"
-"""Where they are."""
+"""Folder of the built-in prefabs."""
 
 _NAME_A_SCENE = "name a scene file, or a prefab that `scenecc prefabs` lists; a robot is `urdf: …` or `mjcf: …`"
 
@@ -41,14 +41,14 @@ _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 
 @frozen
 class SceneDocument:
-    """A document, and what the paths in it are relative to.
+    """A document, and the base of its relative paths.
 
     Attributes:
-        document: what was read.
-        folder: of the file; the current one for a stream or a dict.
-        tree: `pkg://PACKAGE/FOLDER` or `asset://FOLDER` of a file that was named so, None of any other. What such a
-            file names lies in that tree too.
-        identity: of the file: the same however it is named.
+        document: the parsed document.
+        folder: folder of the file; the current one for a stream or a dict.
+        tree: `pkg://PACKAGE/FOLDER` or `asset://FOLDER` if the file was named by such a URI, else None. Relative
+            paths in the file are then relative to this URI.
+        identity: canonical path of the file, independent of how it was named.
     """
 
     document: Document
@@ -58,54 +58,54 @@ class SceneDocument:
 
     @property
     def name(self) -> str | None:
-        """As origins have it."""
+        """Name of the document in origins."""
         return self.document.name
 
     @property
     def shown(self) -> str:
-        """As messages have it."""
+        """Name of the document in messages."""
         return self.document.name or "<dict>"
 
     def reference(self, uri: str) -> str:
-        """A path or uri that stands in this document, as `scenecc.source.paths.resolve_path` takes it with `folder`."""
+        """Converts a path or URI in this document for `scenecc.source.paths.resolve_path` with `folder` as base."""
         if self.tree is None or _SCHEME.match(uri) or uri.startswith("/"):
             return uri
         scheme, path = self.tree.split("://", 1)
         return f"{scheme}://{posixpath.normpath(posixpath.join(path, uri))}"
 
     def absolute(self, uri: str) -> str:
-        """The same, to be read in any other document."""
+        """Converts a path or URI in this document to one that is valid in every document."""
         uri = self.reference(uri)
         return uri if _SCHEME.match(uri) or not uri else (self.folder / uri).as_posix()
 
     def shares_folder(self, other: SceneDocument) -> bool:
-        """Whether a relative path means the same in both."""
+        """Whether relative paths have the same base in both documents."""
         return self.folder == other.folder and self.tree == other.tree
 
 
 def top_document(document: Document) -> SceneDocument:
-    """The document that the others are reached from."""
+    """Wraps the top document."""
     path = document.path
     folder = Path.cwd() if path is None else path.parent
     return SceneDocument(document, folder, None, str(path.resolve()) if path is not None else "")
 
 
 Load = Callable[[str, SceneDocument, "Origin"], "SceneDocument | None"]
-"""Reads the scene file that a document names (reference as written, the document, where it stands); None where that
-was reported. The same file gives the same document."""
+"""Takes a reference, the document that holds it, and its origin. Returns the scene file, or None after an error. The
+same file returns the same document."""
 
 
 def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
-    """Reads scene files inside what a compilation may read.
+    """Returns a function that loads scene files within `scope`.
 
-    A reference is a path relative to the document's folder, `pkg://PACKAGE/PATH`, `asset://PATH`, or `scenecc:NAME`,
-    which stands for the edition of that prefab that is used here; see `edition_here`.
+    A reference is a path relative to the document's folder, `pkg://PACKAGE/PATH`, `asset://PATH` or `scenecc:NAME`.
+    The last is a built-in prefab; `edition_here` selects its edition.
     """
     read: dict[str, SceneDocument | None] = {}
     total = 0
 
     def load(reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
-        """A `Load` that reads each file once, however it is named."""
+        """Loads a scene file, each file once."""
         nonlocal total
         uri, shown = owner.reference(reference), None
         if reference.startswith(SHIPPED_PREFIX):
@@ -144,22 +144,22 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
 
 
 def shipped_names() -> list[str]:
-    """The prefabs that ship, by name."""
+    """Returns the names of the built-in prefabs, sorted."""
     return sorted(file.stem for file in PREFAB_FOLDER.glob("*.yaml") if "." not in file.stem)
 
 
 def editions(name: str) -> list[str]:
-    """The Python packages with which a prefab that ships is another file, by name: `NAME.PACKAGE.yaml`."""
+    """Returns the Python packages for which a built-in prefab has an edition, `NAME.PACKAGE.yaml`, sorted."""
     return sorted(file.stem.removeprefix(f"{name}.") for file in PREFAB_FOLDER.glob(f"{name}.*.yaml"))
 
 
 def edition_here(name: str, scope: AssetScope) -> str | None:
-    """The first of these packages that is installed, None for the plain `NAME.yaml`. None of them is imported."""
+    """Returns the first of these packages that is installed, without importing it; None for the plain edition."""
     return next((package for package in editions(name) if has_package(package, scope)), None)
 
 
 def shipped_file(name: str, edition: str | None) -> str:
-    """The file in `FOLDER` that holds an edition of a prefab."""
+    """Returns the file name, in `PREFAB_FOLDER`, of an edition of a prefab."""
     return f"{name}.yaml" if edition is None else f"{name}.{edition}.yaml"
 
 
@@ -178,7 +178,7 @@ def _read_document(
 
 
 def _shown_name(reference: str, owner: SceneDocument) -> str:
-    """As the top file's name was given: beside that, or absolute."""
+    """Returns a file's name relative to the owner's name, or the absolute path."""
     return posixpath.normpath(posixpath.join(posixpath.dirname(owner.name or ""), reference))
 
 
@@ -186,36 +186,36 @@ SHAPE_LISTS = frozenset(("shapes", "collisions", "visuals"))
 """Keys of the lists whose items may be repeated."""
 
 LINK_LIST = "children"
-"""Key of the list of links that hang on one; they may be repeated, or there on a condition."""
+"""Key of the list of child links, which may be repeated or conditional."""
 
 VALUES_PER_OBJECT = 8
-"""How many values count as an object."""
+"""Number of values that count as one object."""
 
 VALUES_PER_FORM = 4
-"""How many values a form counts for beside those that it holds."""
+"""Values that a form counts as, in addition to the values in it."""
 
 ROBOT_KEYS = frozenset(("root", "urdf", "mjcf"))
 
 OBJECTS_PER_ROBOT = 8
-"""For how many objects a robot counts beside its shapes."""
+"""Objects that a robot counts as, in addition to its shapes."""
 
 CHARACTERS_PER_OBJECT = 64
-"""How many characters of a text that was made count as an object."""
+"""Number of characters of generated text that count as one object."""
 
 _CHARACTERS_PER_VALUE = 8
-"""How many characters of an expression count as one more value: each may be an operation."""
+"""Number of characters of an expression that count as one more value: each may be an operation."""
 
 
 class FailedValue(str):
-    """Stands for a scalar whose value was reported, or reads something that was; nothing more is said about it."""
+    """Placeholder for a scalar that failed, or reads a failed value. It causes no further diagnostics."""
 
     __slots__ = ()
 
 
 def count_values(node: Any, most: int | None = None) -> int:
-    """How many values a node holds, repeated items counted once, and long expressions as several.
+    """Counts the values in a node. Repeated items count once, long expressions several times.
 
-    No more than `most` are counted: lists of lists that were made by expressions may hold far more than can be.
+    Counting stops at `most`, since nested lists made by expressions may be too large to walk.
     """
     waiting, count = [node], 0
     while waiting and (most is None or count + len(waiting) <= most):
@@ -232,7 +232,7 @@ def count_values(node: Any, most: int | None = None) -> int:
 
 
 def count_node_objects(node: Any) -> int:
-    """For how many objects something counts that has a name: for each of its shapes, and more where it is long."""
+    """Returns the number of objects that a named node counts as: its shapes, or more if it has many values."""
     if not is_mapping(node):
         return max(1, count_values(node) // VALUES_PER_OBJECT)
     robot = OBJECTS_PER_ROBOT * _count_robots(node)
@@ -240,24 +240,24 @@ def count_node_objects(node: Any) -> int:
 
 
 def count_added_objects(made: Any) -> int:
-    """For how many objects a text or list counts that an expression gave, beside the object that it is part of."""
+    """Returns the number of objects that the text or list result of an expression adds to its node."""
     return len(made) // CHARACTERS_PER_OBJECT if made.__class__ is str else count_values(made) // VALUES_PER_OBJECT
 
 
 def _count_robots(node: dict[str, Any]) -> int:
-    """How many files and trees an entity is made of: one, and those of its parts."""
+    """Counts the robots in an entity: itself and the attached ones."""
     attached = node.get("attach")
     parts = filter(is_mapping, attached.values()) if is_mapping(attached) else ()
     return (not ROBOT_KEYS.isdisjoint(node)) + sum(map(_count_robots, parts))
 
 
 def _count_shapes(node: dict[str, Any]) -> int:
-    """How many shapes an entity has as written, in all of its variants or links."""
+    """Counts the shapes of an unexpanded entity, in all its variants or links."""
     return sum(map(len, _shape_lists(node)))
 
 
 def _shape_lists(entity: dict[str, Any]) -> Iterator[Sequence[Any]]:
-    """The lists of shapes of an entity as written, with those of all its variants or links."""
+    """Yields the shape lists of an unexpanded entity, with those of its variants or links."""
     for body in _bodies(entity):
         for key in SHAPE_LISTS:
             if is_sequence(shapes := body.get(key)):
@@ -265,19 +265,19 @@ def _shape_lists(entity: dict[str, Any]) -> Iterator[Sequence[Any]]:
 
 
 def _bodies(entity: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """An entity as written, and all its variants or links."""
+    """Yields an unexpanded entity and all its variants, links and attached parts."""
     waiting = [entity]
     while waiting:
         body = waiting.pop()
         yield body
-        # Variants, or the links that hang on one; and what is attached.
+
         parts, attached = body.get("variants", body.get(LINK_LIST)), body.get("attach")
         waiting += filter(is_mapping, (body.get("root"), *(parts if is_sequence(parts) else ())))
         waiting += filter(is_mapping, attached.values() if is_mapping(attached) else ())
 
 
 def iterate_texts(node: Any) -> Iterator[str]:
-    """The texts in a node, in any order."""
+    """Yields the strings in a node, in any order."""
     todo = [node]
     while todo:
         item = todo.pop()
@@ -290,7 +290,7 @@ def iterate_texts(node: Any) -> Iterator[str]:
 
 
 def has_varying(value: Any) -> bool:
-    """Whether a value that was made still differs from scene to scene: it holds a template or a form."""
+    """Returns whether an expanded value differs between scenes: whether it holds a template or a form."""
     if isinstance(value, Template):
         return True
     if is_mapping(value):
@@ -299,12 +299,12 @@ def has_varying(value: Any) -> bool:
 
 
 def has_failed(value: Any) -> bool:
-    """Whether something in a value that was made has none."""
+    """Returns whether an expanded value holds a `FailedValue`."""
     return any(isinstance(text, FailedValue) for text in iterate_texts(value))
 
 
 def find_per_scene_lists(node: Any, path: KeyPath) -> list[KeyPath]:
-    """Where a node holds `per_scene` lists."""
+    """Returns the paths of the `per_scene` lists in a node."""
     found: list[KeyPath] = []
     if is_mapping(node):
         for key, item in node.items():
@@ -319,11 +319,11 @@ def find_per_scene_lists(node: Any, path: KeyPath) -> list[KeyPath]:
 
 
 _MIN_OBJECT_CHARACTERS = 10
-"""How long the text of an object is at least [characters]."""
+"""Shortest text of an object [characters]."""
 
 
 def is_within_object_limit(document: Document, limits: Limits, sink: Sink) -> bool:
-    """Whether a text holds no more objects than there may be; otherwise that is reported."""
+    """Returns whether a document has at most `limits.objects` objects. If not, it is reported."""
     text = document.text or ""
     if len(text) < _MIN_OBJECT_CHARACTERS * limits.objects or _max_objects(text, document.data) <= limits.objects:
         return True
@@ -341,7 +341,7 @@ def is_within_object_limit(document: Document, limits: Limits, sink: Sink) -> bo
 
 
 def _max_objects(text: str, data: dict[str, Any]) -> float:
-    """No fewer objects than a text holds, found by its letters alone: walking its data takes a tenth of all checks."""
+    """Returns an upper bound of a text's objects by counting characters: walking the data is far slower."""
     if "\\" in text:  # a key may be written in escapes
         return inf
     values = sum(map(text.count, (",", "\n", "[", "{", "- ")))
@@ -367,13 +367,13 @@ _EXPANDED_KEYS = {"entities": _ENTITY_KEYS, "constraints": _COPY_KEYS, "lights":
 
 
 def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
-    """Whether a document uses parameters, draws, includes, repetition, conditions, prefabs or expressions.
+    """Returns whether a document uses parameters, draws, includes, repetition, conditions, prefabs or expressions.
 
-    Costs next to nothing where there is a text: what is to be expanded must be spelled out in it.
+    With a text this is fast, because a substring search answers it.
 
     Args:
-        data: of the document.
-        text: that it was read from; None for a dict.
+        data: data of the document.
+        text: the source text; None for a dict.
     """
     if any(key in data for key in _TOP_LEVEL_KEYS):
         return True
@@ -384,15 +384,15 @@ def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
             for node in nodes.values():
                 if is_mapping(node) and not keys.isdisjoint(node):
                     return True
-    # A backslash may stand for any character.
+    # A backslash may escape any character.
     if text is None or "\\" in text:
         return any(EXPRESSION_START in one for one in iterate_texts(data)) or _repeats(entities)
-    # The words alone are no repetition: textures have one of them too.
+    # The word is not enough: textures have a `repeat` key too.
     return "${" in text or (("repeat" in text or LINK_LIST in text) and _repeats(entities))
 
 
 def _repeats(entities: Any) -> bool:
-    """Whether any of the bodies repeats a shape, or any of the trees a link, or leaves one out."""
+    """Whether any entity has a repeated shape, or a repeated or conditional link."""
     nodes = entities.values() if is_mapping(entities) else ()
     return any(_repeats_parts(node) for node in nodes if is_mapping(node))
 

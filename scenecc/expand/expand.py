@@ -1,4 +1,4 @@
-"""The expansion stage: from a document and the files it uses to the data of one scene file."""
+"""The expansion stage: turns a document and the files it uses into the data of one scene file."""
 
 from __future__ import annotations
 
@@ -65,14 +65,14 @@ class ModuleScope:
     Attributes:
         compiled: the module.
         name: full name of the instance; "" for the top.
-        prefix: what stands before the names of its entities and frames.
-        use: the `use`; None for the top.
+        prefix: prefix of the names of its entities and frames.
+        use: origin of the `use`; None for the top.
         selection: the scenes that the instance is in.
-        values: of parameters and constants.
-        failed: parameters without a value, which was reported.
+        values: values of parameters and constants, by name.
+        failed: parameters whose value has a reported error.
         chain: the modules that lead here, this one last.
-        hidden: whether only people see what is inside.
-        overrides: of this instance and of those around it, from here outwards.
+        hidden: whether its entities are hidden from cameras.
+        overrides: overrides of this instance and of the enclosing ones, innermost first.
     """
 
     compiled: CompiledModule
@@ -88,7 +88,7 @@ class ModuleScope:
     expansion_frames: dict[int, ExpansionFrame] = field(default_factory=dict[int, ExpansionFrame])
 
     def frame(self, part: ModulePart, objects: ObjectBudget, sink: Sink) -> ExpansionFrame:
-        """The frame of one of its documents."""
+        """Returns the frame of one of the module's documents."""
         frame = self.expansion_frames.get(id(part))
         if frame is None:
             parent = part.parent(self.use)
@@ -98,7 +98,7 @@ class ModuleScope:
 
 
 _NO_POSE: dict[str, Any] = {"pose": [0, 0, 0]}
-"""The frame of an instance without a pose."""
+"""Frame of an instance without a pose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,13 +106,13 @@ class ModuleExpander:
     """Expands modules.
 
     Attributes:
-        output: what is written.
-        prefabs: finds them.
-        scenes: reads selections.
-        draws: the shared draws that are given from outside.
-        objects: how many entities and repeated shapes may be made.
-        instances: how many instances.
-        sink: takes the diagnostics.
+        output: collects the expanded nodes.
+        prefabs: finds prefabs.
+        scenes: reads scene selections.
+        draws: names of the shared draws that the caller provides.
+        objects: budget of entities and repeated shapes.
+        instances: budget of instances.
+        sink: receives diagnostics.
     """
 
     output: ExpansionWriter
@@ -132,7 +132,7 @@ class ModuleExpander:
         use: Origin | Location | None,
         key: str = "",
     ) -> BoundParams:
-        """The values of a module's parameters. `key`: what stands before the names of materials given as mappings."""
+        """Binds a module's parameters. `key` is the name prefix of materials that are given as mappings."""
 
         def name_of(param: Param, argument: ParamArgument) -> Any:
             if argument.scope == scope and isinstance(argument.value, str):
@@ -153,7 +153,7 @@ class ModuleExpander:
         )
 
     def expand(self, scope: ModuleScope, bound: BoundParams) -> None:
-        """Writes all that a module has."""
+        """Writes all nodes of a module."""
         self._write_varying_params(scope, bound)
         self._shared_draws(scope)
         compiled = scope.compiled
@@ -161,7 +161,7 @@ class ModuleExpander:
             for name, made in nodes.items():
                 self._node(section, scoped_name(scope.name, name), made, scope)
         if scope.name or compiled.params:
-            # Another instance or another value of a parameter may use a material that nothing uses here.
+            # Another instance or parameter value may use a material that is unused here.
             self.output.names.used_materials.update([scoped_name(scope.name, name) for name in compiled.materials])
         for name, made in compiled.frames.items():
             self._write_placed("frames", scope.prefix + name, made, scope)
@@ -177,7 +177,7 @@ class ModuleExpander:
             self._expectation(scoped_name(scope.name, f"{number}"), made, scope)
 
     def _write_varying_params(self, scope: ModuleScope, bound: BoundParams) -> None:
-        """Parameters that differ from scene to scene become draws."""
+        """Writes parameters that differ between scenes as draws."""
         for name, argument in bound.varying.items():
             full = scoped_name(scope.name, name)
             place = argument.place if isinstance(argument.place, SourceMark) else SourceMark(argument.place.file, ())
@@ -195,7 +195,7 @@ class ModuleExpander:
             if has_varying(value) or full in self.draws:
                 self.output.add("draws", full, value, frame.mark(made.path))
             else:
-                # The same in every scene: whatever reads it is the same too, and need not be computed for each.
+                # A constant: expressions that read it can be evaluated once for all scenes.
                 scope.values[name] = value
 
     def _node(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> bool:
@@ -213,7 +213,7 @@ class ModuleExpander:
         if self._node(section, name, made, scope) and scope.name:
             self.output.names.scopes[name] = scope.name
             if scope.selection is not None:
-                # What it reads of a `with` may have a value in these scenes alone.
+                # The arguments that it reads may have values only in these scenes.
                 self.output.selections[name] = scope.selection
 
     def _expectation(self, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
@@ -239,7 +239,7 @@ class ModuleExpander:
             self._write_unit(unit, f"{unit.name}_{number}", scope, frame)
 
     def _write_unit(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
-        """One entity, instance, constraint, light or camera. `name`: what it is called without a `name` of its own."""
+        """Writes one entity, instance, constraint, light or camera. `name` is used if it has no `name` key."""
         if unit.condition is not None and not self._holds(unit.condition, frame):
             return
         if unit.namer is not None and unit.axes is not None:
@@ -269,7 +269,7 @@ class ModuleExpander:
             self.output.names.scopes[qualified_name(unit.section, full)] = scope.name
 
     def _overrides(self, section: str, full: str, scope: ModuleScope) -> list[Override] | None:
-        """What the uses around say of an object, the innermost first; None where it is removed."""
+        """Returns the overrides of an object, innermost first; None if it is removed."""
         found: list[Override] = []
         for table in scope.overrides:
             override = table.find(section, full, self.sink)
@@ -283,7 +283,7 @@ class ModuleExpander:
     def _merge_overrides(
         self, node: Any, overrides: list[Override], section: str, full: str
     ) -> tuple[Any, dict[Path, OverridePlace]]:
-        """A node with what is said of it, and where that is written."""
+        """Merges overrides into a node. Returns it with the place of each override."""
         merger = OverrideMerger(section, self.sink)
         for override in overrides:
             node = merger.merge(node, override)
@@ -294,7 +294,7 @@ class ModuleExpander:
     def _selection(
         self, unit: UnitTemplate, scope: ModuleScope, frame: ExpansionFrame, overrides: list[Override]
     ) -> Selection:
-        """The scenes of what is inside an instance that narrows them; None where none does."""
+        """Returns the scenes of a unit, narrowed by the enclosing instance; None if no instance narrows them."""
         given = _last_with_scenes(overrides) if overrides else None
         if given is not None and scope.selection is not None:
             return self.scenes.narrowed(given.value["scene_idxs"], scope.selection, given.origin("scene_idxs"))
@@ -362,7 +362,7 @@ class ModuleExpander:
     def _instance_selection(
         self, unit: UnitTemplate, overrides: list[Override], scope: ModuleScope, frame: ExpansionFrame
     ) -> Selection:
-        """The scenes of an instance; None for every scene, empty where they were reported."""
+        """Returns the scenes of an instance: None for every scene, empty if an error was reported."""
         override = _last_with_scenes(overrides) if overrides else None
         if override is not None:
             return self.scenes.narrowed(override.value["scene_idxs"], scope.selection, override.origin("scene_idxs"))
@@ -379,7 +379,7 @@ class ModuleExpander:
         scope: ModuleScope,
         frame: ExpansionFrame,
     ) -> dict[str, ParamArgument]:
-        """What an instance gives to parameters."""
+        """Returns the arguments of an instance, by parameter."""
         arguments = {
             param: ParamArgument(made.make(frame), frame.mark(made.path), made.part.document, scope.name)
             for param, made in use.given.items()
@@ -394,7 +394,7 @@ class ModuleExpander:
         return {param: self._map_by_scene(argument, selection) for param, argument in arguments.items()}
 
     def _map_by_scene(self, argument: ParamArgument, selection: tuple[int, ...]) -> ParamArgument:
-        """An argument whose `per_scene` lists, one value for each scene of the instance, are mappings."""
+        """Turns the `per_scene` lists of an argument, with one value per scene of the instance, into mappings."""
         if not has_varying(argument.value):
             return argument
         turned: dict[Path, tuple[int, ...]] = {}
@@ -414,9 +414,9 @@ class ModuleExpander:
         scope: ModuleScope,
         places: Mapping[Path, OverridePlace] | None,
     ) -> None:
-        """The frame in which an instance stands."""
+        """Writes the frame of an instance."""
         output = self.output
-        # A prefab without a prefix may hold an entity of the instance's own name, which then has it.
+        # With an empty prefix, an entity of the prefab may have the instance's name. The entity keeps it.
         is_taken = full in output.sections["entities"] and output.names.scopes.get(full, scope.name) != scope.name
         anchor = f"{full}/instance" if is_taken else full
         output.names.anchors[full] = anchor
@@ -432,18 +432,18 @@ class ModuleExpander:
 
 
 def _last_with_scenes(overrides: list[Override]) -> Override | None:
-    """The override that decides in which scenes an object is; None where none says it."""
+    """Returns the last override that sets `scene_idxs`, or None."""
     return next((one for one in reversed(overrides) if "scene_idxs" in one.value), None)
 
 
 def _anchor_name(full: str, prefix: str, compiled: CompiledModule) -> str:
-    """What an instance is called in an override; without a prefix something inside may have its name."""
+    """Returns an instance's name for overrides. With an empty prefix, an entity inside may have its name."""
     is_taken = any(prefix + unit.name == full for unit in compiled.units)
     return f"{full}/instance" if is_taken else full
 
 
 def _placement_override(override: Override, sink: Sink) -> Override:
-    """An override of an instance itself, without its arguments; what else is in it is reported."""
+    """Returns an override of an instance with only its placement keys. Unknown keys are reported."""
     kept: dict[str, Any] = {}
     for key, item in override.value.items():
         if key in INSTANCE_KEYS:
@@ -456,7 +456,7 @@ def _placement_override(override: Override, sink: Sink) -> Override:
 
 
 def _checked_name(made: NodeTemplate, key: str, pattern: str, frame: ExpansionFrame) -> str | None:
-    """A text that must fit a pattern; None where it was reported. `key`: where it is written."""
+    """Returns a string that matches a pattern, or reports it and returns None."""
     text = made.make(frame)
     if isinstance(text, str) and re.fullmatch(pattern, text):
         return text
@@ -471,12 +471,12 @@ _INDEX_TYPES = (int, str)
 
 
 class SceneSelections:
-    """Selections, each read once.
+    """Reads each scene selection once.
 
     Args:
-        count: how many scenes there are.
-        most: how many may be selected in all, each selection counted once.
-        sink: takes the diagnostics.
+        count: number of scenes.
+        most: most scenes that all selections together may hold; equal selections count once.
+        sink: receives diagnostics.
     """
 
     def __init__(self, count: int, most: int, sink: Sink) -> None:
@@ -487,10 +487,10 @@ class SceneSelections:
         self._most = self._left = most
 
     def narrowed(self, given: Any, outer: Selection, place: Origin) -> Selection:
-        """The scenes of what selects some inside of what is in others. Empty where the selection was reported.
+        """Returns the intersection of a selection with the enclosing one; empty if an error was reported.
 
         Raises:
-            BudgetExhausted: all that was selected comes to more than may be; that is reported.
+            BudgetExhausted: the selections hold too many scenes in total. The error is reported first.
         """
         key = repr(given)
         if key not in self._known:
@@ -498,7 +498,7 @@ class SceneSelections:
         chosen = self._known[key]
         if outer is None or not chosen:
             return chosen
-        # By identity: what is in one instance is narrowed by the same scenes, which are kept.
+        # Keyed by identity: the contents of an instance share one tuple. The cache keeps it alive.
         found = self._narrowed.get((key, id(outer)))
         if found is None:
             among = frozenset(outer)
@@ -516,7 +516,7 @@ class SceneSelections:
         return selection
 
     def _select(self, given: Any, place: Origin) -> Selection:
-        # An expression may have given anything.
+        # An expression may have returned any type.
         if isinstance(given, str) or (is_sequence(given) and all(type(item) in _INDEX_TYPES for item in given)):
             return resolve_scene_idxs(given if isinstance(given, str) else list(given), self.count, place, self._sink)
         message = f'`scene_idxs` must be a list of indices, or a slice such as "0:8", not {show(given)}'
@@ -526,16 +526,10 @@ class SceneSelections:
     def by_scene(
         self, value: Any, selection: tuple[int, ...], path: Path, turned: dict[Path, tuple[int, ...]]
     ) -> tuple[Any, Path | None]:
-        """A value with its `per_scene` lists, one item for each selected scene, as mappings by scene index.
+        """Turns the `per_scene` lists of a value, with one item per selected scene, into mappings by scene index.
 
-        Args:
-            value: plain, or a form.
-            selection: the scenes.
-            path: of the value.
-            turned: takes the scenes of each such list, by its path.
-
-        Returns:
-            The value, and where a list of another length is; None where none is.
+        Returns the value, and the path of the first list of wrong length or None. `turned` receives the scenes of each
+        converted list, by its path.
         """
         form = form_key(value)
         if form is None:
@@ -553,7 +547,7 @@ class SceneSelections:
             if wrong is not None:
                 return value, wrong
         if form == "per_scene" and is_sequence(items):
-            # The draw exists in every scene, though it is read in the selected ones alone.
+            # The draw exists in every scene but is read only in the selected ones, so its default does not matter.
             turned[(*path, form)] = selection
             rows = {str(scene): changed[index] for index, scene in enumerate(selection)}
             return {**value, form: {**rows, "default": changed[0]}}, None
@@ -562,10 +556,10 @@ class SceneSelections:
 
 
 PARAMS = "params"
-"""What diagnostics about arguments of the API or the command line name as their file."""
+"""File name in diagnostics about arguments of the API or the command line."""
 
 DRAWS = "draws"
-"""Likewise about draws that are given."""
+"""File name in diagnostics about draws from the API or the command line."""
 
 _HEAD = ("scenecc", "name", "description", "num_scenes", "seed")
 
@@ -582,20 +576,20 @@ def expand(
     limits: Limits,
     sink: Sink,
 ) -> Expansion | None:
-    """Expands a document; None where anything was reported as an error.
+    """Expands a document. Returns None if an error was reported.
 
-    From here on `sink.locate` finds places in all documents. The caller sets `sink.trace` to the expansion's `trace`.
+    Afterwards `sink.locate` finds places in all documents. The caller sets `sink.trace` to the expansion's `trace`.
 
     Args:
-        document: the top one, whose data was found to be sound as it is written.
-        params: name → value; paths among them are relative to the document's folder.
-        num_scenes: in place of the document's.
-        seed: in place of the document's.
-        draws: names of the shared draws that are given from outside.
-        load: reads the files that it uses; see `scenecc.expand.documents.scene_loader`.
-        measure: finds the bounds of meshes; see `scenecc.named_files.mesh_measurer`.
-        limits: on what it may ask for.
-        sink: takes the diagnostics.
+        document: the top document, already validated.
+        params: parameter values by name. Paths in them are relative to the document's folder.
+        num_scenes: overrides the document's.
+        seed: overrides the document's.
+        draws: names of the shared draws that the caller provides.
+        load: reads included and used files; see `scenecc.expand.documents.scene_loader`.
+        measure: returns the bounds of meshes; see `scenecc.named_files.mesh_measurer`.
+        limits: limits on the size of the expansion.
+        sink: receives diagnostics.
     """
     given = copy_mapping(params, sink, limits)
     if given is None:
@@ -636,7 +630,7 @@ def _expand_head(
     limits: Limits,
     sink: Sink,
 ) -> dict[str, Any]:
-    """What stands before the sections of the top document: it may read parameters, and no number of scenes yet."""
+    """Returns the head keys of the top document. They may read parameters, but not `num_scenes`."""
     document = compiled.module.main.document
     data = document.document.data
     head = {key: data[key] for key in _HEAD if key in data}
@@ -652,7 +646,7 @@ def _expand_head(
             use=None,
             name_of=lambda _, argument: argument.value,
             objects=few,
-            sink=Sink(),  # all this is told when the parameters are bound for good
+            sink=Sink(),  # the final binding reports these errors
         )
     except BudgetExhausted:
         return head
@@ -666,9 +660,9 @@ def _expand_head(
 
 
 def _scene_count(head: Mapping[str, Any], num_scenes: int | None, limits: Limits) -> int:
-    """How many scenes there are. `num_scenes`: in place of what the head says."""
+    """Returns the number of scenes. `num_scenes` overrides the head."""
     count = head.get("num_scenes", 1) if num_scenes is None else num_scenes
-    # For a number that cannot be nothing is made, and the stages after this one tell it.
+    # A later stage reports an invalid number.
     return count if type(count) is int and 1 <= count <= limits.scenes else 1
 
 
@@ -680,7 +674,7 @@ def _expand_top(
     objects: ObjectBudget,
     sink: Sink,
 ) -> bool:
-    """Writes all that the top module makes; False, reported, where that is too much."""
+    """Expands the top module. Returns False if a limit was exceeded, which is reported."""
     try:
         objects.take(compiled.weight, ExpansionFrame(top.name, None, {}, objects, sink), ())
         bound = builder.bind(compiled, arguments, scope="", use=Location(PARAMS))
@@ -691,7 +685,7 @@ def _expand_top(
 
 
 def _check_draws(draws: Collection[str], compiled: CompiledModule, output: ExpansionWriter, sink: Sink) -> None:
-    """Reports draws that are given and that nothing has."""
+    """Reports draws from the caller that do not exist in the scene."""
     known = dict.fromkeys((*compiled.draws, *output.sections["draws"]))
     for name in map(str, draws):
         if name not in known:

@@ -1,4 +1,4 @@
-"""The result of expansion and its construction: plain data of one scene file, and the origin of each part."""
+"""The result of expansion: plain data of one scene file, with the origin of each part."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 @frozen
 class ItemSpan:
-    """The items of an expanded list that one written item stands for, up to the start of the next.
+    """The items of an expanded list that come from one item of the source. They end at the next span's start.
 
     Attributes:
-        start: index of the first.
-        index: of the written item.
-        loop: that repeats it; None: it is one.
-        number: of the copy that is the first.
+        start: index of the first expanded item.
+        index: index of the source item.
+        loop: the loop that repeats it; None if it is not repeated.
+        number: copy number of the first expanded item.
     """
 
     start: int
@@ -39,16 +39,16 @@ class ItemSpan:
 
 
 ListKey = tuple["Path", tuple[int, ...]]
-"""A list as written below a node, and in which items of the lists with repeated ones around it, as they are built."""
+"""Source path of a list below its node, and the expanded indices in the enclosing lists with repeated items."""
 
 
 @frozen
 class SourceMark:
-    """The place of a node as written, and its copy. Cheap to make: `origin` is computed when something is reported.
+    """The source place of a node, and its copy. Cheap to create: `origin` is computed only for a report.
 
     Attributes:
-        file, path, parent: as `Origin` has them.
-        copies: the loops around, with the number of the copy in each.
+        file, path, parent: as in `Origin`.
+        copies: the enclosing loops, with the copy number in each.
     """
 
     file: str | None
@@ -58,25 +58,24 @@ class SourceMark:
 
     @property
     def copy(self) -> str:
-        """Which copy it is: "i=1, j=-1". A loop that makes one copy tells nothing."""
+        """The loop variables of the copy: "i=1, j=-1". Loops with a single copy are left out."""
         return ", ".join([loop.text(number) for loop, number in self.copies if loop.count > 1])
 
     @property
     def origin(self) -> Origin:
-        """The origin as written."""
+        """The origin in the source."""
         return Origin(self.file, self.path, self.copy, self.parent)
 
 
 @frozen
 class TraceRecord:
-    """Where a named node of the expanded data (`entities.leg_0`) was written.
+    """Source of a named node of the expanded data (`entities.leg_0`).
 
     Attributes:
-        mark: of the node.
-        lists: the items of each list with repeated ones; None where there is none.
-        by_scene: path as written below the node → scenes, for each `per_scene` list that was turned into a mapping.
-        overrides: path below the node, in the expanded data → where the override is written that gives what stands
-            there.
+        mark: place of the node.
+        lists: the spans of each list with repeated items; None if it has no such list.
+        by_scene: source path below the node → scenes, for each `per_scene` list that was turned into a mapping.
+        overrides: path below the node, in the expanded data → place of the override that sets its value.
     """
 
     mark: SourceMark
@@ -85,7 +84,7 @@ class TraceRecord:
     overrides: Mapping[Path, OverridePlace] | None = None
 
     def trace(self, path: Path) -> Origin:
-        """The origin as written of what stands at a path below the node."""
+        """Returns the source origin of the value at a path below the node."""
         if self.overrides:
             given = [(end, place) for end in range(len(path) + 1) if (place := self.overrides.get(path[:end]))]
             if given:
@@ -104,7 +103,7 @@ class TraceRecord:
                 if item.loop is not None and item.loop.count > 1:
                     copies.append(item.loop.text(item.number + step - item.start))
             elif self.by_scene and (scenes := self.by_scene.get(tuple(written))) is not None:
-                # Its `default` is its first item.
+                # `default` was made from the first item.
                 written.append(0 if step == "default" else scenes.index(int(step)))
             else:
                 written.append(step)
@@ -113,12 +112,12 @@ class TraceRecord:
 
 @frozen
 class OverridePlace:
-    """Where an override is written that gives a value.
+    """The place of a value in an override.
 
     Attributes:
-        record: of the override.
-        path: of the value in it.
-        order: of several overrides of one object the last is in force.
+        record: source of the override.
+        path: path of the value in the override.
+        order: number of the override; the highest wins.
     """
 
     record: TraceRecord
@@ -135,18 +134,19 @@ def _start(items: ItemSpan) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Expansion:
-    """One scene file that uses no other, as plain data.
+    """One self-contained scene file, as plain data.
 
     Attributes:
-        data: what `scenecc.spec.parse.parse(..., expanded=True)` takes: no `params`, `include`, `repeat`, `if`, `use`;
-            where a draw or `scene` is read there is a `scenecc.variation.forms.Template`. `num_scenes` and `seed` in
-            it are those that override the file's, where these are given.
-        names: what names in it mean.
-        selections: entity, frame, camera, constraint or light → scene indices, ascending, where an instance narrows
-            them; `scene_idxs` is then left out of the data.
-        documents: by the name that origins have.
-        params: values that the parameters of the top document were given, as plain data.
-        defaults: of its other parameters, as written; None where there is none.
+        data: input of `scenecc.spec.parse.parse(..., expanded=True)`, without `params`, `include`, `repeat`, `if` and
+            `use`. An expression that reads a draw or `scene` is a `scenecc.variation.forms.Template`. `num_scenes`
+            and `seed` include the caller's overrides.
+        names: resolves names in the data.
+        selections: entity, frame, camera, constraint or light → scene indices, ascending, if an instance narrows
+            them. Its `scene_idxs` is then left out of the data.
+        documents: documents by their name in origins.
+        records: section and name → source of the node.
+        params: given values of the top document's parameters, as plain data.
+        defaults: defaults of its other parameters, unevaluated; None without a default.
     """
 
     data: dict[str, Any]
@@ -158,13 +158,13 @@ class Expansion:
     defaults: Mapping[str, Any]
 
     def trace(self, origin: Origin) -> Origin:
-        """An origin in the expanded data as it was written: file, path, copy, and the uses that led there."""
+        """Maps an origin in the expanded data to its source: file, path, copy and the chain of uses."""
         path = origin.path
         record = self.records.get((str(path[0]), str(path[1]))) if len(path) > 1 else None
         return origin if record is None else record.trace(path[2:])
 
     def overridden(self, origin: Origin) -> tuple[Origin, ...]:
-        """The keys that overrides give the node of an origin, where an override is not what the origin leads to."""
+        """Returns the override keys that change an origin's node; empty if the origin itself is in an override."""
         path = origin.path
         record = self.records.get((str(path[0]), str(path[1]))) if len(path) > 1 else None
         overrides = record.overrides or {} if record else {}
@@ -174,25 +174,20 @@ class Expansion:
         return tuple(keys)[:_OVERRIDES_SHOWN]
 
     def reference(self, uri: str, origin: Origin) -> tuple[str, SceneDocument]:
-        """A path as the document that wrote it means it, for `scenecc.source.paths.resolve_path`.
+        """Returns the path or URI for `scenecc.source.paths.resolve_path`, and the document that a path is relative to.
 
-        Args:
-            uri: as in the expanded data.
-            origin: of the value, in the expanded data.
-
-        Returns:
-            The path or uri, and the document whose folder a path is relative to.
+        `origin` is that of the value in the expanded data.
         """
         document = self.documents[self.trace(origin).file]
         return document.reference(uri), document
 
 
 _MAX_VALUE_CHARACTERS = 24
-"""How long the value of a variable may be in the name of a copy [characters]."""
+"""Longest value of a variable in the name of a copy [characters]."""
 
 
 class Loop:
-    """The product of lists with the names of the variables that run through them, the last varying fastest."""
+    """The product of named lists. The last loop variable varies fastest."""
 
     __slots__ = ("axes", "count", "names")
 
@@ -202,11 +197,11 @@ class Loop:
         self.count = math.prod(map(len, self.axes))
 
     def __iter__(self) -> Iterator[tuple[Any, ...]]:
-        # Of a product that is empty the other lists may be as long as they like.
+        # `product` would first copy the other lists, which may be huge, although the result is empty.
         return product(*self.axes) if self.count else iter(())
 
     def text(self, number: int) -> str:
-        """The loop variables of a copy: "i=1, j=-1"."""
+        """Returns the loop variables of a copy as text: "i=1, j=-1"."""
         told: list[str] = []
         for name, axis in zip(reversed(self.names), reversed(self.axes), strict=True):
             number, index = divmod(number, len(axis))
@@ -218,20 +213,20 @@ class Loop:
 _MAX_COUNT_SHOWN = 10**18
 
 _VALUES_PER_OBJECT = 8
-"""How many values of an argument count as an object: each is looked through in every use."""
+"""Number of argument values that count as one object, since every use walks through all of them."""
 
 
 class BudgetExhausted(Exception):
-    """A limit was reached and reported: nothing more is expanded."""
+    """A limit was exceeded and reported. Expansion stops."""
 
 
 class ObjectBudget:
-    """How many of something may still be made.
+    """Counts created objects against a limit.
 
     Args:
-        code: of the report when there are more.
-        what: they are.
-        name: of the limit.
+        code: diagnostic code when the limit is exceeded.
+        what: what is counted, as named in the message.
+        name: name of the limit.
         most: the limit.
     """
 
@@ -240,20 +235,20 @@ class ObjectBudget:
         self._most = self._left = most
 
     def take(self, count: int, frame: ExpansionFrame, path: Path) -> None:
-        """Takes so many away.
+        """Spends `count` objects.
 
         Raises:
-            BudgetExhausted: there are not so many; that is reported.
+            BudgetExhausted: fewer are left. The error is reported first.
         """
         self._left -= count
         if self._left < 0:
             self._exhaust(frame.sink, frame.origin(path))
 
     def take_for(self, values: int, place: Origin | Location, sink: Sink) -> None:
-        """Takes as many away as so many values of an argument count for.
+        """Spends the objects that a number of argument values counts as.
 
         Raises:
-            BudgetExhausted: there are not so many; that is reported.
+            BudgetExhausted: fewer are left. The error is reported first.
         """
         self._left -= values // _VALUES_PER_OBJECT
         if self._left < 0:
@@ -261,7 +256,7 @@ class ObjectBudget:
 
     @property
     def most_values(self) -> int:
-        """How many values an argument may still hold, and one more object."""
+        """Number of argument values that certainly exceeds the budget: one object more than is left."""
         return (self._left + 1) * _VALUES_PER_OBJECT
 
     def _exhaust(self, sink: Sink, place: Origin | Location) -> NoReturn:
@@ -275,19 +270,19 @@ class ObjectBudget:
 
 @dataclass(slots=True, eq=False)
 class ExpansionFrame:
-    """One document as it is expanded in one place: for one use of it, and for one copy of what is repeated in it.
+    """Evaluation state of a document, for one use of it and the current copy of a repeated node.
 
     Attributes:
         file: the document's name.
-        parent: what brought it in; None for the top document.
-        values: name → value of parameters, loop variables and the like. Changes from copy to copy.
-        failed: names without a value, which was reported.
-        objects: how many may still be made.
-        sink: takes the diagnostics.
-        copies: the loops around, with the number of the copy in each.
-        lists: of the lists with repeated items met so far, what their items stand for.
-        around: the items of such lists that are being made, the outermost first.
-        measure: finds meshes of the document, where patterns are made of it.
+        parent: origin of the `use` or `include`; None for the top document.
+        values: values of parameters, loop variables and draws, by name. They change with each copy.
+        failed: names whose value has a reported error.
+        objects: budget of objects.
+        sink: receives diagnostics.
+        copies: the enclosing loops, with the copy number in each.
+        lists: spans of the lists with repeated items so far.
+        around: indices of the enclosing items of these lists, outermost first.
+        measure: measures meshes of the document. Needed only to compile patterns.
     """
 
     file: str | None
@@ -302,15 +297,15 @@ class ExpansionFrame:
     measure: MeasureMesh | None = None
 
     def mark(self, path: Path) -> SourceMark:
-        """The place of a node of the document, in the copy at hand."""
+        """Returns the place of a node of the document, in the current copy."""
         return SourceMark(self.file, path, self.parent, tuple(self.copies))
 
     def origin(self, path: Path) -> Origin:
-        """The same, for a report."""
+        """Returns the origin of a node of the document, in the current copy."""
         return self.mark(path).origin
 
     def each_copy(self, loop: Loop) -> Iterator[int]:
-        """The number of each copy that a loop makes, while the frame has its values."""
+        """Yields the number of each copy of a loop, with the loop variables set."""
         for number, members in enumerate(loop):
             self.values.update(zip(loop.names, members, strict=True))
             self.copies.append((loop, number))
@@ -329,20 +324,19 @@ class ExpansionFrame:
         hint: str | None = None,
         related: Iterable[RelatedPlace] = (),
     ) -> None:
-        """Reports something about a node of the document."""
+        """Reports a diagnostic at a node of the document."""
         self.sink.report(code, message, self.origin(path), at=at, hint=hint, related=related)
 
     def fail(self, error: ExpressionError, path: Path, code: str = "SC202") -> None:
-        """Reports an expression, at its place within the scalar at `path`."""
+        """Reports an expression error at its span within the scalar at `path`."""
         self.sink.report(code, error.message, self.origin(path), hint=error.hint, span=(error.start, error.end))
 
 
 MeasureMesh = Callable[[str, Origin], list[list[float]] | None]
-"""The bounds `[[x, y, z], [x, y, z]]` of a mesh that a document names (path as written, where); None where that was
-reported."""
+"""Takes a mesh path and its origin. Returns the bounds `[[x, y, z], [x, y, z]]`, or None after an error."""
 
 MeshMeasurer = Callable[["SceneDocument", str, Origin], list[list[float]] | None]
-"""The same of any document."""
+"""A `MeasureMesh` that also takes the document."""
 
 _SECTIONS = (
     "physics", "environment", "materials", "collision_groups", "draws", "frames", "entities", "constraints", "lights",
@@ -351,18 +345,18 @@ _SECTIONS = (
 
 
 def scoped_name(scope: str, name: str) -> str:
-    """The full name of a material, group or draw of a scope."""
+    """Returns the full name of a material, group or draw in a scope."""
     return f"{scope}/{name}" if scope else name
 
 
 class ExpansionWriter:
-    """Collects what is expanded, section by section.
+    """Collects expanded nodes by section.
 
     Attributes:
-        sections: of the expanded data.
-        names: as `Expansion` has them.
-        selections: likewise.
-        removed: section (`use` for an instance) and full name of what an override removes → where that is written.
+        sections: sections of the expanded data.
+        names: see `Expansion`.
+        selections: see `Expansion`.
+        removed: section (`use` for an instance) and full name of a removed object → origin of the override.
     """
 
     def __init__(self, top: str | None, sink: Sink) -> None:
@@ -384,16 +378,8 @@ class ExpansionWriter:
         by_scene: Mapping[Path, tuple[int, ...]] | None = None,
         overrides: Mapping[Path, OverridePlace] | None = None,
     ) -> bool:
-        """Writes a named node; False, reported, where there is one of the name.
-
-        Args:
-            section: of the data.
-            name: the full one.
-            node: plain data.
-            mark: where it is written.
-            lists: its lists that hold repeated items.
-            by_scene: as `TraceRecord` has it.
-            overrides: likewise.
+        """Adds a node by its full name, with the contents of its `TraceRecord`. Returns False for a duplicate, which is
+        reported.
         """
         entries = self.sections[section]
         if name in entries:
@@ -405,11 +391,11 @@ class ExpansionWriter:
         return True
 
     def counts(self) -> dict[str, int]:
-        """How many nodes each section has."""
+        """Returns the number of nodes in each section."""
         return {section: len(entries) for section, entries in self.sections.items()}
 
     def remove(self, start: Mapping[str, int], place: Origin) -> None:
-        """Takes out what came after `start`, as `counts` gave it: an instance that is removed at a place."""
+        """Removes the nodes of an instance: all that were added since `start`, a result of `counts`."""
         for section, entries in self.sections.items():
             for name in list(entries)[start[section] :]:
                 del entries[name]
@@ -417,7 +403,7 @@ class ExpansionWriter:
                 self.removed.setdefault((section, name), place)
 
     def _report_twice(self, section: str, name: str, second: Origin) -> None:
-        """At the uses that brought the two in, where those are not the same."""
+        """Reports a duplicate name, at the two `use` keys if they differ."""
         first = self.origin(section, name)
         first, second = _outermost_use(first, second), _outermost_use(second, first)
         uses = [origin.path[-1:] == ("use",) for origin in (first, second)]
@@ -429,12 +415,12 @@ class ExpansionWriter:
         self._sink.report("SC221", message, second, at="value" if uses[1] else "key", hint=hint, related=related)
 
     def origin(self, section: str, name: str) -> Origin:
-        """Where a named node was written."""
+        """Returns the origin of a named node."""
         record = self._records.get((section, name))
         return Origin(self._top, (section, name)) if record is None else record.mark.origin
 
     def trace(self, section: str, name: str, path: Path) -> Origin:
-        """Where something was written that stands at a path below a named node."""
+        """Returns the origin of the value at a path below a named node."""
         record = self._records.get((section, name))
         return Origin(self._top, (section, name, *path)) if record is None else record.trace(path)
 
@@ -445,13 +431,13 @@ class ExpansionWriter:
         params: Mapping[str, Any],
         defaults: Mapping[str, Any],
     ) -> Expansion:
-        """All of it. `head`: the keys that stand before the sections; the others as of `Expansion`."""
+        """Returns the expansion. `head` holds the keys before the sections; the rest is as in `Expansion`."""
         data = {**head, **{name: entries for name, entries in self.sections.items() if entries}}
         return Expansion(data, self.names, self.selections, documents, self._records, params, defaults)
 
 
 def _outermost_use(origin: Origin, other: Origin) -> Origin:
-    """The outermost use that brought one of two in, and not the other; itself where there is none."""
+    """Returns the outermost `use` of an origin that the other does not share, or the origin itself."""
     shared = list(chain_of(other))
     uses = [place for place in chain_of(origin) if place not in shared and place.path[-1:] == ("use",)]
     return uses[-1] if uses else origin

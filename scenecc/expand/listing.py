@@ -1,4 +1,4 @@
-"""Information about files without expansion: their parameters, and the prefabs that ship."""
+"""Lists the parameters of a file, and the built-in prefabs, without expansion."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ class ParamRow:
     """One parameter of a file.
 
     Attributes:
-        name: of it.
-        type: one of the types of parameters.
-        default: as it may be written in YAML; None where the parameter must be given.
+        name: its name.
+        type: a parameter type, or "any".
+        default: the default as YAML; None if a value is required.
         range: "0.1 to 2", "at least 1" or the options of a choice; "" for any value of the type.
-        description: for people; "" for none.
-        value: the default as plain data; None where the parameter must be given.
-        low, high: as plain data; None where there is none.
-        options: of a choice, as plain data; empty for other types.
+        description: its description; "" if it has none.
+        value: the default as plain data; None if a value is required.
+        low, high: minimum and maximum as plain data; None for no bound.
+        options: options of a choice, as plain data; empty for other types.
     """
 
     name: str
@@ -59,14 +59,14 @@ class ParamRow:
 
 @frozen
 class PrefabRow:
-    """One prefab that ships.
+    """One built-in prefab.
 
     Attributes:
-        name: as `use` takes it: `scenecc:table`.
-        params: of the edition that is used here, in order.
+        name: value for `use`: `scenecc:table`.
+        params: parameters of the selected edition, in order.
         description: one line.
-        editions: the Python packages with which the prefab has another edition, by name.
-        edition: the one of these whose edition is used here, since it is installed; None for the plain prefab.
+        editions: the Python packages for which the prefab has an edition, sorted.
+        edition: the package of the selected edition; None for the plain prefab.
     """
 
     name: str
@@ -77,13 +77,9 @@ class PrefabRow:
 
 
 def list_params(document: Document, *, load: Load, limits: Limits, sink: Sink) -> list[ParamRow] | None:
-    """The parameters of a document and of what it includes, in order; None where anything was reported as an error.
+    """Returns the parameters of a document and its includes, in order; None if an error was reported.
 
-    Args:
-        document: as it was read.
-        load: reads the files that it includes; see `scenecc.expand.documents.scene_loader`.
-        limits: on what it may ask for.
-        sink: takes the diagnostics; its `locate` is set.
+    `load` is a `scenecc.expand.documents.scene_loader`. Sets `sink.locate`.
     """
     library = ModuleLibrary(load, limits.depth, sink)
     sink.locate = library.locate
@@ -97,7 +93,7 @@ def list_params(document: Document, *, load: Load, limits: Limits, sink: Sink) -
 
 
 def list_prefabs() -> list[PrefabRow]:
-    """The prefabs that ship with the package, by name."""
+    """Returns the built-in prefabs, sorted by name."""
     rows: list[PrefabRow] = []
     limits = Limits()
     for name in shipped_names():
@@ -129,7 +125,7 @@ def _row(param: Param) -> ParamRow:
 
 
 def _format_value(value: Any) -> str:
-    """A value as YAML has it on one line."""
+    """Formats a value as YAML on one line."""
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 

@@ -1,4 +1,4 @@
-"""Modules and prefabs, compiled once and expanded for each use."""
+"""Compiles modules and prefabs once, for expansion in each use."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
 
 _COPY_KEYS = frozenset(("repeat", "if", "name"))
-"""Keys that say which entities there are, and are no part of them."""
+"""Keys that control which copies exist. They are not part of the expanded node."""
 
 ATTACHED_SECTIONS = ("constraints", "lights", "cameras")
-"""Sections of what is built after the entities, and may hold on to them. In this order they are written."""
+"""Sections that are built after the entities and may be attached to them, in the order of expansion."""
 
 _INSTANCE_KEYS = frozenset((*_COPY_KEYS, "use", "with", "prefix", "scene_idxs", "override"))
 
 FIXED_OVERRIDE_KEYS = frozenset((*_COPY_KEYS, "use", "prefix", "override"))
-"""Keys that say which objects a prefab has, and what they are called."""
+"""Keys that determine which objects a prefab has, and their names."""
 
 _OVERRIDE_DEPTH = 4
-"""How long the path of one override is: `entities`, the instance, `override`, a name."""
+"""Length of an override's path: `entities`, the instance, `override`, a name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +49,10 @@ class NodeTemplate:
     """A node and its pattern.
 
     Attributes:
-        node: as written, without what is not part of it.
-        pattern: None where there is nothing to fill in.
-        part: the document in which it is written.
-        path: of it there.
+        node: the unexpanded node, without keys that expansion consumes.
+        pattern: its pattern; None if it has no expressions.
+        part: its document.
+        path: its path in the document.
     """
 
     node: Any
@@ -61,19 +61,19 @@ class NodeTemplate:
     path: Path
 
     def make(self, frame: ExpansionFrame) -> Any:
-        """The node with the values of a frame."""
+        """Returns the node with the values of a frame."""
         return self.node if self.pattern is None else self.pattern.make(frame)
 
 
 @dataclass(frozen=True, slots=True)
 class InstanceTemplate:
-    """What an instance has beside its pose.
+    """The keys of an instance other than its pose.
 
     Attributes:
-        reference: of the prefab's file.
-        given: parameter → its value.
-        prefix: what stands before the names inside; None: the instance's name and a slash.
-        overrides: name of what is inside → what is merged into it.
+        reference: reference to the prefab's file.
+        given: arguments, by parameter.
+        prefix: prefix of the names inside; None for the instance's name and a slash.
+        overrides: overrides, by the name of the object inside.
     """
 
     reference: NodeTemplate
@@ -84,18 +84,18 @@ class InstanceTemplate:
 
 @dataclass(frozen=True, slots=True)
 class UnitTemplate:
-    """One written entity, constraint, light or camera, or several; or instances of a prefab.
+    """An unexpanded entity, instance, constraint, light or camera.
 
     Attributes:
-        section: of it.
-        name: as written.
-        body: its node; of an instance what is left of it for its frame.
-        axes: what repeats it.
+        section: its section.
+        name: its key in the section.
+        body: its node. For an instance, the node of its frame.
+        axes: its `repeat`.
         condition: its `if`.
-        namer: the names of its copies.
+        namer: its `name`, which names the copies.
         selection: its `scene_idxs`.
-        use: the prefab; None for what is no instance.
-        weight: for how many objects each copy counts: one, or as many as it has shapes, and more where it is long.
+        use: the prefab; None if it is not an instance.
+        weight: objects that each copy counts as; see `count_node_objects`.
     """
 
     section: str
@@ -111,17 +111,17 @@ class UnitTemplate:
 
 @dataclass(frozen=True, slots=True)
 class CompiledModule:
-    """A module, looked through.
+    """A compiled module.
 
     Attributes:
-        module: of it.
-        params: by name, in order.
-        draws, materials, groups, frames: by name, in order.
+        module: its source.
+        params: parameters by name, in order.
+        draws, materials, groups, frames: nodes by name, in order.
         settings: `physics` and `environment`, each by key.
         units: the entities.
         fastened: the constraints, then the lights and the cameras.
-        expectations: the `expect` of each of its documents that has one.
-        weight: for how many objects a use of it counts, but for what is repeated in it and the instances.
+        expectations: the `expect` of each document that has one.
+        weight: objects that each use counts as, without repeated units and instances.
     """
 
     module: Module
@@ -138,19 +138,12 @@ class CompiledModule:
 
 
 def compile_module(module: Module, use: Origin | None, measure: MeshMeasurer, sink: Sink) -> CompiledModule:
-    """Looks through a module; what is wrong in every use of it is reported.
-
-    Args:
-        module: a file with all that it includes.
-        use: what it is first used from.
-        measure: finds the bounds of meshes.
-        sink: takes the diagnostics.
-    """
+    """Compiles a module and reports errors that do not depend on its use. `use` is the first use, None for the top."""
     return _ModuleCompiler(module, use, measure, sink).compiled()
 
 
 class _ModuleCompiler:
-    """Looks through one module: first its parameters and draws, whose names everything after them may read."""
+    """Compiles one module: first its parameters and draws, because later nodes may read them."""
 
     def __init__(self, module: Module, use: Origin | None, measure: MeshMeasurer, sink: Sink) -> None:
         self._module = module
@@ -161,7 +154,7 @@ class _ModuleCompiler:
         self._names: dict[str, NameMeaning] = dict(BUILTIN_MEANINGS)
 
     def compiled(self) -> CompiledModule:
-        """The module, looked through in the order in which names may be read."""
+        """Returns the compiled module. Sections are compiled in the order in which names may be read."""
         params = self._params()
         draws = self._draws()
         sections = (
@@ -211,7 +204,7 @@ class _ModuleCompiler:
         return NodeTemplate(entry.node, compiler.pattern(entry.node, entry.path), entry.part, entry.path)
 
     def _expectations(self) -> list[NodeTemplate]:
-        """An `expect` of one document adds to those of others, and takes the place of none."""
+        """Returns the `expect` nodes of all documents. They are not merged."""
         nodes = [(part, part.document.document.data.get(EXPECT)) for part in self._module.parts]
         entries = [SectionEntry(node, part, (EXPECT,)) for part, node in nodes if is_mapping(node)]
         return [self._make_template(entry, self._compiler(entry)) for entry in entries]
@@ -236,15 +229,7 @@ class _ModuleCompiler:
     def _list_entries(
         self, section: str, meaning: NameMeaning, later: NameMeaning
     ) -> Iterator[tuple[str, SectionEntry, dict[str, NameMeaning]]]:
-        """The entries of a section with the names that each may read: what is above it, and not itself.
-
-        The names of each are a snapshot, which stays as it is.
-
-        Args:
-            section: of the module.
-            meaning: what its names are.
-            later: what they are to those above them.
-        """
+        """Yields the entries of a section, each with a snapshot of the names that it may read: those above it."""
         entries = self._module.section(section)
         for name, entry in entries.items():
             if check_new_name(name, meaning, self._names, entry.path, self._frame(entry.part)):
@@ -288,7 +273,7 @@ class _ModuleCompiler:
     def _compile_fixed(
         node: dict[str, Any], key: str, entry: SectionEntry, compiler: PatternCompiler
     ) -> NodeTemplate | None:
-        """A key that decides about structure; None where it is not there."""
+        """Compiles a key that determines structure. Returns None if the key is missing."""
         if key not in node:
             return None
         path = (*entry.path, key)
@@ -325,18 +310,18 @@ class _ModuleCompiler:
 
 
 _VALUES_PER_OBJECT = 4
-"""How many values in the declarations of parameters count as an object."""
+"""Number of values in parameter declarations that count as one object."""
 
 
 _NO_BUDGET = ObjectBudget("SC604", "objects", "objects", 0)
-"""Nothing is made while a module is looked through."""
+"""Compilation creates no objects."""
 
 
 DocumentChain = tuple["SceneDocument", ...]
-"""The documents that use one another, from the top one on."""
+"""A chain of documents, each used by the one before, from the top."""
 
 _IGNORED_KEYS = ("physics", "environment", "num_scenes", "seed")
-"""What a prefab says for the case that it is compiled by itself."""
+"""Keys of a prefab that apply only when it is compiled as a scene."""
 
 
 class PrefabLibrary:
@@ -349,14 +334,7 @@ class PrefabLibrary:
         self._compiled: dict[str, CompiledModule | None] = {}
 
     def find(self, reference: str, owner: SceneDocument, place: Origin, chain: DocumentChain) -> CompiledModule | None:
-        """The prefab that a document uses; None where it was reported.
-
-        Args:
-            reference: as written.
-            owner: the document.
-            place: of the reference.
-            chain: the modules that lead to it, its own last.
-        """
+        """Returns the compiled prefab that `owner` uses, or None after a reported error. `chain` ends with `owner`."""
         document = self._library.find(reference, owner, place)
         if document is None:
             return None
@@ -375,7 +353,7 @@ class PrefabLibrary:
         return self._compiled[document.identity]
 
     def _check(self, module: Module, place: Origin) -> None:
-        """Reports what has no meaning in a prefab."""
+        """Reports keys and lists that have no meaning in a prefab."""
         for part in module.parts:
             data, parent = part.document.document.data, part.parent(place)
             for key in _IGNORED_KEYS:

@@ -1,4 +1,4 @@
-"""A scene file together with all that it includes: one namespace."""
+"""Modules: a scene file merged with its includes into one namespace."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 SETTING_SECTIONS = ("physics", "environment")
 MERGED_SECTIONS = (*NAME_SECTIONS, *SETTING_SECTIONS)
-"""Sections that an included file adds to."""
+"""Sections that are merged from included files."""
 
 EXPECT = "expect"
-"""The section of which a module may have several."""
+"""The section that is not merged: a module may have one per document."""
 
 TOP_LEVEL_KEYS = ("name", "description", "num_scenes", "seed")
 """Keys that an included file cannot have."""
@@ -33,15 +33,15 @@ class ModulePart:
     """One document of a module.
 
     Attributes:
-        document: of it.
-        via: the items of `include` that lead to it from the module's own file: file and path of each.
+        document: the document.
+        via: file and path of each `include` item that leads to it from the module's main file.
     """
 
     document: SceneDocument
     via: tuple[tuple[str | None, Path], ...] = ()
 
     def parent(self, use: Origin | None) -> Origin | None:
-        """The parent of the origins of its nodes, where the module is used from `use`."""
+        """Returns the parent of its nodes' origins, if `use` uses the module."""
         for file, path in self.via:
             use = Origin(file, path, "", use)
         return use
@@ -56,19 +56,19 @@ class SectionEntry:
     path: Path
 
     def origin(self, use: Origin | None) -> Origin:
-        """Where it is written."""
+        """Returns its origin, if `use` uses the module."""
         return Origin(self.part.document.name, self.path, "", self.part.parent(use))
 
 
 @dataclass(frozen=True, slots=True)
 class Module:
-    """A file with all that it includes, in order.
+    """A file with its includes.
 
     Attributes:
         main: the file itself.
-        parts: the included documents in the order in which they are merged, then the file itself.
-        sections: name of a section → name → entry.
-        good: whether nothing was reported.
+        parts: the included documents in the order of merging, then the file itself.
+        sections: entries by section and name.
+        good: whether merging reported no error.
     """
 
     main: ModulePart
@@ -77,15 +77,15 @@ class Module:
     good: bool = True
 
     def section(self, name: str) -> dict[str, SectionEntry]:
-        """The entries of a section; none where no document has it."""
+        """Returns the entries of a section; empty if no document has it."""
         return self.sections.get(name, {})
 
 
 class ModuleLibrary:
-    """The documents and modules of one compilation, each read once.
+    """The documents and modules of one compilation. Each is read once.
 
     Attributes:
-        documents: those that were read, by their names.
+        documents: the documents read so far, by name.
     """
 
     def __init__(self, load: Load, deepest: int, sink: Sink) -> None:
@@ -98,17 +98,17 @@ class ModuleLibrary:
         self._named: dict[tuple[str, str], SceneDocument | None] = {}
 
     def add(self, document: SceneDocument) -> None:
-        """Takes a document whose data has been checked as it is written."""
+        """Adds a document that is already validated."""
         self.documents[document.name] = document
         self._sound[document.identity] = True
 
     def locate(self, origin: Origin, at: At) -> Location:
-        """Where an origin as written is, in whichever document: a `scenecc.diagnostics.diagnostic.Locator`."""
+        """Returns the location of a source origin: a `scenecc.diagnostics.diagnostic.Locator` for all documents."""
         document = self.documents.get(origin.file)
         return Location(origin.file) if document is None else document.document.locate(origin, at)
 
     def find(self, reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
-        """The document that another names; None where that, or something in it, was reported."""
+        """Returns a referenced document, or None if it cannot be read or has errors, which are reported."""
         key = (reference, owner.identity)
         if key in self._named:
             return self._named[key]
@@ -122,13 +122,13 @@ class ModuleLibrary:
         return found
 
     def module(self, document: SceneDocument, use: Origin | None) -> Module:
-        """A document with what it includes. `use`: what it is first used from."""
+        """Returns a document merged with its includes. `use` is the origin of its first use."""
         if document.identity not in self._modules:
             self._modules[document.identity] = _ModuleMerger(self, use, self._sink).module(document)
         return self._modules[document.identity]
 
     def is_too_deep(self, chain: list[str], place: Origin) -> bool:
-        """Whether a chain of documents is longer than the limit; that is reported."""
+        """Returns whether a chain of documents exceeds the depth limit, which is reported."""
         if len(chain) <= self.deepest:
             return False
         hint = "use fewer levels, or raise the limit with --limit depth=N or limits={'depth': N}"
@@ -138,7 +138,7 @@ class ModuleLibrary:
 
 
 def chain_text(chain: list[str]) -> str:
-    """The names of documents in a chain, from the folder of the first; of a long one the ends."""
+    """Formats a chain of document names, relative to the first one's folder. A long chain is shortened."""
     folder = posixpath.dirname(chain[0])
     names = [name.removeprefix(folder + "/") if folder else name for name in chain]
     names = [name if len(name) <= _MAX_NAME_CHARACTERS else "…" + name[-_MAX_NAME_CHARACTERS:] for name in names]
@@ -146,11 +146,11 @@ def chain_text(chain: list[str]) -> str:
 
 
 _MAX_NAME_CHARACTERS = 60
-"""How much of a document's name a chain shows [characters]."""
+"""Longest document name in a chain [characters]."""
 
 
 class _ModuleMerger:
-    """Merges a document with what it includes."""
+    """Merges a document with its includes."""
 
     def __init__(self, library: ModuleLibrary, use: Origin | None, sink: Sink) -> None:
         self._library = library
@@ -161,7 +161,7 @@ class _ModuleMerger:
         self._good = True
 
     def module(self, document: SceneDocument) -> Module:
-        """The document with all that it includes, which comes before what includes it."""
+        """Returns the merged module. Included documents come before those that include them."""
         main = ModulePart(document)
         self._add(main, [document])
         sections: dict[str, dict[str, SectionEntry]] = {}
@@ -173,7 +173,7 @@ class _ModuleMerger:
         return Module(main, tuple(self._parts), sections, self._good)
 
     def _add(self, part: ModulePart, chain: list[SceneDocument]) -> None:
-        """Adds a document after those that it includes. `chain`: the documents that led to it, and itself."""
+        """Adds a document after its includes. `chain` holds the documents that lead to it, and itself."""
         document = part.document
         self._reached.add(document.identity)
         items = document.document.data.get("include", [])

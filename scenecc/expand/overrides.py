@@ -1,4 +1,4 @@
-"""Overrides: what the file that uses a prefab says of the objects inside it."""
+"""Overrides: changes to objects of a prefab, made by the file that uses it."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ if TYPE_CHECKING:
     from scenecc.spec.keys import Place
 
 REMOVE = "remove"
-"""What stands in place of keys where the object is left out."""
+"""The override that removes an object."""
 
 OVERRIDE_SECTIONS = ("lights", "cameras", "constraints", "frames", "materials")
-"""Sections whose names have the section's before them; what is in no section is among the entities."""
+"""Sections whose names have the section as prefix in an override. Other names are entities."""
 
 INSTANCE_KEYS = frozenset(("pose", "scene_idxs", "hidden", "with"))
-"""What can be overridden of an instance itself."""
+"""Keys of an instance that can be overridden."""
 
 
 @dataclass(frozen=True, slots=True)
 class Override:
-    """What is said of one object.
+    """The override of one object.
 
     Attributes:
         value: a mapping, or `REMOVE`.
-        record: where it is written.
-        document: in which.
-        scope: in which its names mean something.
-        prefix: before the names of the entities of that scope.
+        record: its source.
+        document: its document.
+        scope: scope of the names in it.
+        prefix: prefix of the entity names of that scope.
     """
 
     value: Any
@@ -54,7 +54,7 @@ class Override:
     prefix: str
 
     def origin(self, *path: str) -> Origin:
-        """Where a key of it is written; without one, its name."""
+        """Returns the origin of a key of the override; without a path, of the override."""
         return self.record.trace(path)
 
 
@@ -63,10 +63,10 @@ class InstanceOverrides:
     """The overrides of one instance.
 
     Attributes:
-        instance: full name of it.
-        prefix: before the names inside.
-        entries: by the prefab's own names.
-        inside: those names that there are, with section and full name of each.
+        instance: full name of the instance.
+        prefix: prefix of the names inside.
+        entries: overrides, by name within the prefab.
+        inside: section and full name of the objects found so far, by name within the prefab.
     """
 
     instance: str
@@ -75,13 +75,7 @@ class InstanceOverrides:
     inside: dict[str, tuple[str, str]] = field(default_factory=dict[str, tuple[str, str]])
 
     def find(self, section: str, full: str, sink: Sink) -> Override | None:
-        """What is said of an object that was made inside; None for nothing.
-
-        Args:
-            section: of it; `use` for an instance.
-            full: its full name; of a material its scope comes before its name.
-            sink: takes the diagnostics.
-        """
+        """Returns the override of an object inside the instance, or None. An instance has the section `use`."""
         name = full[len(self.instance) + 1 if section == "materials" else len(self.prefix) :]
         key = f"{section}/{name}" if section in OVERRIDE_SECTIONS else name
         found = self.entries.get(key)
@@ -108,14 +102,7 @@ class InstanceOverrides:
 def make_overrides(
     templates: Mapping[str, NodeTemplate], frame: ExpansionFrame, scope: str, prefix: str
 ) -> dict[str, Override]:
-    """The overrides of one use of a prefab, with the values of the file that uses it.
-
-    Args:
-        templates: by name.
-        frame: of the use.
-        scope: of the file that uses it.
-        prefix: before the names of its entities.
-    """
+    """Instantiates the overrides of one use of a prefab. Frame, scope and prefix are those of the overriding file."""
     made: dict[str, Override] = {}
     for name, template in templates.items():
         frame.lists = {}
@@ -124,7 +111,7 @@ def make_overrides(
             message = f"`{cut(name)}` must be a mapping of keys, or `{REMOVE}`, not {show(value)}"
             refuse_structure(value, template.path, name, "SC103", message, frame)
             value = {}
-        # Its names, and the shapes that it may put in place of fewer, count in each use.
+        # Each use counts the names, and the shapes that may replace fewer shapes.
         frame.objects.take(count_node_objects(value) - 1, frame, template.path)
         record = TraceRecord(frame.mark(template.path), frame.lists)
         made[name] = Override(value, record, template.part.document, scope, prefix)
@@ -133,10 +120,10 @@ def make_overrides(
 
 
 def _absolute(value: Any, kind: NameKind | None, override: Override) -> Any:
-    """A scalar that means the same inside a prefab as in the file that gives the override."""
+    """Converts a scalar so that names of the overriding file are valid inside the prefab."""
     is_shared = kind in {"material", "group"}
     if isinstance(value, Template):
-        # An expression that differs from scene to scene gives the name of a material within a text.
+        # A varying expression returns the name of a material as text, so the text gets the scope.
         text = ABSOLUTE_PREFIX + scoped_name(override.scope, value.text) if is_shared else None
         return value.within(override.scope, text)
     if kind is None or not isinstance(value, str) or isinstance(value, FailedValue):
@@ -147,24 +134,24 @@ def _absolute(value: Any, kind: NameKind | None, override: Override) -> Any:
 
 
 def says_world(value: Any) -> bool:
-    """Whether an override names the world of its own file."""
+    """Returns whether an override refers to `world`, which is the world of the overriding file."""
     pose = value.get("pose")
     return value.get("parent") == WORLD or (is_mapping(pose) and pose.get("relative_to") == WORLD)
 
 
 _ITEM_COPY_KEYS = frozenset(("repeat", "if"))
-"""Of shapes and links, which are repeated when overrides are merged."""
+"""Keys of shapes and links that are already expanded when overrides are merged."""
 
 
 class OverrideMerger:
     """Merges overrides into one object.
 
     Args:
-        section: of the object.
-        sink: takes the diagnostics.
+        section: section of the object.
+        sink: receives diagnostics.
 
     Attributes:
-        places: as `TraceRecord.overrides` has them.
+        places: see `TraceRecord.overrides`.
     """
 
     _override: Override
@@ -176,7 +163,7 @@ class OverrideMerger:
         self._sink = sink
 
     def merge(self, node: Any, override: Override) -> Any:
-        """The object with what an override says. Nothing of `node` is changed."""
+        """Returns the object merged with an override. `node` is not changed."""
         self._count += 1
         self._override = override
         return self._mapping(node, override.value, section_place(self._section), (), ())
@@ -201,7 +188,7 @@ class OverrideMerger:
                     message = f"`{other}` and `{key}` exclude each other"
                     self._sink.report("SC111", message, self._origin(written), at="key", related=[first])
             name = key
-            # A pattern comes after all others, also where one of these is the same.
+            # An overriding pattern must come last to win. If an equal one exists, a group makes it a new key.
             while place.key is not None and place.key.pattern and name in made and name != next(reversed(made)):
                 name = f"(?:{name})"
             below = place.below({**node, **given}, key)
@@ -232,7 +219,7 @@ class OverrideMerger:
                 hint = "items are counted from 0; or give the whole list"
                 self._sink.report("SC243", message, self._origin((*at, key)), at="key", hint=hint)
                 continue
-            # No list has so many items that its index needs more digits.
+            # No list index has more digits.
             index = int(key) if len(key) < _MAX_DIGITS else len(made)
             if index >= len(made):
                 message = f"there is no item {cut(key)}: the list has {len(made)}"
@@ -244,7 +231,7 @@ class OverrideMerger:
 
 
 def _is_index(key: str) -> bool:
-    """Whether a key of an override is the number of an item in a list."""
+    """Whether a key of an override is the index of a list item."""
     return key.isascii() and key.isdigit()
 
 
@@ -253,11 +240,11 @@ _MAX_DIGITS = 10
 
 _OWNERS = (*SHARED_NAMESPACE, "constraints", "lights", "materials")
 _LISTED = 10
-"""How many of those that refer to something a message lists."""
+"""Most references that a message lists."""
 
 
 def check_removals(output: ExpansionWriter, sink: Sink) -> None:
-    """Reports each thing that was removed and that something else still refers to."""
+    """Reports each removed object that other objects still refer to."""
     removed = {name: place for (section, name), place in output.removed.items() if section in SHARED_NAMESPACE}
     materials = {name: place for (section, name), place in output.removed.items() if section == "materials"}
     if not removed and not materials:
@@ -275,10 +262,10 @@ def check_removals(output: ExpansionWriter, sink: Sink) -> None:
 
 
 class _ReferenceSearch:
-    """Looks for names of what was removed.
+    """Searches for references to removed objects.
 
     Attributes:
-        found: name and place of a removal → who refers to it, and where.
+        found: name and origin of a removal → name and origin of each reference.
     """
 
     def __init__(self, output: ExpansionWriter, removed: dict[str, Origin], materials: dict[str, Origin]) -> None:
@@ -289,7 +276,7 @@ class _ReferenceSearch:
         self._left = {name for section in SHARED_NAMESPACE for name in output.sections[section]}
 
     def look(self, section: str, owner: str, node: Any) -> None:
-        """Looks through one named node."""
+        """Searches one named node."""
         if not is_mapping(node):
             return
         scope = self._output.names.scopes.get(qualified_name(section, owner), "")
@@ -308,7 +295,7 @@ class _ReferenceSearch:
         change_leaves(node, section_place(section), look_at)
 
     def _take(self, full: str, section: str, owner: str, path: Path) -> None:
-        """A name, of which the end may be a link's: the longest is meant that is there, or was."""
+        """Adds a reference to a removed object. The end of the name may be a link; the longest match counts."""
         while full and full not in self._left:
             if full in self._removed:
                 self._add(full, self._removed[full], section, owner, path)

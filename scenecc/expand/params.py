@@ -1,4 +1,4 @@
-"""Parameters: their declarations, their values, and which of them are unused."""
+"""Parameters: declarations, checks of varying values, and unused ones."""
 
 from __future__ import annotations
 
@@ -39,19 +39,19 @@ _PARAM_KEYS = frozenset(("type", "default", "min", "max", "options", "descriptio
 
 @dataclass(frozen=True, slots=True)
 class Param:
-    """One parameter.
+    """The declaration of a parameter.
 
     Attributes:
-        name: of it.
-        kind: its type, one of `PARAM_KINDS`; None if it follows from the default.
-        default: as written; None where it must be given.
-        pattern: of a default that holds expressions.
-        low, high: as written; a number, or one for each component of a vector.
-        options: of a choice.
-        description: for people.
-        part: the document in which it is written.
-        path: of it there.
-        default_path: of its default.
+        name: its name.
+        kind: its type, one of `PARAM_KINDS`; None if it follows from the evaluated default.
+        default: the unevaluated default; None if a value is required.
+        pattern: pattern of a default with expressions.
+        low, high: `min` and `max`: a number, or one per component of a vector.
+        options: options of a choice.
+        description: its description.
+        part: its document.
+        path: its path in the document.
+        default_path: path of the default.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Param:
     default_path: Path
 
     def takes(self) -> ParamType | None:
-        """What it takes; None where it has no type."""
+        """Returns the parameter's type; None if it is unknown."""
         if self.kind is None:
             return None
         components = len(self.default) if self.kind == "vector" and is_sequence(self.default) else None
@@ -77,15 +77,7 @@ class Param:
 def read_param(
     name: str, node: Any, part: ModulePart, compiler: PatternCompiler, frame: ExpansionFrame
 ) -> Param | None:
-    """One entry of `params`; None where it was reported.
-
-    Args:
-        name: of it.
-        node: as written, in the long or the short form.
-        part: the document in which it is written.
-        compiler: of its default.
-        frame: takes what is wrong.
-    """
+    """Reads an entry of `params`, a mapping or only the default. Returns None after a reported error."""
     path = ("params", name)
     if not is_mapping(node):
         node = {"default": node}
@@ -119,7 +111,7 @@ def read_param(
 
 
 def _is_sound(param: Param, frame: ExpansionFrame) -> bool:
-    """Whether `min`, `max` and `options` go with the type; reported where not."""
+    """Whether `min`, `max` and `options` fit the type. If not, it is reported."""
     wrong: tuple[str, str] | None = None
     for key, bound in (("min", param.low), ("max", param.high)):
         if bound is None:
@@ -145,21 +137,21 @@ def _is_sound(param: Param, frame: ExpansionFrame) -> bool:
 
 
 _INTEGER_KINDS = frozenset(("number", "integer", "vector"))
-"""Types of parameters that what `integers` draws is of."""
+"""Parameter types that `integers` can draw."""
 
 _NUMBER_KINDS = frozenset(("number", "vector", "color"))
-"""Types of parameters that what the other forms draw is of which draw numbers."""
+"""Parameter types that the other distributions can draw."""
 
 
 def form_key(value: Any) -> str | None:
-    """The key of a form of variation; None of anything else."""
+    """Returns the key of a form of variation; None if the value is not a form."""
     if not is_mapping(value):
         return None
     return next((key for key in value if key in FORM_KEYS), None)
 
 
 def varying_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
-    """What is wrong with a value that varies; None if nothing is, without evaluating expressions."""
+    """Checks a varying value against a type without evaluating expressions. Returns the first error or None."""
     if isinstance(value, Template):
         return None
     form = form_key(value)
@@ -175,7 +167,7 @@ def _has_varying_parts(value: Any) -> bool:
 
 
 def _parts_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
-    """Of a list some of whose components vary."""
+    """Checks a list with varying components."""
     numbers = _as_vector(wanted)
     if numbers is None:
         return None if wanted.kind == "list" else ("SC211", f"must be {PARAM_KINDS[wanted.kind][1]}, not a list")
@@ -183,7 +175,7 @@ def _parts_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
 
 
 def _as_vector(wanted: ParamType) -> ParamType | None:
-    """A colour as the vector that it is; None of what is no vector."""
+    """Returns a colour or vector type as a vector type; None for other types."""
     if wanted.kind == "color":
         return replace(wanted, kind="vector", low=0, high=1)
     return wanted if wanted.kind == "vector" else None
@@ -214,7 +206,7 @@ def _component(bound: Any, index: int) -> Any:
 
 
 def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> ParamIssue | None:
-    """Of a form that draws numbers: whether it is the type's, its bounds are, and they lie in the range."""
+    """Checks a distribution: that the type allows it, and that its bounds fit the type and range."""
     drawn = DISTRIBUTIONS[form]
     if wanted.kind not in (_INTEGER_KINDS if drawn.whole else _NUMBER_KINDS):
         return "SC211", f"must be {PARAM_KINDS[wanted.kind][1]}, which `{form}` does not draw"
@@ -239,7 +231,7 @@ def _first_bound_misfit(bounds: Any, limits: ParamType, wanted: ParamType) -> Pa
 
 
 def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> ParamIssue | None:
-    """Of a bound: a number; of a vector a list of one for each component, too. `limits`: `wanted` as numbers."""
+    """Checks a bound: a number, or a list of components for a vector. `limits` is `wanted` as numbers."""
     if isinstance(bound, Template):
         return None
     if limits.kind == "number":
@@ -251,13 +243,13 @@ def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> ParamIssu
         return _length_misfit(bound, wanted) or _components_misfit(bound, limits)
     if not is_finite_number(bound):
         return "SC211", f"must be drawn between lists of numbers, not {show(bound)}"
-    # It stands for every component.
+    # A number applies to every component.
     count = max((len(limit) for limit in (limits.low, limits.high) if is_sequence(limit)), default=1)
     return limits.outside([bound] * count, [bound] * count)
 
 
 def _form_items(form: str, given: Any) -> list[Any]:
-    """What a form holds."""
+    """Returns the values in a form."""
     if form == ONCE:
         return [given]
     if is_mapping(given):
@@ -269,12 +261,12 @@ _UNUSED = {"params": ("SC322", "parameter"), "draws": ("SC319", "draw")}
 
 
 def report_unread_names(documents: Sequence[Document], lowered: Collection[str], sink: Sink) -> None:
-    """A warning for each parameter and each shared draw that no expression reads.
+    """Warns about each parameter and shared draw that no expression reads.
 
     Args:
-        documents: the top one and those that it includes, which share its parameters.
-        lowered: the draws that remain after expansion; lowering reports these.
-        sink: takes the warnings.
+        documents: the top document and its includes, which share its parameters.
+        lowered: draws that remain after expansion; lowering reports these.
+        sink: receives the warnings.
     """
     declared = [
         (section, name, document.name)
@@ -298,7 +290,7 @@ def report_unread_names(documents: Sequence[Document], lowered: Collection[str],
 
 
 def _read_names(text: str) -> set[str]:
-    """The names that the expressions of a text read; none where the text is a note and no expression."""
+    """Returns the names that the expressions in a string read; empty if it is not a valid expression."""
     try:
         template = Template.parse(text)
     except ExpressionError:

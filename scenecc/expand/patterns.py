@@ -1,7 +1,7 @@
-"""Patterns: nodes as written, which are analysed once and instantiated many times.
+"""Patterns: parsed nodes that are analysed once and instantiated many times.
 
-A pattern makes a node with the values at hand; only the containers above a filled-in scalar are made anew, the rest
-is the same object in every copy. A node without anything to fill in has no pattern.
+An instance copies only the containers above a substituted scalar; all other objects are shared between copies.
+A node without expressions has no pattern.
 """
 
 from __future__ import annotations
@@ -34,22 +34,22 @@ if TYPE_CHECKING:
 
 
 class Pattern(Protocol):
-    """Makes a node."""
+    """Instantiates a node."""
 
     def make(self, frame: ExpansionFrame) -> Any:
-        """The node with the values of a frame; what has no value is reported."""
+        """Returns the node with the values of a frame. Failed expressions are reported."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class ScalarPattern:
-    """A scalar with expressions. What it reads that differs from scene to scene stays to be read."""
+    """A scalar with expressions. Names that differ between scenes stay in the template."""
 
     template: Template
     path: Path
 
     def make(self, frame: ExpansionFrame) -> Any:
-        """The value, or the template with its constants."""
+        """Returns the value, or a template with its constants bound."""
         if frame.failed and not frame.failed.isdisjoint(self.template.names):
             return FailedValue(self.template.text)
         try:
@@ -58,20 +58,20 @@ class ScalarPattern:
             frame.fail(error, self.path)
             return FailedValue(self.template.text)
         if value.__class__ in SEQUENCES:
-            # A short expression may give a long text or list, and another one in every copy.
+            # A short expression may return a long text or list, a different one in each copy.
             frame.objects.take(count_added_objects(value), frame, self.path)
         return value
 
 
 @dataclass(frozen=True, slots=True)
 class MeshBoundsPattern:
-    """A scalar that reads bounds of meshes, as the document `measure` belongs to names them."""
+    """A scalar that calls `bounds`. `measure` resolves mesh paths relative to the scalar's document."""
 
     scalar: ScalarPattern
     measure: MeasureMesh
 
     def make(self, frame: ExpansionFrame) -> Any:
-        """As of the scalar; a mesh without bounds is reported."""
+        """Returns the scalar's value. A mesh without bounds is reported."""
         template, path = self.scalar.template, self.scalar.path
         found: dict[str, Any] = {}
         for name, mesh in template.meshes.items():
@@ -100,25 +100,25 @@ class MeshBoundsPattern:
 
 @dataclass(frozen=True, slots=True)
 class UnreadablePattern:
-    """A scalar that was reported."""
+    """A scalar with a reported error."""
 
     text: str
 
     def make(self, frame: ExpansionFrame) -> Any:
-        """Nothing of use."""
+        """Returns a FailedValue."""
         del frame
         return FailedValue(self.text)
 
 
 @dataclass(frozen=True, slots=True)
 class ContainerPattern:
-    """A mapping or a list. `patterns`: of its items, by key or index."""
+    """A mapping or list. `patterns` are pairs of a key or index and that item's pattern."""
 
     node: dict[str, Any] | list[Any]
     patterns: tuple[tuple[Any, Pattern], ...]
 
     def make(self, frame: ExpansionFrame) -> Any:
-        """The mapping or list."""
+        """Returns a copy of the container with its items instantiated."""
         made: Any = self.node.copy()
         for at, pattern in self.patterns:
             made[at] = pattern.make(frame)
@@ -127,15 +127,15 @@ class ContainerPattern:
 
 @dataclass(frozen=True, slots=True)
 class RepeatedItem:
-    """An item of a list that stands for none, one or several.
+    """A list item that expands to zero or more items.
 
     Attributes:
-        node: without what says how often it is there.
-        pattern: of it.
-        axes: what repeats it.
-        counted: for how many objects each copy counts.
-        condition: its `if`, and where that stands; None where it is always there.
-        numbered: whether its copies have the number behind their name.
+        node: the item without `repeat` and `if`.
+        pattern: its pattern.
+        axes: its `repeat`.
+        counted: objects that each copy counts as.
+        condition: node, pattern and path of its `if`; None if it has none.
+        numbered: whether the copy's number is appended to its name.
     """
 
     node: Any
@@ -146,12 +146,12 @@ class RepeatedItem:
     numbered: bool = False
 
     def make(self, frame: ExpansionFrame, number: int = 0) -> Any:
-        """One copy."""
+        """Returns one copy."""
         made = self.node if self.pattern is None else self.pattern.make(frame)
         return {**made, "name": f"{made['name']}_{number}"} if self.numbered else made
 
     def is_there(self, frame: ExpansionFrame) -> bool:
-        """Whether the copy at hand is built; an `if` that is neither true nor false is reported."""
+        """Whether the current copy is built. An `if` that is not a boolean is reported."""
         if self.condition is None:
             return True
         node, pattern, path = self.condition
@@ -160,12 +160,12 @@ class RepeatedItem:
 
 @dataclass(frozen=True, slots=True)
 class RepeatedPattern:
-    """A list some of whose items are repeated, or there on a condition.
+    """A list with repeated or conditional items.
 
     Attributes:
-        items: as written.
-        path: of the list as written.
-        below: the same, from the named node on.
+        items: the items in the source.
+        path: path of the list in the source.
+        below: the same path, relative to the named node.
     """
 
     items: tuple[RepeatedItem, ...]
@@ -173,7 +173,7 @@ class RepeatedPattern:
     below: Path
 
     def make(self, frame: ExpansionFrame) -> Any:
-        """The list, longer or shorter; `frame.lists` says what its items stand for."""
+        """Returns the expanded list and records the source of its items in `frame.lists`."""
         made: list[Any] = []
         starts: list[ItemSpan] = []
         for index, item in enumerate(self.items):
@@ -205,13 +205,13 @@ class RepeatedPattern:
 
 @dataclass(frozen=True, slots=True)
 class RepeatAxes:
-    """A `repeat` as written: name → list, or {count}."""
+    """A `repeat`: loop variable → list or {count}."""
 
     axes: Mapping[str, tuple[Any, Pattern | None]]
     path: Path
 
     def loop(self, frame: ExpansionFrame) -> Loop | None:
-        """The product; None where a list was reported. An empty one that no expression made so is noted."""
+        """Returns the loop, or None if a list has a reported error. A constant empty list gets a diagnostic."""
         lists: dict[str, Sequence[Any]] = {}
         for name, (node, pattern) in self.axes.items():
             path = (*self.path, name)
@@ -228,7 +228,7 @@ class RepeatAxes:
 
 
 def _axis_values(made: Any, path: Path, frame: ExpansionFrame) -> Sequence[Any] | None:
-    """The values of a loop variable; None where that was reported."""
+    """Returns the values of a loop variable, or reports them and returns None."""
     if is_sequence(made):
         return made
     if is_mapping(made) and "count" in made:
@@ -248,18 +248,18 @@ def _axis_values(made: Any, path: Path, frame: ExpansionFrame) -> Sequence[Any] 
 
 
 _MAX_RANGE = 10**18
-"""The longest range that has a length in Python, nearly: far more than any limit."""
+"""`len()` of a longer range overflows; far above any limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class PatternCompiler:
-    """Looks through nodes of one document.
+    """Compiles nodes of one document to patterns.
 
     Attributes:
-        names: what expressions may read.
-        frame: takes what is wrong, whatever the use of the document.
-        structure: what the nodes decide about, where that may not differ from scene to scene.
-        depth: how long the path of the named node is.
+        names: the names that expressions may read.
+        frame: reports errors that do not depend on the document's use.
+        structure: what the nodes determine, as named in messages, if it must be the same in every scene.
+        depth: length of the named node's path.
     """
 
     names: NameMeanings
@@ -268,7 +268,7 @@ class PatternCompiler:
     depth: int = 2
 
     def pattern(self, node: Any, path: Path) -> Pattern | None:
-        """The pattern of a node; None where there is nothing to fill in."""
+        """Returns the pattern of a node; None if it has no expressions."""
         if isinstance(node, str):
             return self.scalar(node, path) if "${" in node else None
         if is_mapping(node):
@@ -276,7 +276,7 @@ class PatternCompiler:
         return self._sequence(node, path) if isinstance(node, list) else None
 
     def scalar(self, text: str, path: Path) -> Pattern:
-        """The pattern of a text."""
+        """Returns the pattern of a string with expressions."""
         try:
             template = Template.parse(text)
         except ExpressionError as error:
@@ -292,7 +292,7 @@ class PatternCompiler:
         return MeshBoundsPattern(scalar, self.frame.measure)
 
     def _may_observe(self, template: Template, path: Path) -> bool:
-        """Whether a text reads what a simulation shows only where it is judged; otherwise that is reported."""
+        """Whether simulation results are read only in `that` of an expectation. Other uses are reported."""
         if not template.observations or (path[:2] == (EXPECT, "holds") and path[3:] == ("that",)):
             return True
         for name, (function, *_) in template.observations.items():
@@ -304,14 +304,14 @@ class PatternCompiler:
     def entries(
         self, node: dict[str, Any], path: Path, without: frozenset[str] = frozenset()
     ) -> ContainerPattern | None:
-        """The pattern of a mapping, some of whose keys are left out."""
+        """Returns the pattern of a mapping without some of its keys."""
         read = (pair for pair in node.items() if pair[0] not in without and not pair[0].startswith(NOTE_PREFIX))
         patterns = self._patterns(read, path)
         kept = node if without.isdisjoint(node) else {key: node[key] for key in node if key not in without}
         return ContainerPattern(kept, patterns) if patterns or kept is not node else None
 
     def _patterns(self, items: Iterable[tuple[Any, Any]], path: Path) -> tuple[tuple[Any, Pattern], ...]:
-        """The patterns of items, by key or index, that have one."""
+        """Returns the keys or indices of the items that have a pattern, with the patterns."""
         return tuple(
             (at, pattern)
             for at, item in items
@@ -319,7 +319,7 @@ class PatternCompiler:
         )
 
     def axes(self, node: Any, path: Path) -> tuple[RepeatAxes, PatternCompiler]:
-        """The pattern of a `repeat`, and the compiler of what it repeats."""
+        """Returns the axes of a `repeat`, and a compiler for the repeated node."""
         written: dict[str, Any] = node if is_mapping(node) else {}
         own: dict[str, NameMeaning] = {name: "later loop variable" for name in written if name not in self.names}
         outer = PatternCompiler({**self.names, **own}, self.frame, "`repeat`", self.depth)
@@ -358,7 +358,7 @@ class PatternCompiler:
         assert pattern is not None
         made = pattern.node
         assert is_mapping(made)
-        # A shape's name is its own; a link has one as an entity has its key.
+        # A link's name must be unique, so its copies are numbered. Shape names need not be unique.
         name = made.get("name") if axes is not None and "if" in keys else None
         numbered = isinstance(name, str) and "${" not in name
         kept = pattern if pattern.patterns else None
@@ -371,11 +371,11 @@ _COPY_KEYS: dict[str | int, frozenset[str]] = {
     **dict.fromkeys(SHAPE_LISTS, frozenset(("repeat",))),
     LINK_LIST: frozenset(("repeat", "if")),
 }
-"""Keys of lists whose items say how often they are there, and the keys that say it."""
+"""Keys of lists whose items may be repeated or conditional → the keys that control it."""
 
 
 def check_condition(value: Any, path: Path, frame: ExpansionFrame) -> bool:
-    """Whether an `if` holds; False, reported, where it is neither true nor false."""
+    """Returns whether an `if` holds. A value that is not a boolean is reported and counts as False."""
     if type(value) is bool:
         return value
     refuse_structure(value, path, "if", "SC223", f"`if` must be true or false, not {show(value)}", frame)
@@ -385,7 +385,7 @@ def check_condition(value: Any, path: Path, frame: ExpansionFrame) -> bool:
 def refuse_structure(
     value: Any, path: Path, key: str, code: str, message: str, frame: ExpansionFrame, hint: str | None = None
 ) -> None:
-    """Reports a value that cannot decide about structure; nothing more is said of one that was reported."""
+    """Reports a value that cannot determine structure, unless it has a reported error."""
     if has_varying(value):
         frame.report("SC203", f"`{key}` cannot read a value that differs from scene to scene", path)
     elif not isinstance(value, FailedValue):
@@ -393,7 +393,7 @@ def refuse_structure(
 
 
 class LoopInvariant:
-    """A pattern that reads none of a loop's variables, within that loop."""
+    """Caches a pattern that reads no variable of a loop, for the copies of that loop."""
 
     __slots__ = ("_made", "_pattern")
 
@@ -402,7 +402,7 @@ class LoopInvariant:
         self._made: Any = None
 
     def make(self, frame: ExpansionFrame) -> Any:
-        """The result of an earlier call. A faulty node is made again, so that each copy is reported."""
+        """Returns the cached node. A node with errors is not cached, so every copy reports them."""
         if self._made is not None:
             return self._made
         made = self._pattern.make(frame)
@@ -412,11 +412,11 @@ class LoopInvariant:
 
 
 def hoist_invariants(pattern: Pattern, variables: Collection[str]) -> Pattern:
-    """The same pattern, for the copies of one loop alone.
+    """Returns the pattern with its loop-invariant parts cached. The result is valid for one loop only.
 
     Args:
-        pattern: of what is repeated.
-        variables: of the loop; all other values stay as they are in it.
+        pattern: pattern of the repeated node.
+        variables: the loop's variables. All other values are constant within the loop.
     """
     match pattern:
         case ScalarPattern(template):
@@ -426,20 +426,20 @@ def hoist_invariants(pattern: Pattern, variables: Collection[str]) -> Pattern:
             made = ContainerPattern(node, inner)
             return LoopInvariant(made) if all(isinstance(item, LoopInvariant) for _, item in inner) else made
         case _:
-            # Of a list with repeated items each copy notes what they stand for.
+            # A list with repeated items records their sources in each copy, so it cannot be cached.
             return pattern
 
 
 NameMeaning = Literal[
     "parameter", "loop variable", "draw", "later draw", "later parameter", "later loop variable", "itself", "constant"
 ]
-"""`later` ones, and `itself`, may be read elsewhere, but not in the draw, default or loop at hand."""
+"""The `later` names and `itself` cannot be read in the current draw, default or loop."""
 
 NameMeanings = Mapping[str, NameMeaning]
 """The names that an expression may read."""
 
 PARAM_DEFAULT = "a default"
-"""What a parameter's default decides about."""
+"""`structure` of a parameter's default."""
 
 BUILTIN_MEANINGS: dict[str, NameMeaning] = {"num_scenes": "constant", "scene": "draw"}
 
@@ -449,14 +449,14 @@ _BARRED = frozenset(("later draw", "later parameter", "later loop variable", "it
 def check_template_names(
     template: Template, names: NameMeanings, path: Path, frame: ExpansionFrame, *, structure: str | None = None
 ) -> bool:
-    """Whether a template reads only names that mean something where it stands; what does not is reported.
+    """Returns whether a template reads only names that it may read. Others are reported.
 
     Args:
-        template: at hand.
-        names: that mean something.
-        path: of its scalar.
-        frame: whose document it is in.
-        structure: what it decides about, where that may not differ from scene to scene: "`repeat`".
+        template: the template.
+        names: the names in scope.
+        path: path of its scalar.
+        frame: frame of its document.
+        structure: what it determines, as named in messages ("`repeat`"), if it must be the same in every scene.
     """
     good = True
     reads = [(name, structure) for name in sorted(template.names - template.meshes.keys())]
@@ -473,7 +473,7 @@ def check_template_names(
 
 
 def check_new_name(name: str, what: str, names: NameMeanings, path: Path, frame: ExpansionFrame) -> bool:
-    """Whether a parameter, draw or loop variable may have a name; reported where not."""
+    """Returns whether a parameter, draw or loop variable may have a name. If not, it is reported."""
     if name in RESERVED_NAMES or keyword.iskeyword(name):
         message = f"`{cut(name)}` is a reserved word of expressions and cannot name a {what}"
     elif name in names:

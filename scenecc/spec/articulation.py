@@ -68,7 +68,7 @@ Limits = TypeAliasType("Limits", Leaf[LimitPair])
 """[lowest, highest]; `-.inf` and `.inf` for no limit."""
 
 MAX_JOINTS = 4096
-"""More than any articulation has."""
+"""Most numbers in a list of joint values; no articulation has more joints."""
 
 JointNumbers = TypeAliasType(
     "JointNumbers",
@@ -80,7 +80,7 @@ JointNumbers = TypeAliasType(
         ]
     ],
 )
-"""One number for each joint that moves, in SAPIEN's order, or by their names."""
+"""One number per moving joint, in SAPIEN's order or by name."""
 
 
 class LinkKeys(MotionKeys):
@@ -112,7 +112,7 @@ class JointKeys(SpecModel):
 
 
 class DriveKeys(SpecModel):
-    """Keys of the drives of joints. A drive replaces the joint's own damping."""
+    """Keys of joint drives. A drive replaces the joint's own damping."""
 
     stiffness: Maybe[Leaf[NonNegative]] = key("Stiffness: force per metre or radian of position error.", default=0)
     damping: Maybe[Leaf[NonNegative]] = key(
@@ -193,7 +193,7 @@ else:
 
 
 class JointPatterns(SpecModel):
-    """Patterns of names of links and joints, and what is said of these."""
+    """Keys for links, joints and drives, by name pattern."""
 
     links: dict[Pattern, LinkKeys] = names_key("Pattern of names → properties of the matching links.")
     joints: dict[Pattern, JointKeys] = names_key("Pattern of names → properties of the matching joints.")
@@ -251,7 +251,7 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
 
 
 def _check_distinct(names: list[Any]) -> list[Any]:
-    """Refuses a repair, or a group of geoms, that is named twice."""
+    """Rejects a repair or geom group that is named twice."""
     repeated = next((one for number, one in enumerate(names) if one in names[:number]), None)
     if repeated is not None:
         what = "repair" if isinstance(repeated, str) else "group"
@@ -275,7 +275,7 @@ VisualGroups = Annotated[
 
 
 class UrdfKeys(SpecModel):
-    """A URDF, and how it is read."""
+    """A URDF and its loader options."""
 
     urdf: Annotated[Leaf[Text], Excludes(("mjcf", "root"))] = Field(
         description="The file.", examples=["robots/arm.urdf"]
@@ -306,7 +306,7 @@ class Urdf(UrdfKeys, ArticulationKeys):
 
 
 class MjcfKeys(SpecModel):
-    """An MJCF, and how it is read."""
+    """An MJCF and its loader options."""
 
     mjcf: Annotated[Leaf[Text], Excludes(("urdf", "root"))] = Field(
         description="The file.", examples=["robots/ant.xml"]

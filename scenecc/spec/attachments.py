@@ -1,4 +1,4 @@
-"""Parts that are attached to an articulation. Imported when a document attaches one."""
+"""Parts that are attached to an articulation. Imported on first use."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,17 +22,17 @@ PART_TYPES = {
     PART_LABELS["mjcf"]: LazyType("scenecc.spec.attachments", "MjcfPart"),
     PART_LABELS["root"]: LazyType("scenecc.spec.attachments", "TreePart"),
 }
-"""The models of parts, by their labels."""
+"""Label of a part → its model."""
 
 
 class PartAnnotation(ModelChoice):
-    """The annotation of a part, whose model follows from its keys."""
+    """Annotation of a part, whose keys determine its model."""
 
     def __init__(self, *, nested: bool = False) -> None:
         self._nested = nested
 
     def choose(self, node: Any) -> "type[BaseModel] | None":
-        """The model of the part's kind."""
+        """Returns the model of a part, or None."""
         return next((PART_TYPES[label].type for key, label in PART_LABELS.items() if key in node), None)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: "GetCoreSchemaHandler") -> "CoreSchema":
@@ -42,7 +42,7 @@ class PartAnnotation(ModelChoice):
         found: JsonSchemaValue = {"required": ["urdf"]}
         for form, label in reversed(PART_LABELS.items()):
             later = PART_TYPES[label]
-            # A part may hold parts: the schema of these is the definition that is being written.
+            # A part may contain parts, whose schema is the definition being generated.
             then = {"x-ref": later.type.__name__} if self._nested else later.json_schema(handler)
             found = {"if": {"required": [form]}, "then": then, "else": found}
         return found
@@ -65,7 +65,7 @@ def _read_part(node: Any) -> Any:
 
 
 Part = Annotated[Any, PartAnnotation()]
-"""What is attached to an articulation."""
+"""A part that is attached to an articulation."""
 
 
 class PartKeys(JointPatterns):

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 def within(bounds: Bounds, *, allow_inf_nan: bool | None = False) -> Any:
-    """The constraint of a number that a plan holds within some bounds. `allow_inf_nan`: None for integers."""
+    """Returns the Pydantic constraint for bounds of the plan. `allow_inf_nan` is None for integers."""
     positive = 0 if bounds.low == FLOAT32_MIN else None
     return Field(gt=positive, ge=bounds.low, le=bounds.high, allow_inf_nan=allow_inf_nan)
 
@@ -58,7 +58,7 @@ Speed = Annotated[float, Field(gt=0, ge=SPEED.low, le=SPEED.high, allow_inf_nan=
 NonNegative = Annotated[float, within(NON_NEGATIVE)]
 
 ExtendedFloat = Annotated[float, Field(ge=-math.inf, allow_inf_nan=True)]
-"""Infinite ones too; what is no number at all is less than nothing."""
+"""A float that may be infinite. NaN is rejected."""
 
 Unit = Annotated[float, within(UNIT_INTERVAL)]
 
@@ -75,10 +75,10 @@ NonNegativeInt32 = Annotated[int, within(COUNT, allow_inf_nan=None)]
 OpeningAngle = Annotated[float, Field(gt=0, ge=FLOAT32_MIN, lt=math.pi)]
 
 OpeningDegrees = Annotated[float, Field(gt=0, ge=FLOAT32_MIN, lt=180)]
-"""Angles of views and of cones of light [rad], [degrees]."""
+"""Angle of view, or of a light cone [degrees]; `OpeningAngle` is in radians."""
 
 
-# YAML gives lists; strict tuples would refuse them.
+# YAML has lists, which strict tuples reject.
 Vec3 = Annotated[tuple[Finite, Finite, Finite], Strict(strict=False)]
 
 
@@ -102,10 +102,10 @@ VelocityIterations = Annotated[int, within(VELOCITY_ITERATIONS, allow_inf_nan=No
 """PhysX takes 1 to 255 position iterations and 0 to 255 velocity iterations (PxRigidDynamic)."""
 
 CUSTOM_ERROR = "#told"
-"""The error type of a mistake that brings its own diagnostic in its context."""
+"""The type of an error that has its diagnostic in its context."""
 
 VALUE_NAME = "{this}"
-"""Stands in such a message for what the value at the mistake's place is called."""
+"""Placeholder in a custom error's message for the name of the value."""
 
 
 def custom_error(
@@ -117,45 +117,39 @@ def custom_error(
     span: tuple[int, int] | None = None,
     beside: str | None = None,
 ) -> PydanticCustomError:
-    """A mistake with its code, message and hint.
+    """Returns a Pydantic error with the contents of a diagnostic.
 
     Args:
-        code: a row of the table of codes.
-        message: of the diagnostic; `VALUE_NAME` in it is replaced.
-        at: which half of the entry is meant.
-        hint: of the diagnostic.
-        span: the part of a text that is meant (characters, end exclusive); None: all of it.
-        beside: another key of the same mapping, to which the diagnostic points too.
+        code: code of the diagnostic.
+        message: message of the diagnostic; `VALUE_NAME` in it is replaced.
+        at: whether the diagnostic points to the key or the value.
+        hint: hint of the diagnostic.
+        span: part of a string that is wrong [characters, end exclusive]; None for all of it.
+        beside: another key of the same mapping that the diagnostic also points to.
     """
     context = {"code": code, "message": message, "at": at, "hint": hint, "span": span, "beside": beside}
     return PydanticCustomError(CUSTOM_ERROR, "{message}", context)
 
 
 class ErrorCollector:
-    """The errors of one validator, raised together."""
+    """Collects the errors of one validator, to raise them together."""
 
     def __init__(self) -> None:
         self._lines: list[InitErrorDetails] = []
 
     def add(self, error: PydanticCustomError, found: Any, *loc: PathKey) -> None:
-        """Adds one.
-
-        Args:
-            error: what is wrong.
-            found: the value.
-            loc: where it is in the value that is validated.
-        """
+        """Adds the error of the value `found`, which is at `loc` in the validated value."""
         self._lines.append({"type": error, "loc": loc, "input": found})
 
     def take(self, problem: ValidationError, *loc: PathKey) -> None:
-        """Adds the errors of a validator that was called for a part of the value."""
+        """Adds the errors of another validator, which was called for the part at `loc`."""
         self._lines += [_copy_error(error, loc) for error in problem.errors(include_url=False)]
 
     def stop(self) -> None:
-        """Raises what there is.
+        """Raises the collected errors.
 
         Raises:
-            ValidationError: there was a mistake.
+            ValidationError: at least one error was added.
         """
         if self._lines:
             raise ValidationError.from_exception_data("value", self._lines)
@@ -168,7 +162,7 @@ def _copy_error(error: ErrorDetails, loc: tuple[PathKey, ...]) -> InitErrorDetai
 
 
 NOTE_PREFIX = "x-"
-"""Keys that start so are carried and ignored."""
+"""Prefix of keys that are kept but ignored."""
 
 NAME_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*$"
 
@@ -181,10 +175,10 @@ PATTERN_HINTS = {
     VARIABLE_PATTERN: "a name in expressions starts with a letter or `_` and continues with letters, digits and `_`",
     PREFIX_PATTERN: '"" keeps the names inside unchanged; any other value is the start of a name',
 }
-"""What may stand where a text does not fit its pattern."""
+"""Pattern → hint for a string that does not match it."""
 
 NOTE_SCHEMA = {"^x-": {"description": "A note or an anchor; ignored."}}
-"""Keys that may stand in any mapping, for the JSON Schema."""
+"""JSON Schema of the keys that are allowed in any mapping."""
 
 
 def _allow_notes(schema: dict[str, Any]) -> None:
@@ -193,7 +187,7 @@ def _allow_notes(schema: dict[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Excludes:
-    """The annotation of a key beside which some other keys of its mapping are an error; they exclude it too."""
+    """Annotation of a key that excludes other keys of its mapping. The exclusion is mutual."""
 
     keys: tuple[str, ...]
 
@@ -203,23 +197,23 @@ NameKind = Literal["entity", "frame", "material", "group"]
 
 @dataclass(frozen=True)
 class Names:
-    """The annotation of a text that names something: an `entity` (or a frame or camera, or a link of an entity), a
-    `frame` with a region, a `material` or a `group`.
+    """Annotation of a string that refers to an `entity` (or frame, camera or link), a `frame` with a region, a
+    `material` or a `group`.
     """
 
     kind: NameKind
 
 
 WHOLE = object()
-"""The annotation of a key whose mapping an override replaces, and does not merge."""
+"""Annotation of a key whose mapping an override replaces instead of merging."""
 
 PATTERN = object()
-"""The annotation of a text that is a pattern of names."""
+"""Annotation of a string that is a name pattern."""
 
 
 @cache
 def exclusions(model: type[BaseModel]) -> dict[str, frozenset[str]]:
-    """Key of a model → the keys that it excludes; in order, those after which another is a mistake first."""
+    """Returns the keys of a model → the keys that they exclude. Keys that declare an exclusion come last."""
     declared = {
         field.alias or name: {key for one in field.metadata if isinstance(one, Excludes) for key in one.keys}
         for name, field in model.model_fields.items()
@@ -232,11 +226,10 @@ def exclusions(model: type[BaseModel]) -> dict[str, frozenset[str]]:
 
 
 class SpecModel(BaseModel):
-    """A mapping of the language: unknown keys refused, nothing coerced, nothing changed later."""
+    """Base of all mappings of the language: strict, frozen, and without unknown keys."""
 
-    # Deferred: a document is one model, and what builds it builds all that it holds. Each for itself as well, and
-    # from annotations that are text, took a third of the time of a small check; so does a union written out at every
-    # use of it, hence the aliases (`TypeAliasType`) of those that are used often.
+    # `defer_build`: the document's model builds all nested models. Building each model separately as well took a
+    # third of the time of a small check. So did inlining a union at each use; hence `TypeAliasType` for common ones.
     model_config = ConfigDict(
         extra="forbid", strict=True, frozen=True, defer_build=True, json_schema_extra=_allow_notes
     )
@@ -250,10 +243,10 @@ class SpecModel(BaseModel):
         return schema
 
     def check_exclusions(self, _context: Any) -> None:
-        """Refuses keys that exclude each other: the one that says so, or the later one where both do.
+        """Rejects keys that exclude each other. The error is at the key that declares the exclusion.
 
         Raises:
-            ValidationError: there are two such keys.
+            ValidationError: two keys exclude each other.
         """
         given, excluded = self.model_fields_set, exclusions(self.__class__)
         if len(given) < _PAIR or len(both := [key for key in excluded if key in given]) < _PAIR:
@@ -274,7 +267,7 @@ _PAIR = 2
 
 
 class _NotNullable:
-    """Makes `T | None` mean that the key may be left out, not that it may be null."""
+    """Makes `T | None` an optional key that cannot be null."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         schema = handler(source)
@@ -284,7 +277,7 @@ class _NotNullable:
 T = TypeVar("T")
 
 Maybe = Annotated[T | None, _NotNullable()]
-"""A key that may be left out: then None, and the engine's own default stands."""
+"""An optional key. None means missing, so the engine's default applies."""
 
 
 def key(
@@ -294,13 +287,13 @@ def key(
     examples: list[Any] | None = None,
     excludes: tuple[str, ...] = (),
 ) -> Any:
-    """A key that may be left out, with what is built without it, for the schema's readers.
+    """Returns the field of an optional key.
 
     Args:
-        description: what it means, with its unit.
-        default: what is built without the key; shown in the schema, never filled in.
-        examples: values that an editor may offer.
-        excludes: keys that cannot be beside it; itself may be among them.
+        description: description with unit.
+        default: the engine's default. It is only shown in the JSON Schema, never filled in.
+        examples: suggestions for editors.
+        excludes: keys that it excludes; the key itself in this list is ignored.
     """
     extra = {"default": default} if default is not None else None
     made: Any = Field(default=None, description=description, examples=examples, json_schema_extra=extra)
@@ -309,30 +302,30 @@ def key(
 
 
 def list_key(description: str) -> Any:
-    """A list that may be left out, then empty."""
+    """Returns the field of an optional list, empty by default."""
     return Field(default_factory=list, description=description, json_schema_extra={"default": []})
 
 
 def names_key(description: str, *, alias: str | None = None, examples: list[Any] | None = None) -> Any:
-    """A mapping of names that may be left out, then empty."""
+    """Returns the field of an optional mapping of names, empty by default."""
     return Field(default_factory=dict, alias=alias, description=description, examples=examples)
 
 
 def _check_literal(text: str) -> str:
-    """Refuses an expression where any text is right: it would be taken as it is written."""
+    """Rejects an expression where any string is valid, since it would be taken literally."""
     if EXPRESSION_START in text and not EXPANDED.get():
         raise PydanticCustomError(NOT_MEANT, "a string without `${{`")
     return text
 
 
 REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[^/]+)*$"
-"""An entity or a frame, which may be inside an instance, or a link of an entity. A file may call its links anything."""
+"""Path of an entity, frame or link. A robot's file may give its links any names."""
 
 
 class _MappingKey:
-    """The annotation of a mapping's key. A note is refused: then the document is read again, without its notes.
+    """Annotation of a mapping's key. Notes are rejected; the document is then validated again without notes.
 
-    Pydantic marks the errors of keys by `[key]`, which itself may be a key.
+    The label is needed because Pydantic marks errors of keys with `[key]`, which may itself be a key.
     """
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -349,10 +342,10 @@ MAPPING_KEY = _MappingKey()
 
 
 class ScopedName:
-    """The annotation of names that an expanded document may have with slashes in them.
+    """Annotation of names that may contain slashes in an expanded document.
 
     Args:
-        whole: they may begin with one too, and are then names of the whole document.
+        whole: whether the name may also start with a slash, which makes it absolute.
     """
 
     def __init__(self, *, whole: bool = False) -> None:
@@ -371,16 +364,16 @@ class ScopedName:
 
 
 Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
-"""What names something of the file's own."""
+"""A name within the file."""
 
 NewName = Annotated[Name, ScopedName(), MAPPING_KEY]
-"""What something is called from here on."""
+"""The name that a key defines."""
 
 Reference = Annotated[str, StringConstraints(pattern=REFERENCE_PATTERN)]
-"""What names an entity, a frame or a link, which may be inside an instance. A file may call its links anything."""
+"""A reference to an entity, frame or link."""
 
 OuterName = Annotated[Name, ScopedName(whole=True)]
-"""A name that a prefab may be given by the file that uses it."""
+"""A name that may also be an argument of a prefab, and then belongs to the outer file."""
 
 GroupName = Annotated[OuterName, Names("group")]
 
@@ -395,4 +388,4 @@ FrameName = Annotated[Reference, ScopedName(whole=True), Names("frame")]
 """A frame with a region."""
 
 BodyName = Annotated[Text, Names("entity")]
-"""ENTITY or ENTITY/LINK, looked up when it is lowered."""
+"""ENTITY or ENTITY/LINK, resolved by lowering."""

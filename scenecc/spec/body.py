@@ -63,7 +63,7 @@ class EntityKeys(SpecModel):
 
 
 class MotionKeys(SpecModel):
-    """What bodies and links have: pull, damping and the limits of their motion."""
+    """Gravity, damping and velocity limits of bodies and links."""
 
     gravity: Maybe[Leaf[bool]] = key("false: gravity does not act on it.", default=True)
     linear_damping: Maybe[Leaf[NonNegative]] = key("Damping [1/s]; default: 0, for a link 0.05.")

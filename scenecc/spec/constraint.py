@@ -172,4 +172,4 @@ class SliderConstraint(ConstraintKeys):
 CONSTRAINT_TYPES = ("weld", "connection", "distance", "gear", "drive", "hinge", "slider")
 
 Constraint = Annotated[Any, LazyUnion("Constraint", {"constraint": CONSTRAINT_TYPES}), REPEATABLE]
-"""What stands under `constraints`."""
+"""An entry of `constraints`."""

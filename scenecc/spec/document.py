@@ -1,4 +1,4 @@
-"""A scene file as a whole."""
+"""The model of a scene file."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -31,9 +31,9 @@ else:
     FrameSpec = Annotated[Any, LazyType("scenecc.spec.pose", "FrameSpec")]
 
 Param = Annotated[Any, WithJsonSchema({"x-ref": "Parameter"})]
-"""A default or a mapping; expansion judges it, with what it is given."""
+"""A default or a mapping. Expansion validates it."""
 
-# Not `Literal[1]`, which takes 1.0 and true for 1.
+# `Literal[1]` would accept 1.0 and true.
 Version = Annotated[int, Field(ge=1, le=1), WithJsonSchema({"const": 1})]
 
 

@@ -1,4 +1,4 @@
-"""The section `entities`: a body, or another kind of entity that its keys determine."""
+"""The section `entities`. The keys of an entity determine its model."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ ENTITY_TYPES = {
     ENTITY_LABELS["root"]: LazyType("scenecc.spec.articulation", "Tree"),
     COPIES: LazyType("scenecc.spec.instances", "RepeatedBody"),
 }
-"""The models of entities that are no plain bodies, by their labels."""
+"""Label of an entity other than a plain body → its model."""
 
 
 def entity_model(label: str) -> type[BaseModel]:
-    """The model of an entity that is no plain body, by its label."""
+    """Returns the model for the label of an entity other than a plain body."""
     return ENTITY_TYPES[label].type
 
 
 class _Entity(ModelChoice):
-    """The annotation of an entity. Models of all but plain bodies are made only where there is such an entity."""
+    """Annotation of an entity. Models other than that of a plain body are built on first use."""
 
     def choose(self, node: Any) -> type[BaseModel]:
-        """The model of the entity's kind."""
+        """Returns the model of an entity."""
         label = entity_kind(node)
         return BodySpec if label == BODY else entity_model(label)
 
@@ -75,9 +75,7 @@ def _read_special_entity(node: Any) -> Any:
 
 
 def _check_common_keys(entity: Variants, mistakes: ErrorCollector) -> None:
-    """A key may be set on the entity or on a variant, not both, as keys that exclude each other may not. Lists of
-    shapes are concatenated.
-    """
+    """Rejects a key of a variant that the entity also has or excludes. Lists of shapes are concatenated instead."""
     common, excluded = entity.model_fields_set, exclusions(entity.__class__)
     for i, variant in enumerate(entity.variants):
         for key in sorted(variant.model_fields_set - {"shapes", "collisions", "visuals"}):

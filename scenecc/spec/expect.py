@@ -1,4 +1,4 @@
-"""What must hold in the scenes: the keys of `expect`. Imported when a document has them."""
+"""Expectations about the scenes: the keys of `expect`. Imported on first use."""
 
 from typing import Annotated, Any
 
@@ -64,7 +64,7 @@ class ExpectSpec(SpecModel):
     @model_validator(mode="wrap")
     @classmethod
     def _by_part(cls, node: Any, validate: ModelWrapValidatorHandler[Self]) -> Any:
-        """Of an expanded document the expectations of each file, and of each instance, by a name of their own."""
+        """In an expanded document, validates the expectations of each file and instance separately, by name."""
         if not EXPANDED.get():
             return validate(node)
         mistakes, made = ErrorCollector(), dict[str, ExpectSpec]()

@@ -1,4 +1,4 @@
-"""Expressions, per-scene lists and distributions, from plain data to `scenecc.variation.forms`.
+"""Reads expressions, per-scene lists and distributions from plain data into `scenecc.variation.forms`.
 
 The bounds of a distribution are checked against the range of the value that it replaces.
 """
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
 
 
 def read_fixed_expression(node: Any) -> Template:
-    """An expression in a document as written; anything else that varies is a mistake.
+    """Returns the template of an expression in an unexpanded document.
 
     Raises:
-        PydanticCustomError: it is one.
+        PydanticCustomError: the node is a form, an expanded template or an invalid expression.
     """
     if is_mapping(node):
         form = next(key for key in node if key in FORM_KEYS)
@@ -52,10 +52,10 @@ def read_fixed_expression(node: Any) -> Template:
 
 
 def parse_template(text: str) -> Template:
-    """The template of a text in a document as written.
+    """Parses the template of a string in an unexpanded document.
 
     Raises:
-        PydanticCustomError: it cannot be read.
+        PydanticCustomError: invalid expression.
     """
     try:
         return Template.parse(text)
@@ -64,23 +64,14 @@ def parse_template(text: str) -> Template:
 
 
 def quote_names(template: Template) -> str:
-    """The names that a template reads, as a message has them."""
+    """Returns the names that a template reads, quoted for a message."""
     return " and ".join(f"`{name}`" for name in sorted(template.names))
 
 
 def read_distribution(
     reader: FormReader, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc
 ) -> Any:
-    """One of the forms that draw numbers; None where that was a mistake.
-
-    Args:
-        reader: of the value.
-        key: the form's.
-        node: the mapping with the form.
-        domain: the numbers that the value may consist of.
-        plain: validates the value where it does not vary.
-        loc: of the mapping in the value that is validated.
-    """
+    """Reads a form that draws numbers, the mapping `node` with `key`. Returns None after an error."""
     at = (*loc, key)
     if not domain.of_numbers:
         hint = "use `per_scene`, `cycle` or `choice` for other values"
@@ -99,7 +90,7 @@ def read_distribution(
     for condition in drawn.holding(len(operands)):
         if condition.greater is None or condition.less is None:
             number = (condition.less if condition.greater is None else condition.greater) or 0
-            # Other roles have ranges of their own, which their operands were read in.
+            # The domains of other roles already limit their operands.
             if drawn.roles[number] == "value":
                 _check_limit(reader, operands[number], condition, (*at, number))
     if not _check_equal_lengths(reader, (*operands, *edges), drawn.listed, at):
@@ -122,7 +113,7 @@ def _edges(
     *,
     told: bool,
 ) -> tuple[Any, ...]:
-    """The edges of the key beside the form; none where it is left out, or wrong. `told`: the form is wrong itself."""
+    """Returns the bounds in the form's companion key; empty if it is missing or invalid."""
     if drawn.companion is None:
         return ()
     if drawn.companion in node:
@@ -159,21 +150,21 @@ def _operands(
 
 
 def _have_wrong_length(bounds: Any, domain: Domain) -> bool:
-    """Whether all are lists of one length that the value does not have: one mistake."""
+    """Whether all bounds are lists of the same, wrong length, which is reported once."""
     lengths = {len(bound) if is_sequence(bound) else None for bound in bounds}
     length = lengths.pop()
     return not lengths and length is not None and domain.item is not None and not domain.least <= length <= domain.most
 
 
 def _read_bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
-    """A bound: a number, or a list of one for each component. A number stands for all components of a vector."""
+    """Reads a bound: a number or a list of components. A number applies to all components of a vector."""
     if _is_plain_vector(node, domain):
-        with suppress(ValidationError):  # which is told of each component below
+        with suppress(ValidationError):  # reported by component below
             return tuple(domain.validate_numbers(node))
     if reader.varies(node, domain):
         return reader.leaf(node, domain, plain, loc)
     if isinstance(node, str) and domain.number is None:
-        # A colour or an axis. It stays as it is written, since a colour may leave its alpha to the field.
+        # A colour or an axis. It stays a string, because a colour without alpha takes it from the field.
         return reader.plain(node, plain, loc)
     if isinstance(node, str) or is_mapping(node) or (is_sequence(node) and domain.item is None):
         found = f", not the string {show(node)}" if isinstance(node, str) else ""
@@ -181,7 +172,7 @@ def _read_bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, 
     if is_sequence(node):
         return reader.vector(node, domain, loc)
     number = reader.plain(node, domain.scalar.validate_number, loc)
-    # Of a list of any length it is broadcast once that is known.
+    # For a list of any length, the number is broadcast once the length is known.
     as_it_is = domain.number is not None or number is None or not domain.least
     return number if as_it_is else (number,) * domain.least
 
@@ -212,10 +203,10 @@ def _is_number(part: Any) -> bool:
 
 
 def _convert_to_integers(reader: FormReader, bound: Any, loc: Loc) -> Any:
-    """The same bound with integers for its numbers."""
+    """Returns a bound with its numbers converted to integers."""
 
     def whole(part: Any) -> Any:
-        """One number as an integer; as it was, reported, where it is none, and what is no number untouched."""
+        """Converts a number to an integer, or reports it. Anything else is returned unchanged."""
         if not _is_number(part):
             return part
         if not float(part).is_integer():
@@ -237,7 +228,7 @@ def _convert_to_integers(reader: FormReader, bound: Any, loc: Loc) -> Any:
 
 
 def _check_limit(reader: FormReader, bound: Any, condition: OperandRule, loc: Loc) -> None:
-    """Reports an operand that a condition holds to a limit, on the wrong side of it."""
+    """Reports an operand that violates the limit of a condition."""
     above = condition.greater is not None
     words = ("at least", "greater than") if above else ("at most", "less than")
     numbers = [part for part in _bound_components(bound) if _is_number(part)]
@@ -248,7 +239,7 @@ def _check_limit(reader: FormReader, bound: Any, condition: OperandRule, loc: Lo
 
 
 def _pair_components(low: Any, high: Any) -> Iterator[tuple[Any, Any]]:
-    """The components of two bounds, side by side."""
+    """Yields the components of two bounds in pairs."""
     lows, highs = _bound_components(low), _bound_components(high)
     if len(lows) == 1 or len(highs) == 1:
         count = max(len(lows), len(highs))
@@ -258,7 +249,7 @@ def _pair_components(low: Any, high: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _check_equal_lengths(reader: FormReader, bounds: tuple[Any, ...], what: str, loc: Loc) -> bool:
-    """Whether those of the bounds that are lists are of one length; otherwise that is a mistake."""
+    """Whether all bounds that are lists have equal lengths. If not, it is reported."""
     lengths = [
         len(_bound_components(bound)) for bound in bounds if is_sequence(bound) or isinstance(bound, forms.Vector)
     ]
@@ -299,7 +290,7 @@ def _check_order(
 
 
 COMPANIONS = {"choice": "weights", **{key: one.companion for key, one in DISTRIBUTIONS.items() if one.companion}}
-"""Form → the key that may stand beside it."""
+"""Form → the key that is allowed beside it."""
 
 DEFAULT = "default"
 
@@ -309,11 +300,11 @@ _INDEX = re.compile(r"0|[1-9][0-9]{0,17}")
 
 
 class FormReader:
-    """Reads what varies of one value.
+    """Reads the forms and expressions of one value.
 
     Args:
-        mistakes: takes what is wrong.
-        refused: why no form may stand here, though an expression may; None: forms may.
+        mistakes: collects errors.
+        refused: hint if forms are not allowed here, only expressions; None if forms are allowed.
     """
 
     _in_once = False
@@ -323,18 +314,11 @@ class FormReader:
         self._refused = refused
 
     def mistake(self, code: str, message: str, found: Any, loc: Loc, hint: str | None = None) -> None:
-        """Adds a mistake."""
+        """Adds an error."""
         self._mistakes.add(custom_error(code, message, hint=hint), found, *loc)
 
     def leaf(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
-        """A value that may vary; None where that was a mistake.
-
-        Args:
-            node: as written.
-            domain: the numbers that it may consist of.
-            plain: validates one that does not vary.
-            loc: where it is in the value that is validated.
-        """
+        """Reads a value that may vary. `plain` validates it if it does not. Returns None after an error."""
         if is_varying(node):
             return self._form(node, domain, plain, loc) if is_mapping(node) else self._template(node, loc)
         if is_sequence(node) and domain.item is not None and any_varying(node):
@@ -342,7 +326,7 @@ class FormReader:
         return self.plain(node, plain, loc)
 
     def plain(self, node: Any, plain: Validate, loc: Loc) -> Any:
-        """A value that does not vary; None where it is a mistake."""
+        """Reads a value that does not vary. Returns None after an error."""
         try:
             return plain(node)
         except ValidationError as problem:
@@ -359,13 +343,13 @@ class FormReader:
             return None
 
     def varies(self, node: Any, domain: Domain) -> bool:
-        """Whether a value, or a component of it, is an expression or a form."""
+        """Returns whether a value or one of its components is an expression or a form."""
         if domain.item is None:
             return is_varying(node)
         return any_varying(node)
 
     def vector(self, node: Any, domain: Domain, loc: Loc) -> Any:
-        """A list of numbers, some of which may vary."""
+        """Reads a list of numbers, each of which may vary."""
         item = domain.item
         assert item is not None
         if not domain.least <= len(node) <= domain.most:
@@ -375,11 +359,11 @@ class FormReader:
         return forms.Vector(parts) if any(self.varies(part, item) for part in node) else parts
 
     def components(self, node: Any, item: Domain, loc: Loc) -> tuple[Any, ...]:
-        """The components of a list, each of which may vary."""
+        """Reads the components of a list, each of which may vary."""
         return tuple(self.leaf(part, item, self._component(item, loc, i), (*loc, i)) for i, part in enumerate(node))
 
     def _component(self, item: Domain, loc: Loc, i: int) -> Validate:
-        """Validates a component that does not vary: a number, or a list of components."""
+        """Returns the validator of a component that does not vary: a number or a list of components."""
         if item.number is not None:
             return item.validate_number
 
@@ -410,7 +394,7 @@ class FormReader:
         return self._listed(key, node, domain, plain, loc)
 
     def _once(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
-        """What a reset keeps; a plain value, which only an expression may have given, as it is."""
+        """Reads the value in `once`. In an expanded document a plain value is returned unchanged."""
         if self._in_once:
             return self.mistake("SC117", "`once` has no effect inside `once`", node, loc, "remove the inner one")
         self._in_once = True
@@ -424,7 +408,7 @@ class FormReader:
         return found
 
     def _listed(self, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
-        """A form whose values are listed, or any whose list is an expression."""
+        """Reads a form with listed values, or any form whose list is an expression."""
         given, at = node[key], (*loc, key)
         if self._is_expression(given):
             return self._list(given, at)
@@ -451,9 +435,9 @@ class FormReader:
                     self._list(item, (*loc, i))
                 elif any_varying([item]):
                     self.mistake("SC116", f"{VALUE_NAME} must contain only numbers", item, (*loc, i))
-            # The order is drawn once the expressions have their values.
+            # The order is drawn after the expressions are evaluated.
             return forms.Shuffle((node[0],))
-        # Of a draw, texts and flags may be shuffled though it holds no other lists of them.
+        # A draw may shuffle strings or booleans, although other forms cannot hold lists of them.
         kinds = set(map(type, node))
         if domain.most == MAX_DRAW_COMPONENTS and kinds in ({str}, {bool}):
             items = tuple(self.plain(item, plain, (*loc, i)) for i, item in enumerate(node))
@@ -465,7 +449,7 @@ class FormReader:
         return is_varying(node) and not is_mapping(node)
 
     def _list(self, node: Any, loc: Loc) -> Any:
-        """An expression in place of a form's list or of a weight: judged once it has its value."""
+        """Reads an expression in place of a form's list or weight. Its value is checked after evaluation."""
         if EXPANDED.get() or is_mapping(node):
             return self.mistake("SC116", f"{VALUE_NAME} cannot differ from scene to scene", node, loc)
         return self._template(node, loc)
@@ -530,13 +514,13 @@ class FormReader:
 
 
 def wrong_length_error(domain: Domain, count: int) -> PydanticCustomError:
-    """A list of a wrong length."""
+    """Returns the error for a list of wrong length."""
     most = str(domain.most) if domain.least == domain.most else f"{domain.least} to {domain.most}"
     return custom_error("SC106", f"{VALUE_NAME} must have {most} values, not {count}")
 
 
 def _misplaced_key_error(other: str, key: str) -> PydanticCustomError:
-    """A key that is not allowed beside a form's."""
+    """Returns the error for a key that is not allowed beside a form."""
     owners = [f"`{form}`" for form, companion in COMPANIONS.items() if other == companion]
     if owners:
         return custom_error("SC117", f"`{other}` is allowed only beside {' or '.join(owners)}", at="key")

@@ -1,4 +1,4 @@
-"""Hints for common mistakes, as tables: unknown keys, misplaced keys, words that others use."""
+"""Tables of hints for common mistakes: unknown keys, misplaced keys, words of other tools."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SHARED_ROBOT_KEYS = frozenset(
         "decomposition",
     )
 )
-"""Keys of an articulation that are the same in all of its scenes."""
+"""Keys of an articulation that cannot differ between scenes."""
 
 FORM_SYNONYMS = {
     **dict.fromkeys(("range", "random", "rand", "between", "min", "low"), "uniform: [low, high]"),
@@ -34,20 +34,20 @@ FORM_SYNONYMS = {
     **dict.fromkeys(("one_of", "any_of", "options", "random_choice"), "choice: [a, b]"),
     **dict.fromkeys(("values", "list"), "per_scene: [a, b]"),
 }
-"""What other languages call the forms of variation."""
+"""Name of a form in other tools → the form here."""
 
 HALVES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("size", "sizes", "extents", "dimensions", "edges"), ("half_size",)),
     **dict.fromkeys(("height", "length"), ("half_length",)),
     **dict.fromkeys(("diameter", "width"), ("radius",)),
 }
-"""Unknown key → the keys that take half of what it would."""
+"""Unknown key → keys that take half of its value."""
 
 SYNTAX_HINTS: dict[str, str] = {
     "include": "write the files as a list: `include: [FILE]`",
     "repeat": "for 4 copies write `{i: {count: 4}}`",
 }
-"""Key → how what stands there is written."""
+"""Key → syntax of its value."""
 
 MISSING_KEY_HINTS: dict[str, str] = {
     "color": "its numbers also set the brightness: `color: [3, 3, 3]`",
@@ -57,7 +57,7 @@ MISSING_KEY_HINTS: dict[str, str] = {
     "half_length": "write `half_length: …`, half of its straight part [m], and turn it by `axis` or `pose`",
     "pick": "it selects the variant of each scene: `pick: {cycle: [0, 1]}`, or any form over their indices",
 }
-"""Missing key → what it is for."""
+"""Missing key → hint."""
 
 KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("filename", "path", "src", "uri", "mesh_file", "mesh"), ("file",)),
@@ -89,7 +89,7 @@ KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("import", "imports"), ("include",)),
     **dict.fromkeys(("variables", "vars", "constants", "args", "arguments", "properties"), ("params",)),
 }
-"""Unknown key → what it is called here, where letters alone would not tell."""
+"""Unknown key → the keys here, for names that fuzzy matching would not find."""
 
 MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("body_type", "type", "write `body_type: static`, or a shape: `shapes: [{type: box, …}]`"),
@@ -209,7 +209,8 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("fovy", "look_at lookat eye target xyaxes up", "write it in the pose: `pose: {p: […], look_at: […]}`"),
     ("pose_in_parent", "axis", "its axis is x of both poses: for z turn them by `rpy_deg: [0, -90, 0]`"),
 )  # fmt: skip
-"""Keys, one of which is known where the mistake is; unknown keys; the hint. The first row that fits counts."""
+"""Rows of known keys, unknown keys and a hint. A row applies if the mapping may have one of its known keys; the first
+row that applies is used."""
 
 SHAPE_LIST_HINTS: dict[str, str] = {
     "mesh": "a `mesh` is only visible: write it under `visuals`; a convex_mesh, convex_parts or triangle_mesh collides",
@@ -217,7 +218,7 @@ SHAPE_LIST_HINTS: dict[str, str] = {
     "convex_parts": "`convex_parts` always collide: write them under `shapes` or `collisions`, or use a visible `mesh`",
     "triangle_mesh": "a `triangle_mesh` always collides: write it under `shapes` or `collisions`",
 }
-"""Shape type → where it may stand, for the lists that do not have it."""
+"""Shape type → hint for a list that does not allow it."""
 
 VALUE_SYNONYMS: dict[str, tuple[str, ...]] = {
     "fixed": ("static", "weld"),
@@ -236,7 +237,7 @@ VALUE_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("prismatic", "slide", "slider"), ("slider", "prismatic")),
     "ground": ("plane",),
 }
-"""What people write where one of several words may stand → the words that may be meant."""
+"""Unknown value → the values that may be meant."""
 
 VALUE_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
     **dict.fromkeys(
@@ -247,7 +248,7 @@ VALUE_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
     "ellipsoid": (("sphere", "write a `sphere`, or a `convex_mesh` with a file of that shape"),),
     "ambient": (("directional", "write it under `environment`: `environment: {ambient_light: [r, g, b]}`"),),
 }
-"""What people write → a word that is known where it stands, and what to say there."""
+"""Unknown value → pairs of a value and a hint. The hint applies where that value is allowed."""
 
 COLORS: dict[str, str] = {
     "red": "#ff0000",
@@ -264,7 +265,7 @@ COLORS: dict[str, str] = {
     "pink": "#ffc0cb",
     "cyan": "#00ffff",
 }
-"""Names of CSS, in which people think, and their values."""
+"""CSS colour name → value."""
 
 LENGTH_HINTS: dict[tuple[str, int], str] = {
     ("pose", 7): "a position and a rotation are {p: [x, y, z], q: [w, x, y, z]}",
@@ -275,7 +276,7 @@ LENGTH_HINTS: dict[tuple[str, int], str] = {
     ("half_size", 1): "one number for each axis: [x, y, z]",
     ("region", 4): "write two corners: [[x, y], [x, y]]",
 }
-"""Key and the number of its values → what they were probably meant to be."""
+"""Key and wrong number of values → hint."""
 
 
 UNSUPPORTED_KEYS: dict[str, str] = {

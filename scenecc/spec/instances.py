@@ -1,4 +1,4 @@
-"""Instances of prefabs, repeated bodies and variants. Imported when a document has one."""
+"""Instances of prefabs, repeated bodies and variants. Imported on first use."""
 
 from typing import Annotated, Any, Literal
 
@@ -18,7 +18,7 @@ Override = Fixed[
         union_by_kind("a mapping of keys, or `remove`"),
     ]
 ]
-"""Judged when it has been merged: it is a part of an object."""
+"""Part of an object. It is validated after merging."""
 
 
 class Instance(EntityKeys, RepeatKeys):

@@ -1,4 +1,4 @@
-"""The JSON Schema of the language, for editors."""
+"""Generates the JSON Schema of the language, for editors."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ _INTEGER_FORMS = {drawn.key: _NUMBER_FORMS[drawn.key] for drawn in DISTRIBUTIONS
 _COMPANIONS = {
     companion: [form for form, beside in COMPANIONS.items() if beside == companion] for companion in COMPANIONS.values()
 }
-"""Key beside forms → the forms."""
+"""Companion key → its forms."""
 
 _NEEDED = {drawn.key: [drawn.companion] for drawn in DISTRIBUTIONS.values() if drawn.needs_companion}
 
@@ -143,24 +143,24 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 class _SchemaGenerator(GenerateJsonSchema):
-    """Pydantic's generator, for people who write YAML."""
+    """Pydantic's generator with optional keys that are not nullable, and without titles."""
 
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
-        """A key that may be left out has no default `null`: null is refused."""
+        """Leaves out the default `null` of optional keys, because null is rejected."""
         if schema.get("default", ...) is None:
             return self.generate_inner(schema["schema"])
         return super().default_schema(schema)
 
     def get_title_from_name(self, name: str) -> str:
-        """Keys are their own titles."""
+        """Returns the key as its title."""
         return name
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema of a scene file."""
+    """Returns the JSON Schema of a scene file."""
     schema = SceneFile.model_json_schema(schema_generator=_SchemaGenerator)
     definitions = {**schema.pop("$defs"), **DEFINITIONS}
-    # Links of links are named alone, where the schema of a link would hold itself.
+    # Children refer to `ChildLink` by name, because the schema of a link would contain itself.
     link, copies = definitions["TreeLink"], definitions["RepeatedBody"]["properties"]
     keys = {**link["properties"], "repeat": copies["repeat"], "if": copies["if"]}
     definitions["ChildLink"] = {**link, "description": ChildLink.__doc__, "properties": keys}
@@ -169,7 +169,7 @@ def json_schema() -> dict[str, Any]:
 
 
 def _tidy(node: Any) -> Any:
-    """Without titles that repeat a key and the range of single precision, and with names checked as names."""
+    """Removes titles and the range of float32, replaces placeholders, and restricts names."""
     if is_mapping(node):
         out = {key: _tidy(item) for key, item in node.items() if not _is_noise(key, item)}
         if REF_KEY in out:
@@ -185,7 +185,7 @@ def _is_noise(key: str, item: Any) -> bool:
 
 
 def _restrict_names(mapping: dict[str, Any]) -> dict[str, Any]:
-    """A mapping whose keys are names: others are refused, and notes are no names."""
+    """Makes a mapping of names reject other keys and accept notes."""
     ((pattern, entry),) = mapping["patternProperties"].items()
     patterns = {pattern.replace("^", "^(?!x-)", 1): entry, **NOTE_SCHEMA}
     return {**mapping, "patternProperties": patterns, "additionalProperties": False}

@@ -1,4 +1,4 @@
-"""The keys that may be at a place of a document, and what their models declare about them."""
+"""The keys that are allowed at a place of a document, and their annotations."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ if TYPE_CHECKING:
 
 @dataclass
 class Place:
-    """What may be written at a place.
+    """The values that are allowed at a place of a document.
 
     Attributes:
-        names: what a text names.
-        varies: whether a form may be here.
-        whole: whether an override replaces a mapping, and does not merge it.
-        pattern: whether a text is a pattern of names.
-        key: of a mapping of names, the place of its keys.
-        entry, item: of a mapping of names and of a list: the place of what is in it.
-        choice: the model of a mapping of keys, or what chooses one.
+        names: kind of object that a string refers to.
+        varies: whether a form is allowed.
+        whole: whether an override replaces a mapping instead of merging it.
+        pattern: whether a string is a name pattern.
+        key: place of the keys of a mapping of names.
+        entry, item: place of the values of a mapping of names; of the items of a list.
+        choice: model of a mapping of keys, or its choice of models.
     """
 
     names: NameKind | None = None
@@ -51,11 +51,11 @@ class Place:
     choice: type[BaseModel] | ModelChoice | None = None
 
     def model(self, node: Any) -> type[BaseModel] | None:
-        """The model of a mapping of keys; None where there is none."""
+        """Returns the model of a mapping of keys, or None."""
         return self.choice.choose(node) if isinstance(self.choice, ModelChoice) else self.choice
 
     def below(self, node: Any, step: PathKey) -> Place:
-        """The place of a key or an item of a node that is here."""
+        """Returns the place of a key or item of `node`, a node at this place."""
         if not isinstance(step, str):
             return self.item or NOWHERE
         model = self.model(node)
@@ -64,23 +64,23 @@ class Place:
         return model_places(model).get(step) or (_REPEAT if step == "repeat" else NOWHERE)
 
     def is_form(self, node: Any) -> bool:
-        """Whether a mapping is one value that differs from scene to scene."""
+        """Returns whether a mapping is a form of variation."""
         return self.varies and not FORM_KEYS.isdisjoint(node)
 
 
 NOWHERE = Place()
-"""Where anything may be, and names nothing."""
+"""A place with any value and no references."""
 
 
 @cache
 def section_place(section: str) -> Place:
-    """The place of an entry of a section."""
+    """Returns the place of an entry of a section."""
     return model_places(SceneFile)[section].entry or NOWHERE
 
 
 @cache
 def model_places(model: type[BaseModel]) -> dict[str, Place]:
-    """The keys of a model, with their places."""
+    """Returns the places of a model's keys."""
     return {
         field.alias or name: _take(Place(), field.annotation, field.metadata)
         for name, field in model.model_fields.items()
@@ -88,7 +88,7 @@ def model_places(model: type[BaseModel]) -> dict[str, Place]:
 
 
 def _take(place: Place, annotation: Any, metadata: typing.Iterable[Any] = ()) -> Place:
-    """Adds to a place what a type says of it."""
+    """Adds a type and its annotations to a place."""
     for said in metadata:
         match said:
             case LazyType():
@@ -107,7 +107,7 @@ def _take(place: Place, annotation: Any, metadata: typing.Iterable[Any] = ()) ->
 
 
 def _take_type(place: Place, annotation: Any) -> None:
-    """Adds what a type without annotations says."""
+    """Adds a type without annotations to a place."""
     origin, args = typing.get_origin(annotation), typing.get_args(annotation)
     if isinstance(annotation, TypeAliasType):
         _take(place, annotation.__value__)
@@ -127,11 +127,11 @@ def _take_type(place: Place, annotation: Any) -> None:
 _DOCUMENT = Place(choice=SceneFile)
 
 _REPEAT = _take(Place(), Repeat)
-"""Of shapes, whose models have no such key: expansion takes it out."""
+"""Place of `repeat` in shapes. Their models lack the key, because expansion removes it."""
 
 
 def place_at(data: Any, path: Path) -> Place:
-    """The place at a path of a document. An alternative of a form is at the place of the form."""
+    """Returns the place at a path of a document. An alternative in a form has the place of the form."""
     place, node, steps = _DOCUMENT, data, iter(path)
     for step in steps:
         if is_mapping(node) and place.is_form(node):
@@ -144,13 +144,13 @@ def place_at(data: Any, path: Path) -> Place:
 
 
 def change_leaves(node: Any, place: Place, change: Change, path: Path = ()) -> Any:
-    """A copy of a node with its scalars, and keys that name something, changed; notes stay as they are.
+    """Returns a copy of a node with changed scalars and reference keys. Notes are not changed.
 
     Args:
-        node: plain data, with templates in place of expressions.
-        place: of it.
-        change: gives what replaces a scalar, from that, what it names here and its path.
-        path: of the node.
+        node: plain data and templates.
+        place: place of the node.
+        change: takes a scalar, the kind of object that it refers to, and its path; returns the new scalar.
+        path: path of the node.
     """
     if is_sequence(node):
         item = place.item or NOWHERE

@@ -1,4 +1,4 @@
-"""Shapes from mesh files. Imported when a document has one."""
+"""Shapes from mesh files. Imported on first use."""
 
 from typing import Annotated, Literal
 
@@ -11,7 +11,7 @@ from scenecc.spec.values import Fixed
 
 
 class ConvexMeshKeys(MeshFileKeys):
-    """The convex hull of a file collides; the mesh itself is seen."""
+    """A mesh that collides as its convex hull."""
 
     type: Literal["convex_mesh"]
 

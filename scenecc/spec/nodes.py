@@ -1,6 +1,4 @@
-"""Classification of nodes before Pydantic validates them: kinds, unions by key, and types whose module is imported
-when a document first uses them.
-"""
+"""Classifies nodes for validation: kinds of nodes, unions by kind or key, and types that are imported on first use."""
 
 from __future__ import annotations
 
@@ -28,48 +26,48 @@ if TYPE_CHECKING:
     Validate = Callable[[Any], Any]
 
 EXPRESSION_START = "${"
-"""What a text holds that has an expression in it."""
+"""The start of an expression in a string."""
 
 
 def is_mapping(node: Any) -> TypeGuard[dict[str, Any]]:
-    """Whether a node is a mapping; the reader lets no key through that is not a string."""
+    """Returns whether a node is a mapping. The reader guarantees string keys."""
     return isinstance(node, dict)
 
 
 def is_sequence(node: Any) -> TypeGuard[list[Any] | tuple[Any, ...]]:
-    """Whether a node is a list. (Pydantic reports some as the tuple that it made of one.)"""
+    """Returns whether a node is a list, or a tuple that Pydantic made of one."""
     return isinstance(node, list | tuple)
 
 
 WRONG_KIND = "#wrong_kind"
-"""The error type of a node that fits no branch; its message says what would."""
+"""Error type of a node that fits no branch. The message names the expected kinds."""
 
 NOT_MEANT = "#not_meant"
-"""The error type of a branch that was not meant: always dropped."""
+"""Error type of a branch that does not apply. These errors are always dropped."""
 
 VALUE, VECTOR, COMPONENTS, OTHERWISE = (
     f"{RESERVED_CHARACTER}{label}" for label in ("value", "vector", "components", "otherwise")
 )
-"""Labels: a plain value; a list of numbers, alone or among other kinds; and the branch for all that is not plain."""
+"""Labels: a plain value; a list of numbers, as the only kind or one of several; the branch for all other nodes."""
 
 SHAPE, BODY, COPIES = (f"{RESERVED_CHARACTER}{label}" for label in ("shape", "body", "copies"))
-"""Labels: a shape written once, an entity that is a plain body, and one that has copies."""
+"""Labels: a shape without `repeat`, a plain body, and a body with `repeat`, `if` or `name`."""
 
 KEY, TAGGED = f"{RESERVED_CHARACTER}key", f"{RESERVED_CHARACTER}tagged"
-"""Labels: of a mapping's key, after pydantic's `[key]`; and before the `type` that pydantic notes of what has one."""
+"""Labels: a mapping's key, after Pydantic's `[key]`; a union by `type`, before Pydantic's tag."""
 
 FLAG, NUMBER, WORD, LIST, MAPPING = (
     f"{RESERVED_CHARACTER}{label}" for label in ("flag", "number", "word", "list", "mapping")
 )
-"""Labels: of the kinds of nodes."""
+"""Labels of the kinds of nodes."""
 
 ENTITY_LABELS: dict[str, str] = {
     key: f"{RESERVED_CHARACTER}{key}" for key in ("use", "variants", "urdf", "mjcf", "root")
 }
-"""Key of an entity that is no plain body → the entity's label."""
+"""Key that makes an entity something other than a plain body → the entity's label."""
 
 PART_LABELS: dict[str, str] = {key: f"{RESERVED_CHARACTER}{key}_part" for key in ("urdf", "mjcf", "root")}
-"""Key of a part that is attached to an articulation → the part's label."""
+"""Key of a part in `attach` → the part's label."""
 
 _REPETITION_KEYS = frozenset(("repeat", "if", "name"))
 
@@ -87,29 +85,29 @@ TYPE = "type"
 """The key that distinguishes the shapes."""
 
 EXPANDED: ContextVar[bool] = ContextVar("EXPANDED", default=False)
-"""Whether the document at hand is expanded: then `${` in a text is literal, and templates stand for what is left to
-evaluate. (Pydantic's own context would have to be passed on by every validator that is called from another.)"""
+"""Whether the current document is expanded. `${` in a string is then literal, and expressions are templates.
+(Every nested validator would have to pass on Pydantic's own context.)"""
 
 
 def node_kind(value: object) -> str | None:
-    """The label of a node's kind, from its exact type: documents hold plain data."""
+    """Returns the label of a node's kind by its exact type, since documents hold plain data."""
     return _NODE_KINDS.get(type(value))
 
 
 _ALWAYS_MEANT = frozenset((OTHERWISE, TAGGED, COPIES, *ENTITY_LABELS.values(), *PART_LABELS.values()))
-"""Labels that only errors have that were meant."""
+"""Labels of branches whose errors are always reported."""
 
 
 def is_varying(node: object) -> bool:
-    """Whether a node is an expression or a form, and no plain value."""
+    """Returns whether a node is an expression or a form."""
     if node.__class__ in _PLAIN_TYPES:
         return False
     if isinstance(node, str):
         return EXPRESSION_START in node and not EXPANDED.get()
     if is_mapping(node):
-        # This way round it is no slower for a stranger's mapping of many keys.
+        # In this order the cost does not depend on the size of the mapping.
         return not node.keys().isdisjoint(FORM_KEYS)
-    # Documents hold plain data and, once expanded, templates.
+    # In an expanded document the only other nodes are templates.
     return node_kind(node) is None and node is not None
 
 
@@ -117,14 +115,14 @@ _PLAIN_TYPES = frozenset((float, int, bool, list, tuple))
 
 
 def any_varying(node: object) -> bool:
-    """The same, or a list with such a component."""
+    """Returns whether a node is an expression or a form, or a list that contains one."""
     if is_sequence(node):
         return any(map(any_varying, node))
     return is_varying(node)
 
 
 def entity_kind(node: object) -> str:
-    """What an entity is: `BODY`, or the label of another model."""
+    """Returns the label of an entity's model."""
     if not is_mapping(node):
         return BODY
     kinds = (label for key, label in ENTITY_LABELS.items() if key in node)
@@ -132,7 +130,7 @@ def entity_kind(node: object) -> str:
 
 
 def is_meant(label: str, node: object) -> bool:
-    """Whether the errors of a branch speak of what is written at its place."""
+    """Returns whether the branch with a label applies to a node, so that its errors are reported."""
     if label in _ALWAYS_MEANT:
         return True
     if label == BODY:
@@ -145,14 +143,14 @@ def is_meant(label: str, node: object) -> bool:
 
 
 class UnionBranches(NamedTuple):
-    """The branches of a union by kind."""
+    """The branches of a union by kind, and the expected kinds for messages."""
 
     choices: list[tuple[CoreSchema, str]]
     expected: str | None
 
 
 def union_branches(schema: CoreSchema) -> UnionBranches:
-    """The branches of a type: those of a union by kind, or itself alone. `expected` is None where it is alone."""
+    """Returns the branches of a union by kind. Any other type is its own branch, and `expected` is None."""
     expected = (schema.get("metadata") or {}).get("expected")
     if schema["type"] != "union" or expected is None:
         return UnionBranches([(schema, VALUE)], None)
@@ -161,14 +159,14 @@ def union_branches(schema: CoreSchema) -> UnionBranches:
 
 
 def ordered_union(choices: Iterable[tuple[CoreSchema, str]], otherwise: CoreSchema) -> UnionSchema:
-    """A union that tries its branches in order."""
+    """Returns a union that tries its branches in order."""
     return core_schema.union_schema([*choices, (otherwise, OTHERWISE)], mode="left_to_right")
 
 
 def make_refusal(
     choices: Iterable[tuple[CoreSchema, str]], expected: str | None
 ) -> Callable[[object], PydanticCustomError]:
-    """What the last branch says to a node that is for none of the others."""
+    """Returns a function that makes the error for a node that no branch accepts."""
     labels = {LIST if label == COMPONENTS else label for _, label in choices}
 
     def refuse(node: object) -> PydanticCustomError:
@@ -180,15 +178,15 @@ def make_refusal(
 
 
 def with_label(schema: CoreSchema, label: str) -> UnionSchema:
-    """The same schema, whose errors have a label in their `loc`."""
+    """Returns a schema whose errors have a label in their `loc`."""
     return core_schema.union_schema([(schema, label)], mode="left_to_right", auto_collapse=False)
 
 
 class LazyValidator:
-    """A validator by itself, built when it is first asked for.
+    """A standalone validator that is built on first use.
 
     Args:
-        schema: without references to others.
+        schema: a schema without references to definitions.
     """
 
     def __init__(self, schema: CoreSchema) -> None:
@@ -196,12 +194,12 @@ class LazyValidator:
 
     @cached_property
     def validate(self) -> Callable[[Any], Any]:
-        """Validates a value, strictly."""
+        """Validates a value in strict mode."""
         return SchemaValidator(self._schema, CoreConfig(strict=True)).validate_python
 
 
 class _UnionByKind:
-    """The annotation that `union_by_kind` makes."""
+    """The annotation that `union_by_kind` returns."""
 
     def __init__(self, expected: str, *, nonzero: bool) -> None:
         self._expected = expected
@@ -224,46 +222,46 @@ class _UnionByKind:
 
 
 def plain_json_schema(schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-    """The JSON Schema of a union's plain branches."""
+    """Returns the JSON Schema of a union without its last branch, which reads other nodes."""
     union: Any = schema
     choices: list[Any] = union.get("choices", [])
     if union["type"] != "union" or choices[-1][1:] != (OTHERWISE,):
-        # One annotation was put upon another, which has taken the last branch off.
+        # A nested annotation has removed the last branch already.
         return handler(schema)
     plain = choices[:-1]
     return handler(plain[0][0] if len(plain) == 1 else core_schema.union_schema(plain))
 
 
 def union_by_kind(expected: str, *, nonzero: bool = False) -> Any:
-    """A union whose branches carry the tags of `node_kind`, `COMPONENTS` for a list of numbers that may vary.
+    """Annotates a union whose branches have the labels of `node_kind` as tags; a list of numbers has `COMPONENTS`.
 
     Args:
-        expected: what a user may write, as it stands in the message: "[x, y, z] or a mapping".
-        nonzero: whether 0 is no value, though a branch takes it.
+        expected: the accepted values for messages: "[x, y, z] or a mapping".
+        nonzero: whether 0 is invalid although a branch accepts it.
     """
     return _UnionByKind(expected, nonzero=nonzero)
 
 
 def child_at(node: Any, segment: PathKey) -> Any:
-    """One step down plain data; None where there is nothing."""
+    """Returns the child of a node, or None."""
     if isinstance(segment, str):
         return node.get(segment) if is_mapping(node) else None
     return node[segment] if is_sequence(node) and 0 <= segment < len(node) else None
 
 
 def value_at(node: Any, path: Path) -> Any:
-    """What stands at a path; None where there is nothing."""
+    """Returns the node at a path, or None."""
     for segment in path:
         node = child_at(node, segment)
     return node
 
 
 class LazyType:
-    """An annotation that stands for a type.
+    """Annotation for a type whose module is imported on first use.
 
     Args:
-        module: in which the type is.
-        name: of it: a model, or an alias.
+        module: module of the type.
+        name: name of the model or alias.
     """
 
     def __init__(self, module: str, name: str) -> None:
@@ -302,19 +300,18 @@ class LazyType:
         return self.json_schema(handler)
 
     def json_schema(self, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The JSON Schema of the type."""
-        # A handler alone would write the type out at every use of it; what it is handed inside of definitions has its
-        # own one.
+        """Returns the JSON Schema of the type."""
+        # Without the wrapper, the handler would inline the type at every use instead of defining it once.
         return handler(core_schema.definitions_schema(self.core_schema, []))
 
     def schema(self) -> CoreSchema:
-        """Of a validator that is the model's, from the first value on."""
+        """Returns a schema whose validator is replaced by the type's own at the first value."""
         return core_schema.no_info_plain_validator_function(self._validator())
 
     def _validator(self) -> Validate:
         def first(_self: object, node: Any) -> Any:
             validate = self.validate
-            # Looked up on the type at every call, and called without a frame of Python's.
+            # `__call__` is looked up on the type, so later calls need no Python frame.
             validator.__call__ = staticmethod(validate)  # pyright: ignore[reportAttributeAccessIssue]
             return validate(node)
 
@@ -324,19 +321,19 @@ class LazyType:
 
 
 class ModelChoice:
-    """An annotation of a mapping whose model follows from its keys."""
+    """Annotation of a mapping whose keys determine its model."""
 
     def choose(self, node: Any) -> type[BaseModel] | None:
-        """The model of a mapping; None where it has none."""
+        """Returns the model of a mapping, or None."""
         raise NotImplementedError
 
 
 class LazyUnion(ModelChoice):
-    """An annotation that stands for a union of models by their key `type`, such as those of shapes.
+    """Annotation for a union of models by their key `type`, for example of shapes.
 
     Args:
-        role: what the names of the models end with: type `convex_mesh` is `ConvexMeshShape`.
-        modules: of `scenecc.spec`, and the words of `type` of which each has the models.
+        role: suffix of the models' names: type `convex_mesh` is `ConvexMeshShape`.
+        modules: module of `scenecc.spec` → the types whose models it has.
     """
 
     def __init__(self, role: str, modules: Mapping[str, tuple[str, ...]]) -> None:
@@ -347,16 +344,16 @@ class LazyUnion(ModelChoice):
         }
 
     def types(self) -> tuple[str, ...]:
-        """The words that `type` may be."""
+        """Returns the values that `type` may have."""
         return tuple(self._branches)
 
     def choose(self, node: Any) -> type[BaseModel] | None:
-        """The model of the mapping's `type`."""
+        """Returns the model of a mapping by its `type`, or None."""
         type_ = node.get(TYPE)
         return self.model(type_) if isinstance(type_, str) and type_ in self._branches else None
 
     def model(self, type_: str) -> type[BaseModel]:
-        """The model of a type."""
+        """Returns the model of a type."""
         return self._branches[type_].type
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -368,27 +365,27 @@ class LazyUnion(ModelChoice):
 
 
 REF_KEY = "x-ref"
-"""Stands for `$ref` to one of `DEFINITIONS` until the schema is whole: pydantic's generator knows only its own."""
+"""Placeholder for a `$ref` to `DEFINITIONS`, which Pydantic's generator does not know. It is replaced at the end."""
 
 
 def varying_json_schema(plain: dict[str, Any], varying: str, component: str) -> dict[str, Any]:
-    """The JSON Schema of a value that may vary.
+    """Returns the JSON Schema of a value that may vary.
 
     Args:
-        plain: of one that does not.
-        varying: the definition of what may stand in its place.
-        component: the same for one number of a list.
+        plain: schema of a plain value.
+        varying: definition of the forms and expressions that may replace it.
+        component: definition of those that may replace one number of a list.
     """
     branches: list[dict[str, Any]] = plain["anyOf"] if plain.keys() == {"anyOf"} else [plain]
     if varying == "Expression" and any(branch.keys() <= {"type", "minLength"} and branch.get("type") == "string"
                                        for branch in branches):  # fmt: skip
-        # Any text, an expression among them.
+        # Any string is valid, so expressions are too.
         return plain
     return {"anyOf": [*(_component_schema(branch, component) for branch in branches), {REF_KEY: varying}]}
 
 
 def _component_schema(plain: dict[str, Any], component: str) -> dict[str, Any]:
-    """A list of numbers, each of which may vary; anything else as it is."""
+    """Returns the schema with components that may vary, if it is a list of numbers."""
     items: list[Any] = plain.get("prefixItems", [plain.get("items")])
     if plain.get("type") != "array" or not is_mapping(items[0]) or any(item != items[0] for item in items):
         return plain

@@ -1,4 +1,4 @@
-"""The sections `params` and `draws`: types of parameters, and shared draws."""
+"""Types of parameters, and shared draws: the sections `params` and `draws`."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 
 def is_finite_number(value: Any) -> bool:
-    """A finite number."""
+    """Returns whether a value is a finite number."""
     return type(value) is int or (type(value) is float and math.isfinite(value))
 
 
 def is_vector(value: Any) -> bool:
-    """A list of finite numbers."""
+    """Returns whether a value is a list of finite numbers."""
     return is_sequence(value) and len(value) > 0 and all(map(is_finite_number, value))
 
 
 def is_color(value: Any) -> bool:
-    """Three or four numbers in 0..1, or "#rrggbb[aa]"."""
+    """Returns whether a value is three or four numbers in 0..1, or "#rrggbb[aa]"."""
     if isinstance(value, str):
         return is_color_text(value) is not None
     return is_vector(value) and len(value) in {3, 4} and all(0 <= part <= 1 for part in value)
@@ -75,14 +75,14 @@ PARAM_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "choice": (_is_scalar, "one of its options"),
     "list": (is_sequence, "a list"),
 }
-"""Type of a parameter → whether a value is of it, and what it takes in words."""
+"""Parameter type → its test, and its description for messages."""
 
 RANGED_KINDS = frozenset(("number", "integer", "vector"))
-"""Types that may have a `min` and a `max`."""
+"""Types that may have `min` and `max`."""
 
 
 def infer_param_kind(default: Any) -> str | None:
-    """The type of a parameter that is written as its default alone; None where it has none."""
+    """Returns the parameter type of a default, or None."""
     if type(default) is bool:
         return "boolean"
     if is_finite_number(default):
@@ -95,7 +95,7 @@ def infer_param_kind(default: Any) -> str | None:
 
 
 def describe_range_error(value: Any, low: Any, high: Any) -> str | None:
-    """What is wrong with a number or vector that leaves a range, in words; a bound is one for each component or all."""
+    """Returns the message for a number or vector out of range, or None. A bound may be a number or a vector."""
     for bound, words, is_beyond in ((low, "at least", operator.lt), (high, "at most", operator.gt)):
         if bound is None:
             continue
@@ -109,20 +109,20 @@ def describe_range_error(value: Any, low: Any, high: Any) -> str | None:
 
 
 ParamIssue = tuple[str, str]
-"""A code, and what is wrong in words."""
+"""Code and message of an error."""
 
 
 @frozen
 class ParamType:
-    """What a parameter takes.
+    """The type of a parameter.
 
     Attributes:
-        name: of the parameter.
+        name: name of the parameter.
         kind: one of `PARAM_KINDS`.
-        low, high: the range; a number, or one for each component of a vector. None where there is no such bound.
-        options: of a choice.
-        components: of a vector; None: any number of them.
-        declared: where it is declared; None where its value is its own default.
+        low, high: the range: a number, or one per component of a vector; None for no bound.
+        options: options of a choice.
+        components: length of a vector; None for any length.
+        declared: origin of the declaration; None if the value is the default.
     """
 
     name: str
@@ -135,11 +135,11 @@ class ParamType:
 
     @property
     def ranged(self) -> bool:
-        """Whether there are values of its kind that are out of its range."""
+        """Whether it has a range."""
         return self.low is not None or self.high is not None
 
     def misfit(self, value: Any) -> ParamIssue | None:
-        """What is wrong with a plain value; None where it is good."""
+        """Returns the error of a plain value, or None."""
         fits, words = PARAM_KINDS[self.kind]
         if not fits(value):
             return "SC211", f"must be {words}, not {show(value)}"
@@ -150,7 +150,7 @@ class ParamType:
         return self.outside(value, value) if self.kind in RANGED_KINDS else None
 
     def drawn_misfit(self, value: Any) -> ParamIssue | None:
-        """As `misfit`, of a value that a draw gives: alternatives of a draw are floats, however they are written."""
+        """Returns the error of a drawn value, or None. Draws return floats, even for integer alternatives."""
         if self.kind == "integer" and type(value) is float and value.is_integer():
             value = int(value)
         elif self.kind == "choice" and is_finite_number(value):
@@ -158,7 +158,7 @@ class ParamType:
         return self.misfit(value)
 
     def outside(self, low: Any, high: Any) -> ParamIssue | None:
-        """What is wrong with the least and the greatest of several values that leave the range."""
+        """Returns the error of a range of values, from `low` to `high`, or None."""
         wrong = describe_range_error(low, self.low, None) or describe_range_error(high, None, self.high)
         return None if wrong is None else ("SC212", wrong)
 
@@ -168,7 +168,7 @@ def _is_same(value: Any, option: Any) -> bool:
 
 
 def _keep_integer(value: Any, validate: ValidatorFunctionWrapHandler) -> float:
-    """A whole number stays one: in a text it reads `1` and not `1.0`. What 64 bits do not hold is no index."""
+    """Keeps an integer of 64 bits as int, so that it prints as `1` and can be an index."""
     number: float = validate(value)
     return value if type(value) is int and -(2**63) <= value < 2**63 else number
 

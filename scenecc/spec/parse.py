@@ -1,6 +1,6 @@
-"""Validation of a document: plain data to the models of the language.
+"""Validates a document: converts plain data to the models of the language.
 
-A document with very many errors is validated in a truncated copy first, since pydantic lists all errors or none.
+A document with very many errors is validated again in a truncated copy, since Pydantic lists all errors or none.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
 
 _MAX_UNCUT_ITEMS = 100
-"""Items of a list or mapping that is never cut: more than any of the language's own has."""
+"""Containers of at most this many items are never truncated. No mapping of fixed keys has more."""
 
 
 class TruncatedDocument:
-    """A copy of a document without what follows its first nodes.
+    """A copy of the first nodes of a document.
 
     Attributes:
-        data: the copy. Lists and mappings of names are cut; no key that a mapping may have is lost.
-        whole: whether nothing was left out.
+        data: the copy. Lists and mappings of names are truncated; known keys are always kept.
+        whole: whether the copy is complete.
     """
 
     def __init__(self, data: dict[str, Any], nodes: int) -> None:
@@ -59,17 +59,17 @@ def _model_keys(model: type[SpecModel]) -> set[str]:
 
 
 MAX_PYDANTIC_ERRORS = 6 * MAX_REPORTS
-"""Number of pydantic's errors that contains enough distinct mistakes: each branch of a union has its own error."""
+"""Number of Pydantic errors that holds enough distinct mistakes, since each branch of a union adds an error."""
 
 
 def parse(data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = False) -> SceneFile | None:
-    """The document as models; every mistake in its shape is reported.
+    """Converts a document to models. Returns None if a mistake was reported.
 
     Args:
-        data: plain data as the reader gives it, or as expansion does; not changed.
-        origin: of the document's root.
-        sink: takes the diagnostics.
-        expanded: it is an expanded document: `${` in a text is literal, and a `Template` is what is left of one.
+        data: plain data from the reader or from expansion; not changed.
+        origin: origin of the document's root.
+        sink: receives diagnostics.
+        expanded: whether the document is expanded. `${` in a string is then literal, and expressions are `Template`s.
     """
     token, seen = EXPANDED.set(expanded), READ_VALUES.set({} if expanded else None)
     try:
@@ -89,7 +89,7 @@ def _validate(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | N
         clean = strip_notes(data)
         return None if _report_first_errors(clean, origin, sink) else SceneFile.model_validate(clean)
     if any(_is_note(segment) for error in errors for segment in error["loc"]):
-        # Only a file that holds notes pays for their removal.
+        # Notes are removed only if they cause errors.
         return _validate(strip_notes(data), origin, sink)
     from scenecc.spec.validation_errors import report_errors
 
@@ -98,9 +98,9 @@ def _validate(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | N
 
 
 def _report_first_errors(data: dict[str, Any], origin: Origin, sink: Sink) -> bool:
-    """Reports the first of very many errors, if there are any without the notes.
+    """Reports the first of very many errors. Returns whether there are any.
 
-    Pydantic lists all or none, and takes a kilobyte for each.
+    Pydantic lists all errors or none, and needs a kilobyte for each.
     """
     from scenecc.spec.validation_errors import report_errors
 
@@ -127,7 +127,7 @@ def _is_note(segment: object) -> bool:
 
 
 def strip_notes(node: Any) -> Any:
-    """A copy without the keys that start with `x-`, at any depth."""
+    """Returns a copy without the keys that start with `x-`, at any depth."""
     if is_mapping(node):
         return {key: strip_notes(item) for key, item in node.items() if not key.startswith(NOTE_PREFIX)}
     return [strip_notes(item) for item in node] if is_sequence(node) else node

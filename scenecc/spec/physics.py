@@ -23,7 +23,7 @@ from scenecc.spec.pose import Pose
 from scenecc.spec.values import Fixed, Leaf
 
 MAX_THREADS = 256
-"""More would only exhaust the machine: each is a thread of the process."""
+"""Most threads, to protect the machine."""
 
 
 class DefaultMaterial(SpecModel):

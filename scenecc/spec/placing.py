@@ -1,4 +1,4 @@
-"""How an entity is placed: the keys of `place`. Imported when a document has one."""
+"""Placement of an entity: the keys of `place`. Imported on first use."""
 
 from typing import Annotated
 
@@ -40,7 +40,7 @@ Region = Annotated[
     | Annotated[FrameName, Tag(WORD)],
     union_by_kind("[[x, y], [x, y]], {center, radius} or the name of a frame with `region`"),
 ]
-"""Two corners, a disk or the name of a frame."""
+"""Two corners, a disk, or the name of a frame."""
 
 Distances = Annotated[tuple[NonNegative, NonNegative], Strict(strict=False)]
 

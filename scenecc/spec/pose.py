@@ -1,4 +1,4 @@
-"""Poses, and named frames."""
+"""Poses and named frames."""
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 

@@ -1,7 +1,7 @@
-"""Boxes, round shapes and planes. Imported when a document has one.
+"""Primitive shapes. Imported on first use.
 
-Of a shape with the keys `BoxKeys` there are three models: `BoxShape` collides and is seen, `BoxCollision` only collides
-and `BoxVisual` is only seen. They are made when they are asked for.
+Each `BoxKeys` has three models: `BoxShape` collides and is visible, `BoxCollision` only collides, `BoxVisual` is only
+visible. A model is created on first access.
 """
 
 from typing import Any, Literal
@@ -87,7 +87,7 @@ class PlaneKeys(SpecModel):
 
 
 class PlaneVisualKeys(SpecModel):
-    """What is seen of a plane."""
+    """Keys of a visible plane."""
 
     half_size: Leaf[Positive2] = Field(
         default=(10.0, 10.0), description="Visible half extent along the plane's own y and z, as in SAPIEN [m]."
@@ -95,7 +95,7 @@ class PlaneVisualKeys(SpecModel):
 
 
 class PlaneCollisionKeys(SpecModel):
-    """How often a plane is built."""
+    """Keys of a plane that collides."""
 
     every_scene: Fixed[bool] = Field(
         default=False, description="In a shared GPU simulation: build it in each scene, not once."
@@ -115,18 +115,18 @@ _ROLES: dict[str, tuple[type[SpecModel], str]] = {
     "Collision": (CollisionKeys, "A {} that only collides."),
     "Visual": (VisualKeys, "A {} that is only visible."),
 }
-"""End of a model's name: the keys of the list that it stands in, and its description."""
+"""Suffix of a model's name → the keys of its list, and its description."""
 
 _ROLE_KEYS: dict[str, tuple[type[SpecModel], ...]] = {
     "PlaneShape": (PlaneVisualKeys, PlaneCollisionKeys),
     "PlaneCollision": (PlaneCollisionKeys,),
     "PlaneVisual": (PlaneVisualKeys,),
 }
-"""Keys that a shape has in some lists only."""
+"""Model → keys that the shape has only in this list."""
 
 
 def __getattr__(name: str) -> Any:
-    """The model of a shape in one kind of list, such as `BoxShape`."""
+    """Returns a shape's model for one kind of list, for example `BoxShape`."""
     noun, role = next(((name.removesuffix(end), end) for end in _ROLES if name.endswith(end)), (name, ""))
     keys = globals().get(f"{noun}Keys")
     if not role or keys is None:

@@ -1,7 +1,7 @@
-"""How a document refers to its parts: qualified names, `scene_idxs`, and patterns of names.
+"""References within a document: qualified names, `scene_idxs` and name patterns.
 
-Python's matcher of patterns backtracks, which takes hours for some pairs of pattern and name. So a pattern's choices
-are counted before it is matched.
+Python's regular expressions backtrack, which takes hours for some patterns. So the worst case of a pattern is computed
+before it is used.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ NAME_SECTIONS = (
 """Sections whose keys are names."""
 
 SHARED_NAMESPACE = ("frames", "entities", "cameras")
-"""Sections whose names are one namespace."""
+"""Sections that share one namespace."""
 
 
 def qualified_name(section: str, name: str) -> str:
-    """What a named node is known as among those of all sections: by its name, or with its section before it.
+    """Returns a name that is unique in the document: `NAME` in the shared namespace, else `SECTION:NAME`.
 
     Args:
         section: `frames`, `entities`, `cameras`, `constraints` or `lights`.
-        name: the full one. No name has a colon.
+        name: full name. It never contains a colon.
     """
     return name if section in SHARED_NAMESPACE else f"{section}:{name}"
 
@@ -46,32 +46,31 @@ WORLD = "world"
 
 @dataclass(frozen=True, slots=True)
 class NameScopes:
-    """How names are looked up; of a file without instances as they are written.
+    """Resolves names in an expanded document.
 
-    Entities, frames, cameras, constraints and lights have their full names. An instance is also a frame; what is
-    inside of it has the instance as its *scope*, and names written inside mean what is inside. So, with
-    `S = scopes.get(owner, "")` for the node in which a name is written:
+    Entities, frames, cameras, constraints and lights have full names. An instance is also a frame, and the *scope* of
+    the objects inside it. Names in an object refer to its scope. For an object `owner` with
+    `S = scopes.get(owner, "")`:
 
-    - `relative_to: NAME`, and likewise what something is mounted on or ties together, is
-      `prefixes.get(S, "") + NAME`; `world` and no `relative_to` are the frame `anchors[S]` (the world where S is "");
-    - a material `NAME` is `S/NAME` (`NAME` where S is ""), and `/NAME` is `NAME` of the whole expansion;
-    - a collision group and a draw read in a template are likewise `S/NAME`.
+    - `NAME` in `relative_to`, in `mount` or in a constraint is `prefixes.get(S, "") + NAME`; `world` and a missing
+      `relative_to` are the frame `anchors[S]`, or the world if S is "";
+    - a material `NAME` is `S/NAME`, or `NAME` if S is ""; a material `/NAME` is always `NAME`;
+    - a collision group `NAME`, and a draw `NAME` in a template, are `S/NAME`, or `NAME` if S is "".
 
-    Of a material, group or draw `A/B/NAME` the scope is `A/B`, except for the draws in `given`.
+    A material, group or draw `A/B/NAME` has the scope `A/B`, except the draws in `given`.
 
-    What an `override` gives names what its own file sees: `/NAME` is the full name of an entity or a frame.
+    Names in an `override` refer to the overriding file: there `/NAME` is the full name of an entity or frame.
 
     Attributes:
-        scopes: entity, frame, camera, constraint or light, as `qualified_name` has it → scope, for those inside an
-            instance.
-        prefixes: scope → what stands before the names of its entities and frames.
-        anchors: scope → the frame in which it stands.
-        given: draws that stand for what a `with` says → the scope in which the `with` is written.
-        used_materials: materials that are not to be reported as never used: a `with` names them, they are inside an
-            instance, or they may be named under other parameters.
-        wanted: draws that stand for parameters → what the parameter takes.
-        worlds: node whose `world` an `override` says, as in `scopes` → the scope whose world is meant.
-        overridden: scopes inside of which an `override` changes something, so that a draw may be left unread.
+        scopes: qualified name of an entity, frame, camera, constraint or light inside an instance → its scope.
+        prefixes: scope → prefix of the names of its entities and frames.
+        anchors: scope → its frame.
+        given: draw that holds an argument of a `with` → scope of the `with`.
+        used_materials: materials that are never reported as unused: arguments, materials of an instance, and those
+            that other parameters may use.
+        wanted: draw that holds a parameter → type of the parameter.
+        worlds: qualified name of a node with `world` in an `override` → scope of that `world`.
+        overridden: scopes with an `override` inside, where draws may be unread.
     """
 
     scopes: dict[str, str] = field(default_factory=dict[str, str])
@@ -84,12 +83,7 @@ class NameScopes:
     overridden: set[str] = field(default_factory=set[str])
 
     def parent(self, name: str, relative_to: str | None) -> str | None:
-        """What an entity or a frame stands relative to; None: the world.
-
-        Args:
-            name: of the entity or frame.
-            relative_to: as written in its pose.
-        """
+        """Returns the full name of the frame that the pose of `name` is relative to; None for the world."""
         scope = self.scopes.get(name, "")
         if relative_to == WORLD:
             scope = self.worlds.get(name, scope)
@@ -98,11 +92,11 @@ class NameScopes:
         return self.full_name(relative_to, scope)
 
     def full_name(self, written: str, scope: str) -> str:
-        """The full name of an entity or frame, or with a link behind it, that is named in a scope."""
+        """Returns the full name of an entity, frame or link that is named in a scope."""
         return written[1:] if written.startswith("/") else self.prefixes.get(scope, "") + written
 
     def seen_by(self, name: str, names: Iterable[str]) -> Iterator[str]:
-        """The entities and frames that something may stand relative to, as it would write them."""
+        """Yields the names that a node may use in `relative_to`, within its scope."""
         scope = self.scopes.get(name, "")
         prefix = self.prefixes.get(scope, "")
         return (
@@ -118,19 +112,12 @@ _SLICE = re.compile(r"^\s*(-?[0-9]{0,9})\s*:\s*(-?[0-9]{0,9})\s*(?::\s*(-?[0-9]{
 def resolve_scene_idxs(
     given: str | list[int | str] | None, num_scenes: int, origin: Origin, sink: Sink
 ) -> tuple[int, ...] | None:
-    """Scene indices, ascending; None where the selection was reported.
-
-    Args:
-        given: as written; None selects every scene.
-        num_scenes: how many there are.
-        origin: of the `scene_idxs` key's value.
-        sink: takes the diagnostics.
-    """
+    """Returns the selected scene indices, ascending, or None after an error. `given=None` selects every scene."""
     if given is None:
         return tuple(range(num_scenes))
     first: dict[int, Origin] = {}
     failed = False
-    # Of more items than scenes one repeats another or is wrong: what follows tells no more.
+    # More items than scenes must contain an error, so the rest need not be read.
     for i, item in enumerate([given] if isinstance(given, str) else given[: num_scenes + 1]):
         place = origin if isinstance(given, str) else origin.child(i)
         indices = _item_indices(item, num_scenes, place, sink)
@@ -151,7 +138,7 @@ def resolve_scene_idxs(
 
 
 def count_scene_idxs(given: str | list[int | str] | None, num_scenes: int) -> int:
-    """How many scenes `resolve_scene_idxs` would select, at most; wrong items, which it reports, may count."""
+    """Returns an upper bound of the number of scenes that `resolve_scene_idxs` selects. Invalid items may count."""
     if given is None:
         return num_scenes
     items = [given] if isinstance(given, str) else given[:num_scenes]
@@ -180,7 +167,7 @@ def _item_indices(item: int | str, num_scenes: int, place: Origin, sink: Sink) -
         return None
     start, stop, step = (int(part) if part else None for part in match.groups())
     for bound in (start, stop):
-        # Python's slices clip; here a bound beyond the scenes is a mistake (stop may be one past the last).
+        # Unlike in Python, a bound out of range is an error; the stop may be one past the last scene.
         if bound is not None and not -num_scenes <= bound <= num_scenes:
             _report_out_of_range(bound, num_scenes, place, sink)
             return None
@@ -202,10 +189,10 @@ def _report_out_of_range(index: int, num_scenes: int, place: Origin, sink: Sink)
 
 
 MAX_PATTERN_LENGTH = 200
-"""Characters of a pattern."""
+"""Longest pattern [characters]."""
 
 MAX_STEPS = 100_000_000
-"""Steps that a pattern may take with a name of 64 letters, at most."""
+"""Most steps of a pattern on a name of 64 characters."""
 
 _PARSER: Any = import_module("re._parser" if sys.version_info >= (3, 11) else "sre_parse")
 
@@ -222,17 +209,17 @@ _UNSUPPORTED_OPS = {
 
 
 class PatternError(Exception):
-    """A pattern that is not supported; its text says why."""
+    """A pattern is not supported. The message gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Choices:
-    """What a backtracking matcher may try.
+    """The choices of a backtracking matcher.
 
     Attributes:
-        loops: repetitions without an upper bound.
-        ways: in which everything else can be chosen.
-        width: letters that are compared for one choice, at most.
+        loops: number of unbounded repetitions.
+        ways: number of combinations of all other choices.
+        width: most characters that are compared in one combination.
     """
 
     loops: int = 0
@@ -244,10 +231,10 @@ class NamePattern:
     """A regular expression that matches whole names."""
 
     def __init__(self, text: str) -> None:
-        """Reads a pattern.
+        """Compiles a pattern.
 
         Raises:
-            PatternError: it is not a regular expression, or not a supported one.
+            PatternError: the pattern is invalid or not supported.
         """
         if len(text) > MAX_PATTERN_LENGTH:
             raise PatternError(f"a pattern of {len(text)} characters is longer than {MAX_PATTERN_LENGTH}")
@@ -263,24 +250,24 @@ class NamePattern:
             raise PatternError("this pattern has too many repetitions and alternatives")
 
     def steps(self, length: int) -> int:
-        """How many steps Python's matcher, which backtracks, takes at most with a name of so many letters."""
+        """Returns an upper bound of the matcher's steps on a name of `length` characters."""
         found = self._choices
         return math.comb(length + found.loops, found.loops) * found.ways * (1 + found.width)
 
     def matches(self, name: str) -> bool:
-        """Whether it matches the whole of a name."""
+        """Returns whether the pattern matches the whole name."""
         return self._expression.fullmatch(name) is not None
 
 
 def _choices_of_all(items: Any) -> _Choices:
-    """The choices of a sequence: of each item, there are those of all others."""
+    """Returns the choices of a sequence of items."""
     found = [_choices(str(operation), argument) for operation, argument in items]
     ways = math.prod(one.ways for one in found)
     return _Choices(sum(one.loops for one in found), ways, sum(one.width for one in found))
 
 
 def _choices(operation: str, argument: Any) -> _Choices:
-    """The choices of one item of a pattern. Raises PatternError."""
+    """Returns the choices of one item of a pattern, or raises PatternError."""
     if operation in _UNSUPPORTED_OPS:
         raise PatternError(f"{_UNSUPPORTED_OPS[operation]} is not supported in a pattern of names")
     if operation == "BRANCH":
@@ -305,9 +292,9 @@ def _choices(operation: str, argument: Any) -> _Choices:
 
 @lru_cache(maxsize=256)
 def compile_name_pattern(text: str) -> NamePattern:
-    """A pattern, read once.
+    """Compiles a pattern, with a cache.
 
     Raises:
-        PatternError: it is not supported.
+        PatternError: the pattern is invalid or not supported.
     """
     return NamePattern(text)

@@ -1,4 +1,4 @@
-"""The sections `lights`, `environment` and `cameras`. Imported when a document has one."""
+"""The sections `lights`, `environment` and `cameras`. Imported on first use."""
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -38,7 +38,7 @@ LightColor = TypeAliasType(
         ]
     ],
 )
-"""Three numbers, linear and of any brightness, or "#rrggbb"."""
+"""Three linear numbers of any brightness, or "#rrggbb"."""
 
 _MapSize = Annotated[int, Field(ge=1, le=16384)]
 
@@ -57,19 +57,19 @@ class LightKeys(RepeatKeys):
 
 
 class PositionKeys(SpecModel):
-    """Where a light stands, in place of a pose."""
+    """Position of a light, instead of a pose."""
 
     position: Maybe[Leaf[Vec3]] = key("Position, instead of `pose` [m].", default=[0, 0, 0], excludes=("pose",))
 
 
 class DirectionKeys(PositionKeys):
-    """Where a light stands and shines to, in place of a pose."""
+    """Position and direction of a light, instead of a pose."""
 
     direction: Maybe[Leaf[Vec3]] = key("Direction of the light, of any length; instead of `pose`.", excludes=("pose",))
 
 
 class ShadowKeys(SpecModel):
-    """Keys of lights that may throw shadows."""
+    """Keys of lights that may cast shadows."""
 
     shadow: Maybe[Leaf[bool]] = key("Whether it casts shadows.", default=False)
     shadow_near: Maybe[Leaf[Positive]] = key(
@@ -94,7 +94,7 @@ class DirectionalLightSpec(LightKeys, DirectionKeys, ShadowKeys):
     """Parallel light from far away: `Scene.add_directional_light`."""
 
     type: Literal["directional"]
-    # It stands nowhere, so what lies behind it may throw shadows too.
+    # A directional light has no position, so shadows may also begin behind it.
     shadow_near: Maybe[Leaf[Finite]] = key(  # pyright: ignore[reportIncompatibleVariableOverride]
         "Distance along the light at which shadows begin [m].", default=plan.PARALLEL_SHADOW_NEAR
     )
@@ -134,7 +134,7 @@ class TexturedLightSpec(LightKeys, DirectionKeys, ShadowKeys, LightConeKeys):
 LIGHT_TYPES = ("directional", "point", "spot", "area", "textured")
 
 Light = Annotated[Any, LazyUnion("LightSpec", {"rendering": LIGHT_TYPES}), REPEATABLE]
-"""What stands under `lights`."""
+"""An entry of `lights`."""
 
 
 class CubeMapKeys(SpecModel):
@@ -159,7 +159,7 @@ EnvironmentMap = Leaf[
         union_by_kind("a file, or a mapping with px, nx, py, ny, pz, nz"),
     ]
 ]
-"""A file, or six."""
+"""A file, or six images."""
 
 
 class EnvironmentSpec(SpecModel):

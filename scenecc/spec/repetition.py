@@ -1,4 +1,4 @@
-"""Repetition and conditions of entities and shapes: `repeat`, `if`, `name`. Expansion removes them."""
+"""Keys for repetition and conditions: `repeat`, `if`, `name`. Expansion removes them."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ if TYPE_CHECKING:
 _Variable = Annotated[str, StringConstraints(pattern=VARIABLE_PATTERN)]
 
 Variable = Annotated[_Variable, MAPPING_KEY]
-"""The name of a parameter, a loop variable or a draw."""
+"""The name of a parameter, loop variable or draw."""
 
 NewVariable = Annotated[_Variable, ScopedName(), MAPPING_KEY]
-"""The same, which an expanded document may have inside an instance."""
+"""A `Variable` that may have a scope in an expanded document."""
 
 
 class RepeatCount(SpecModel):
@@ -65,11 +65,11 @@ RepeatValues = Fixed[
 ]
 
 Repeat = TypeAliasType("Repeat", Annotated[dict[Variable, RepeatValues], Field(min_length=1)])
-"""Variable → its values, or {count: n}; the product of all, the last varying fastest."""
+"""Loop variable → its values, or {count: n}. The last variable varies fastest."""
 
 
 class CopyKeys(SpecModel):
-    """Keys that say how often something is there."""
+    """Keys of nodes that may be repeated or conditional."""
 
     repeat: Maybe[Repeat] = key(
         "Loop variable → its values, or {count: n}. One copy for each combination; the last variable varies fastest.",
@@ -81,13 +81,13 @@ class CopyKeys(SpecModel):
 
 
 class RepeatKeys(CopyKeys):
-    """Keys that say how often an entity is there, and what its copies are called."""
+    """Keys of entities that may be repeated or conditional."""
 
     name: Maybe[Fixed[Name]] = key("Names of the copies; default: NAME_0, NAME_1, …", examples=["leg_${i}_${j}"])
 
 
 class _Repeatable:
-    """The annotation of a shape, which may be repeated, and whose type may be an expression."""
+    """Annotation of a shape that may have `repeat`, or an expression as its type."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         schema = handler(source)
@@ -105,7 +105,7 @@ _REPEAT = LazyType("scenecc.spec.repetition", "Repeat")
 
 
 def _read_repeatable(plain: LazyValidator, node: Any) -> Any:
-    """A shape as written that only expansion understands. What its type decides about is judged after that."""
+    """Validates an unexpanded shape with `repeat` or a varying type. Its type's keys are checked after expansion."""
     kind = node.get(TYPE) if is_mapping(node) else None
     is_open = is_varying(kind)
     if EXPANDED.get() or not is_mapping(node) or not (is_open or "repeat" in node):

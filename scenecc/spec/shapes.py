@@ -1,4 +1,4 @@
-"""Materials, the keys that all shapes share, and the unions of shapes by type.
+"""Materials, the common keys of shapes, and the unions of shapes by type.
 
 `shapes` become a collision and a visual shape, `collisions` only collide, `visuals` are only visible.
 """
@@ -159,11 +159,11 @@ MirrorScale = TypeAliasType(
         ]
     ],
 )
-"""One number or [x, y, z]; negative mirrors, zero is refused by a check."""
+"""One number or [x, y, z], not 0; negative mirrors."""
 
 
 def _allow_repeat(schema: dict[str, Any]) -> None:
-    """Shapes take `repeat`, which expansion takes out before their models see it."""
+    """Adds `repeat` to the JSON Schema of a shape. The models lack the key, because expansion removes it."""
     schema["patternProperties"] = NOTE_SCHEMA
     schema["properties"]["repeat"] = {"x-ref": "Repeat", "description": "As for an entity."}
 
@@ -198,7 +198,7 @@ class CollisionKeys(ShapeKeys):
 
 
 class VisualKeys(ShapeKeys):
-    """Keys of shapes that are seen."""
+    """Keys of shapes that are visible."""
 
     name: Maybe[Fixed[Text]] = key("Name of the render shape.")
     front_face: Maybe[Fixed[Literal["counterclockwise", "clockwise"]]] = key(
@@ -208,7 +208,7 @@ class VisualKeys(ShapeKeys):
 
 
 class ShapeBothKeys(CollisionKeys, VisualKeys):
-    """Keys of shapes that collide and are seen."""
+    """Keys of shapes that collide and are visible."""
 
 
 class MeshFileKeys(SpecModel):

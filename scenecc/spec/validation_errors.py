@@ -1,6 +1,6 @@
-"""Pydantic's validation errors as diagnostics, one for each mistake.
+"""Converts Pydantic's validation errors to diagnostics, one per mistake.
 
-Pydantic's `loc` is traced to a path in the document and to the model whose keys are known there.
+Pydantic's `loc` is mapped to a path in the document and to the model at this path.
 """
 
 from __future__ import annotations
@@ -65,9 +65,9 @@ if TYPE_CHECKING:
 
 
 def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
-    """Pydantic's `loc` as a path into the document; None where it leads through a branch that was not meant."""
+    """Converts Pydantic's `loc` to a path in the document. Returns None for errors of a branch that does not apply."""
     if KEY in loc:
-        # Of a mapping's key; pydantic's own `[key]` stands between the two.
+        # An error of a mapping's key. Pydantic's own `[key]` comes before the label.
         loc = loc[: loc.index(KEY) - 1]
     path: list[PathKey] = []
     node = data
@@ -84,7 +84,7 @@ def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
 
 
 _ENTITY_KEY_DEPTH = 3
-"""How long the path of an entity's own key is."""
+"""Path length of a key directly in an entity."""
 
 _EXPECTED_KINDS: dict[str, str] = {
     "float_type": "a number",
@@ -98,7 +98,7 @@ _EXPECTED_KINDS: dict[str, str] = {
     "model_type": "a mapping",
     "model_attributes_type": "a mapping",
 }
-"""Pydantic's type errors and what was expected."""
+"""Pydantic's type errors → the expected kind."""
 
 _BOUNDS: dict[str, tuple[str, str]] = {
     "greater_than": ("greater than", "gt"),
@@ -108,11 +108,11 @@ _BOUNDS: dict[str, tuple[str, str]] = {
 }
 
 _TYPED_SECTIONS = {"lights": "light", "constraints": "constraint"}
-"""Sections whose entries are told apart by `type`, and what these are; elsewhere they are shapes."""
+"""Sections whose entries have a `type` → the noun for messages. Elsewhere `type` belongs to shapes."""
 
 
 def _report_error(error: ErrorDetails, path: Path, place: Origin, data: dict[str, Any], sink: Sink) -> None:
-    """Reports one of pydantic's errors. `path`: of the value in the document; `place`: the same, as an origin."""
+    """Reports one of Pydantic's errors at a path of the document. `place` is the origin of that path."""
     kind, found = error["type"], error["input"]
     if kind == CUSTOM_ERROR:
         _report_custom_error(error, path, place, sink)
@@ -153,7 +153,7 @@ def _report_custom_error(error: ErrorDetails, path: Path, place: Origin, sink: S
 
 
 def _variation_hint(path: Path) -> str | None:
-    """What to do of what cannot differ from scene to scene."""
+    """Returns a hint for a value that cannot differ between scenes."""
     if path[0] == "physics":
         return PHYSICS_HINT
     if path[0] == "entities" and len(path) == _ENTITY_KEY_DEPTH and path[-1] in SHARED_ROBOT_KEYS:
@@ -200,7 +200,7 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         hint = f"did you mean `{near}`?" if near else listed(known, key)
         if near in HALVES.get(word, ()):
             hint = f"{hint} it is half of that"
-        # A synonym may mean something else, as `quat` is [x, y, z, w] to some; `colour` is the same word.
+        # No fix for a synonym with another convention (`quat` may be [x, y, z, w]), only for another spelling.
         is_synonym = word in {*KEY_SYNONYMS, *HALVES}
         if near in free and is_slip_of(key, free) and (not is_synonym or nearest(word, (near,), _SAME_WORD)):
             fix = "key", near
@@ -208,7 +208,7 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
 
 
 _SAME_WORD: Final = 0.8
-"""How similar two spellings of a word are, as `difflib` counts it."""
+"""Smallest `difflib` ratio of two spellings of the same word."""
 
 
 def _misplaced_key_hint(word: str, known: tuple[str, ...]) -> str | None:
@@ -217,12 +217,12 @@ def _misplaced_key_hint(word: str, known: tuple[str, ...]) -> str | None:
 
 
 def _is_key_of_entities(key: str) -> bool:
-    """Whether any entity but an instance takes a key."""
+    """Whether a key belongs to any entity other than an instance."""
     return any(key in model.model_fields for model in (BodySpec, *map(entity_model, ENTITY_TYPES)))
 
 
 def snake_case(key: str) -> str:
-    """`useFixedBase`, as other tools write keys, in the way of this language."""
+    """Converts a camelCase key of another tool (`useFixedBase`) to snake_case."""
     return _HUMP.sub("_", key).lower()
 
 
@@ -230,12 +230,12 @@ _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
 def suggest_key(key: str, known: tuple[str, ...], free: tuple[str, ...] | None = None) -> str | None:
-    """The known key that an unknown one was probably meant to be.
+    """Returns the known key that an unknown key probably means, or None.
 
     Args:
-        key: the unknown one.
+        key: the unknown key.
         known: the keys that the mapping may have.
-        free: those that it does not have, of which one may be meant by a slip of letters; None: all.
+        free: the candidates for a misspelling, normally the unused keys; None for all.
     """
     word = snake_case(key)
     renamed = next((one for one in (*HALVES.get(word, ()), *KEY_SYNONYMS.get(word, ())) if one in known), None)
@@ -243,12 +243,12 @@ def suggest_key(key: str, known: tuple[str, ...], free: tuple[str, ...] | None =
 
 
 def known_keys(path: Path, data: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The keys that the mapping of an unknown one may have, and those of them that it does not have."""
+    """Returns the keys that the mapping of an unknown key may have, and the unused ones among them."""
     owner = value_at(data, path[:-1])
     model = place_at(data, path[:-1]).model(owner)
     if model is None:
         return (), ()
-    # A plain body becomes another model by the keys of copies.
+    # `repeat`, `if` and `name` turn a plain body into another model.
     models = (model, RepeatKeys) if model is BodySpec else (model,)
     keys = [field.alias or name for known in models for name, field in known.model_fields.items()]
     known = (*keys, "repeat") if issubclass(model, ShapeKeys) else tuple(keys)
@@ -262,15 +262,7 @@ def _report_missing_key(path: Path, place: Origin, sink: Sink) -> None:
 
 
 def report_wrong_length(path: Path, must: int, found: Sequence[Any], place: Origin, sink: Sink) -> None:
-    """Reports a list of a wrong length.
-
-    Args:
-        path: of the list.
-        must: how many values it must have.
-        found: the list.
-        place: the same path, as an origin.
-        sink: takes the diagnostic.
-    """
+    """Reports a list that must have `must` values."""
     hint = LENGTH_HINTS.get((str(path[-1]), len(found))) if path else None
     if len(found) == 1 and isinstance(found[0], str):
         hint = kind_hint("a number", path, found[0])
@@ -326,7 +318,7 @@ def _quoted_words(text: str) -> list[str]:
 
 
 def _suggest_value(found: str, choices: list[str]) -> str | None:
-    """A hint with the word that was probably meant."""
+    """Returns a hint with the word that was probably meant."""
     word = found.lower()
     if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
         return hint
@@ -366,7 +358,7 @@ def _report_wrong_kind(expected: str, path: Path, found: Any, place: Origin, sin
 
 
 def describe_value(found: Any) -> str:
-    """A value with its kind, as a message names it."""
+    """Returns a value with its kind, for a message."""
     if isinstance(found, str):
         return f"the string {show(found)}"
     if isinstance(found, int | float) and not isinstance(found, bool):
@@ -377,7 +369,7 @@ def describe_value(found: Any) -> str:
 
 
 def value_name(path: Path) -> str:
-    """What a message calls the value at a path: its key, or the item of a list."""
+    """Returns the name of the value at a path for a message: its key, or the item of a list."""
     if not path:
         return "the document"
     last = path[-1]
@@ -391,14 +383,7 @@ LocatedErrors = list[tuple["ErrorDetails", "Path"]]
 
 
 def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: Origin, sink: Sink) -> None:
-    """Reports each mistake at its place in the document.
-
-    Args:
-        errors: pydantic's.
-        data: the document.
-        origin: of its root.
-        sink: takes the diagnostics.
-    """
+    """Reports Pydantic's errors at their places in the document. `origin` is that of the document's root."""
     located: LocatedErrors = []
     for error in errors:
         path = document_path(error["loc"], data)
@@ -411,7 +396,7 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
         if sink.full:
             return
         if error["type"] == "missing" and path in misspelt:
-            # The unknown key beside it is told, with this one as its hint.
+            # Reported as an unknown key, with the missing one as its hint.
             continue
         owner = path[:-1] if error["type"] in {"extra_forbidden", "missing"} else path
         if owner in formed:
@@ -426,7 +411,7 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
 
 
 def _find_misplaced_forms(located: LocatedErrors, data: dict[str, Any]) -> dict[Path, str | None]:
-    """The mappings that are forms where none may stand, and their keys."""
+    """Returns the paths of mappings that are forms where forms are not allowed → the form."""
     formed: dict[Path, str | None] = {}
     for error, path in located:
         kind = error["type"]
@@ -436,7 +421,7 @@ def _find_misplaced_forms(located: LocatedErrors, data: dict[str, Any]) -> dict[
             owner, form = path[:-1], str(path[-1])
         else:
             node = value_at(data, path)
-            # A shape without a type may have a normal.
+            # `normal` is also a key of shapes, so it does not make a shape without a type a form.
             forms = FORM_KEYS - {"normal"} if kind == "union_tag_not_found" else FORM_KEYS
             owner, form = path, next((key for key in node if key in forms), "") if is_mapping(node) else ""
         if form in FORM_KEYS and owner not in _NAME_MAPPING_PATHS:
@@ -445,7 +430,7 @@ def _find_misplaced_forms(located: LocatedErrors, data: dict[str, Any]) -> dict[
 
 
 _NAME_MAPPING_PATHS: frozenset[Path] = frozenset(((), *((name,) for name in NAME_SECTIONS)))
-"""Mappings of names, and the document itself: what is in them may be called like a form."""
+"""The document and its mappings of names, where an entry may have the name of a form."""
 
 
 def _report_misplaced_form(path: Path, form: str, place: Origin, sink: Sink) -> None:
@@ -456,7 +441,7 @@ def _report_misplaced_form(path: Path, form: str, place: Origin, sink: Sink) -> 
 
 
 def _find_short_lists(located: LocatedErrors) -> dict[Path, int]:
-    """The lists that are too short, and how many values they must have: each missing one is an error of its own."""
+    """Returns the lists that are too short → their required length. Pydantic reports each missing item."""
     lengths: dict[Path, int] = {}
     for error, path in located:
         if error["type"] == "missing" and path and isinstance(path[-1], int):
@@ -465,14 +450,14 @@ def _find_short_lists(located: LocatedErrors) -> dict[Path, int]:
 
 
 def _find_misspelt_keys(located: LocatedErrors, data: dict[str, Any]) -> set[Path]:
-    """The paths of missing keys that unknown ones beside them were probably meant to be."""
+    """Returns the paths of missing keys that an unknown key beside them probably means."""
     missing: dict[Path, tuple[str, ...]] = {}
     for error, path in located:
         if error["type"] == "missing":
             missing[path[:-1]] = (*missing.get(path[:-1], ()), str(path[-1]))
     misspelt: set[Path] = set()
     for error, path in located:
-        # Comparing letters takes its time, and most unknown keys are like none of the few that are missing.
+        # Fuzzy matching is slow, so compare with the few missing keys before all known keys.
         if error["type"] == "extra_forbidden" and suggest_key(str(path[-1]), missing.get(path[:-1], ())):
             near = suggest_key(str(path[-1]), *known_keys(path, data))
             misspelt.update([(*path[:-1], near)] if near else [])

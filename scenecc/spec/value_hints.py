@@ -1,4 +1,4 @@
-"""Hints for values of a wrong kind: what was probably meant, and how it is written."""
+"""Hints for values of a wrong kind."""
 
 from __future__ import annotations
 
@@ -20,17 +20,11 @@ if TYPE_CHECKING:
 
 
 MAPPING_OF_NAMES: Final = "a mapping of names"
-"""What is expected where each key is a name, as of an entity or a joint; a mapping of another kind has fixed keys."""
+"""Expected kind of a mapping whose keys are names, for example of entities. Other mappings have fixed keys."""
 
 
 def kind_hint(expected: str, path: Path, found: Any) -> str | None:
-    """A hint; None where nothing is known.
-
-    Args:
-        expected: what a user may write there, as the message has it.
-        path: of the value in the document.
-        found: the value.
-    """
+    """Returns a hint for a value of a wrong kind, or None. `expected` is the kind in the message."""
     if is_mapping(found):
         return _mapping_hint(expected, path, found)
     if is_sequence(found):
@@ -41,7 +35,7 @@ def kind_hint(expected: str, path: Path, found: Any) -> str | None:
 
 
 def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:
-    """Of a number, true or false."""
+    """Returns a hint for a number or a boolean."""
     key, owner = str(path[-1]), path[-2] if len(path) > 1 else None
     if "repeat" in {key, owner}:
         return SYNTAX_HINTS["repeat"]
@@ -51,7 +45,7 @@ def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:
         return f"write `{key}: {{}}`, or its keys in the braces"
     if key == "gravity" and found is False:
         return "for no gravity write `gravity: [0, 0, 0]`"
-    # A number alone is meant as a list of one.
+    # A number in place of a list is a list of length 1.
     return None if isinstance(found, bool) else LENGTH_HINTS.get((key, 1))
 
 
@@ -82,7 +76,7 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:
 
 
 def _names_hint(path: Path, found: Sequence[Any]) -> str:
-    """Of a list in place of a mapping of names."""
+    """Returns a hint for a list in place of a mapping of names."""
     first = found[0] if found else None
     name = first.get("name") if is_mapping(first) else None
     if path and isinstance(name, str):
@@ -91,7 +85,7 @@ def _names_hint(path: Path, found: Sequence[Any]) -> str:
 
 
 def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
-    """What form of variation an unknown mapping was probably meant to be."""
+    """Returns a hint with the form that an unknown mapping probably means."""
     near = next((near for key in found if (near := nearest(key, FORM_KEYS))), None)
     if near is not None:
         return f"did you mean `{near}`?"
@@ -118,7 +112,7 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:
 
 
 def _number_hint(text: str, *, is_list: bool) -> str | None:
-    """What to write for a text where numbers belong."""
+    """Returns a hint for a string in place of numbers."""
     return _hint_of(text, _LIST_SLIPS if is_list else _NUMBER_SLIPS)
 
 
@@ -128,7 +122,7 @@ def _hint_of(text: str, slips: tuple[TextSlip, ...]) -> str | None:
 
 
 def _place_hint(path: Path, text: str) -> str | None:
-    """What a text was probably meant to be where it stands."""
+    """Returns a hint for a string by its path."""
     shown = cut(text)
     lists = {"shapes", "collisions", "visuals"}
     if not lists.isdisjoint(map(str, path[-2:])):
@@ -148,10 +142,10 @@ def _place_hint(path: Path, text: str) -> str | None:
 
 
 _MAX_LENGTH: Final = 200
-"""How long a text may be to be read as something else [characters]."""
+"""Longest string that gets a hint [characters]."""
 
 _UNITS: Final = {"kg": 1, "g": 1e-3, "m": 1, "cm": 1e-2, "mm": 1e-3, "s": 1, "ms": 1e-3, "rad": 1, "deg": pi / 180}
-"""Units that people write behind a number → what it is multiplied with."""
+"""Unit after a number → factor to SI."""
 
 _SI: Final = "masses are in kg, lengths in m, times in s, angles in rad"
 
@@ -165,7 +159,7 @@ def _list(text: str) -> str:
 
 
 _SLIPS: tuple[TextSlip, ...] = (
-    # How other languages write expressions.
+    # Expressions in the syntax of other tools.
     (
         re.compile(r"\$([A-Za-z_]\w*)|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)"),
         lambda found: _expression(next(filter(None, found.groups()))),
@@ -175,7 +169,7 @@ _SLIPS: tuple[TextSlip, ...] = (
         lambda found: f"write a colon instead of `=`: `{cut(found[1])}: {cut(found[2])}`",
     ),
 )
-"""Texts of any kind → what to write."""
+"""Pattern of a string → hint, for any expected kind."""
 
 _FORM_SLIP: TextSlip = (
     re.compile(rf"({'|'.join(sorted(FORM_KEYS))})\(\[?([^()\[\]]*)\]?\)"),
@@ -204,7 +198,7 @@ _LIST_SLIPS: tuple[TextSlip, ...] = (
     *_NUMERIC_SLIPS,
     *_SLIPS,
 )
-"""Texts where a list of numbers belongs."""
+"""Pattern of a string → hint, where a list of numbers is expected."""
 
 _NUMBER_SLIPS: tuple[TextSlip, ...] = (
     _FORM_SLIP,
@@ -214,10 +208,10 @@ _NUMBER_SLIPS: tuple[TextSlip, ...] = (
     ),
     *_NUMERIC_SLIPS,
     *_SLIPS,
-    # Arithmetic, a name, or a function of a value.
+    # Arithmetic, a name or a function call.
     (
         re.compile(r"[-+]?[\w.() ]+(?:[-+*/%]+[\w.() ]+)+|[A-Za-z_]\w*(?:\([\w.+*/ -]+\))?"),
         lambda found: _expression(found[0]),
     ),
 )
-"""Texts where one number belongs."""
+"""Pattern of a string → hint, where a number is expected."""

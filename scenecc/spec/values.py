@@ -1,7 +1,7 @@
-"""Values that may differ by scene, and values that may not: `Leaf[T]` and `Fixed[T]`.
+"""Values that may differ between scenes, and values that may not: `Leaf[T]` and `Fixed[T]`.
 
-Both accept an expression in a file as written. In an expanded document a leaf may still be a template or a form;
-a fixed value is plain. `Domain` says which numbers a leaf may have.
+Both accept expressions in an unexpanded document. In an expanded document a leaf may still be a template or a form;
+a fixed value is plain. `Domain` describes the numbers in a leaf.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 MAX_DRAW_COMPONENTS = 10_000
-"""Components of one drawn vector."""
+"""Most components of a drawn vector."""
 
 _ROLE_BOUNDS: dict[str, dict[str, Any]] = {
     "mean": {"ge": -FLOAT32_MAX, "le": FLOAT32_MAX, "allow_inf_nan": False},
@@ -52,7 +52,7 @@ _ROLE_BOUNDS: dict[str, dict[str, Any]] = {
     "positive": {"gt": 0, "le": FLOAT32_MAX, "allow_inf_nan": False},
     "shape": {"ge": SHAPE_BOUNDS[0], "le": SHAPE_BOUNDS[1], "allow_inf_nan": False},
 }
-"""The ranges of operands of distributions."""
+"""Role of a distribution's operand → its range."""
 
 
 @dataclass(frozen=True)
@@ -60,10 +60,10 @@ class Domain:
     """The numbers that a value may consist of.
 
     Attributes:
-        number: the schema of one number; None where a single number is no value.
-        item: of a list's components; None where a list is no value.
-        least, most: how many components.
-        nonzero: whether 0 is outside.
+        number: schema of a single number; None if a number is not valid.
+        item: domain of a list's components; None if a list is not valid.
+        least, most: number of components.
+        nonzero: whether 0 is invalid.
     """
 
     number: CoreSchema | None = None
@@ -74,7 +74,7 @@ class Domain:
 
     @property
     def of_numbers(self) -> bool:
-        """Whether numbers can be drawn for it."""
+        """Whether distributions can draw the value."""
         return self.number is not None or (self.item is not None and self.item.number is not None)
 
     @property
@@ -90,13 +90,13 @@ class Domain:
 
     @property
     def bounded(self) -> bool:
-        """Whether a number may be out of its range (other than beyond single precision)."""
+        """Whether its range is smaller than that of float32."""
         schema: Any = self.scalar.number or {}
         bounds = [schema.get(name) for name in ("gt", "ge", "lt", "le")]
         return self.nonzero or any(bound is not None and abs(bound) != FLOAT32_MAX for bound in bounds)
 
     def of_role(self, role: Role) -> Domain:
-        """The numbers of an operand of a distribution, in the same shapes."""
+        """Returns the domain of a distribution's operand, with the same shapes."""
         if role == "value":
             return self
         if role not in self._of_roles:
@@ -123,24 +123,19 @@ class Domain:
 
 
 def _with_numbers(domain: Domain, schema: CoreSchema) -> Domain:
-    """The same shapes, of other numbers."""
+    """Returns a domain with the same shapes and another schema of numbers."""
     number = None if domain.number is None else schema
     return replace(domain, number=number, item=domain.item and _with_numbers(domain.item, schema), nonzero=False)
 
 
 def domain_of(schema: CoreSchema, resolve: Callable[[CoreSchema], CoreSchema]) -> Domain:
-    """The domain of a type; an empty one where it holds no numbers of its own.
-
-    Args:
-        schema: of the type.
-        resolve: finds what a reference refers to.
-    """
+    """Returns the domain of a type; empty if the type has no numbers. `resolve` resolves references to definitions."""
     schema = resolve(schema)
     nonzero = bool((schema.get("metadata") or {}).get("nonzero"))
     found = Domain()
     for choice, label in union_branches(schema).choices:
         branch: Any = resolve(choice)
-        if branch["type"] == "function-wrap":  # numbers all the same
+        if branch["type"] == "function-wrap":  # a wrapped number
             branch = resolve(branch["schema"])
         match branch["type"]:
             case "float" | "int":
@@ -159,17 +154,17 @@ def domain_of(schema: CoreSchema, resolve: Callable[[CoreSchema], CoreSchema]) -
 T = TypeVar("T")
 
 READ_VALUES: ContextVar[dict[tuple[int, int], tuple[Any, Any]] | None] = ContextVar("SEEN", default=None)
-"""What varies in an expanded document, as it was read: copies share what is the same in all of them. By the identities
-of the node, which is kept, and of the leaf's type."""
+"""Cache of varying values in an expanded document, since copies share nodes. The key holds the ids of the node and of
+the leaf's type; the entry keeps the node alive."""
 
 ROTATION_HINT = "a rotation varies through `rpy`, `axis_angle` or `q: uniform`, or with its whole pose"
 
 
 class VaryingAnnotation:
-    """The annotation of a leaf.
+    """Annotation of a leaf.
 
     Args:
-        refused: why no form may stand here, though an expression may; None: forms may.
+        refused: hint if forms are not allowed here, only expressions; None if forms are allowed.
     """
 
     def __init__(self, refused: str | None = None) -> None:
@@ -191,7 +186,7 @@ class VaryingAnnotation:
         return union
 
     def _varying(self, domain: Domain) -> str:
-        """The definition of what may stand in the value's place, in the JSON Schema."""
+        """Returns the JSON Schema definition of the forms and expressions that may replace the value."""
         if self.refused is not None:
             return "Expression"
         return "VaryingInteger" if domain.whole else "VaryingNumber" if domain.of_numbers else "VaryingValue"
@@ -203,7 +198,7 @@ class VaryingAnnotation:
 
 
 def _make_refuser(refuse: Refuse) -> Callable[[Any], Any]:
-    """The last choice where nothing but plain values is taken: what came so far is refused."""
+    """Returns the last branch of a union that accepts only plain values: it raises the error."""
 
     def otherwise(node: Any) -> Any:
         raise refuse(node)
@@ -212,14 +207,11 @@ def _make_refuser(refuse: Refuse) -> Callable[[Any], Any]:
 
 
 def _make_reader(domain: Domain, plain: LazyValidator, refuse: Refuse, refused: str | None) -> Callable[[Any], Any]:
-    """What reads a field's forms and expressions: the last choice, after the plain values.
-
-    A node that copies share is read once.
-    """
+    """Returns the last branch of a leaf's union, which reads forms and expressions. It reads a shared node once."""
     varies = any_varying if domain.item is not None else is_varying
 
     def read(node: Any) -> Any:
-        """The value of a node that varies, as it was read before if it was; raises what pydantic takes for an error."""
+        """Reads a varying node, or raises an error for Pydantic."""
         seen = READ_VALUES.get()
         known = None if seen is None else seen.get((id(node), id(refuse)))
         if known is not None:
@@ -239,7 +231,7 @@ def _make_reader(domain: Domain, plain: LazyValidator, refuse: Refuse, refused: 
 
 
 class _FixedAnnotation:
-    """The annotation of a value that cannot differ from scene to scene."""
+    """Annotation of a value that cannot differ between scenes."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         schema = handler(source)
