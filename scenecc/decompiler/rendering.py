@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.backends.sapien.engine import render
-from scenecc.backends.sapien.rendering import LIGHT_CLASSES
 from scenecc.decompiler.bodies import plain_value
 from scenecc.decompiler.values import (
     Node,
@@ -18,21 +18,14 @@ from scenecc.decompiler.values import (
     to_number,
     to_numbers,
 )
-from scenecc.plan.rendering import AreaLight, DirectionalLight, PointLight, SpotLight, TexturedLight
+from scenecc.plan.rendering import LIGHT_CLASSES, LIGHT_NUMBERS
+from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
     from scenecc.decompiler.record import Recording
     from scenecc.decompiler.values import FileNamer
 
-_TYPES: Final = {
-    DirectionalLight: "directional",
-    PointLight: "point",
-    SpotLight: "spot",
-    AreaLight: "area",
-    TexturedLight: "textured",
-}
-
-LIGHTS: Final = {LIGHT_CLASSES[class_]: type_ for class_, type_ in _TYPES.items()}
+LIGHTS: Final = {component: type_name(kind) for kind, component in LIGHT_CLASSES.items()}
 """SAPIEN's light components → light types of a scene file."""
 
 _SHADOW: Final = {
@@ -58,7 +51,7 @@ def light(component: Any, files: FileNamer, mount: str | None) -> Node:
         otherwise = -10.0 if (type_, name) == ("directional", "shadow_near") else usual
         if not (value == otherwise or (isinstance(value, float) and same_single([value], [otherwise]))):
             node[key] = value
-    for key in ("inner_fov", "outer_fov", "half_width", "half_height"):
+    for key in dict.fromkeys(chain.from_iterable(LIGHT_NUMBERS.values())):
         if hasattr(component, key):
             node[key] = to_number(getattr(component, key))
     if type_ == "textured":

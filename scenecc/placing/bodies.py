@@ -18,16 +18,15 @@ from scenecc.placing.distances import Cores
 from scenecc.plan import BodyStructure
 from scenecc.plan.body import DEFAULT_COLLISION_GROUPS
 from scenecc.plan.geometry import (
+    REVOLVED_SOLIDS,
     Box,
     Capsule,
-    Cone,
     ConvexMesh,
     ConvexParts,
     Cylinder,
     Heightfield,
     Plane,
     RevolvedSolid,
-    Ring,
     Sphere,
     TriangleMesh,
 )
@@ -331,8 +330,7 @@ def _cores_of(geometry: CollisionGeometry, files: Sequence[AssetFile], rows: Ind
 _UNSUPPORTED: dict[type, str] = {
     ConvexParts: "convex parts from CoACD",
     Heightfield: "terrain whose size differs between scenes",
-    Cone: "a cone whose size differs between scenes",
-    Ring: "a ring whose size differs between scenes",
+    **{solid: f"a {kind} whose size differs between scenes" for kind, solid in REVOLVED_SOLIDS.items()},
 }
 
 

@@ -6,6 +6,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Final, Literal
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.plan.properties import QUANTITIES
 from scenecc.plan.value import Value, literal
 
 if TYPE_CHECKING:
@@ -85,6 +86,22 @@ class TexturedLight:
     inner_fov: Value
     outer_fov: Value
     texture: Texture
+
+
+LIGHT_CLASSES: Final[dict[type, str]] = {
+    DirectionalLight: "RenderDirectionalLightComponent",
+    PointLight: "RenderPointLightComponent",
+    SpotLight: "RenderSpotLightComponent",
+    AreaLight: "RenderParallelogramLightComponent",
+    TexturedLight: "RenderTexturedLightComponent",
+}
+"""SAPIEN's component for each type of light."""
+
+LIGHT_NUMBERS: Final[dict[type, tuple[str, ...]]] = {
+    kind: tuple(name.partition(".")[2] for name in QUANTITIES if name.startswith(f"{kind.__name__}."))
+    for kind in LIGHT_CLASSES
+}
+"""Fields with a `Value` that only this type of light has. SAPIEN's components use the same names."""
 
 
 @frozen

@@ -30,6 +30,7 @@ from scenecc.plan.properties import (
     Bounds,
     Quantity,
 )
+from scenecc.plan.rendering import LIGHT_CLASSES
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +161,7 @@ _TYPE_NAMES = {
     "VisualPlane": "plane",
     "ArticulationStructure": "articulation",
     "AffineClamp": "held",
-    **{f"{word}Light": word.lower() for word in ("Directional", "Point", "Spot", "Area", "Textured")},
+    **{kind.__name__: kind.__name__.removesuffix("Light").lower() for kind in LIGHT_CLASSES},
 }
 
 _CLASSES_WITHOUT_TYPE_KEY: frozenset[type] = frozenset((_plan.BodyStructure,))

@@ -7,6 +7,8 @@ from typing import Any
 
 from plugins.articulation_rules import FILES
 
+from scenecc.plan.geometry import REVOLVED_SOLIDS
+
 _WHERE: list[dict[str, Any]] = [
     {},
     {"at": [0.5, {"uniform": [-1, 1]}]},
@@ -34,7 +36,7 @@ _THINGS: list[dict[str, Any]] = [
     {"root": {"name": "base", **_BOX}},
     *({kind: file} for kind, end in (("urdf", "urdf"), ("mjcf", "xml")) for file in FILES if file.endswith(end)),
 ]
-_UNKNOWN = ("coacd", "'plane'", "'ring'", "'cone'", "'heightfield'")
+_UNKNOWN = ("coacd", "'plane'", "'heightfield'", *map(repr, REVOLVED_SOLIDS))
 """Of these some have no end, and of others distances are not known where their sizes differ from scene to scene."""
 
 

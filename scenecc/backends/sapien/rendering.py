@@ -32,13 +32,12 @@ from scenecc.plan.framing import azimuth_of, find_subject, frame_subject, hidden
 from scenecc.plan.light_rigs import DEFAULT_PRESET, LIGHT_RIGS, is_unlit
 from scenecc.plan.rendering import (
     COLLISION_COLORS,
+    LIGHT_CLASSES,
+    LIGHT_NUMBERS,
     PLANE_HALF_SIZE,
     AreaLight,
     CubeMap,
-    DirectionalLight,
-    PointLight,
     SkyMap,
-    SpotLight,
     TexturedLight,
     shadow_parameters,
 )
@@ -56,33 +55,15 @@ if TYPE_CHECKING:
     from scenecc.plan.rendering import Camera, Environment, Light, ShaderName
 
 
-LIGHT_CLASSES: Final[dict[type, str]] = {
-    DirectionalLight: "RenderDirectionalLightComponent",
-    PointLight: "RenderPointLightComponent",
-    SpotLight: "RenderSpotLightComponent",
-    AreaLight: "RenderParallelogramLightComponent",
-    TexturedLight: "RenderTexturedLightComponent",
-}
-"""SAPIEN's component for each type of light."""
-
-
 def has_light(scene: Any) -> bool:
     """Returns whether a live scene has any lights, ambient light or environment map, from the plan or added by hand."""
     system = scene.render_system
     return bool(system.get_lights()) or any(system.get_ambient_light()) or system.get_cubemap() is not None
 
 
-_LIGHT_FIELDS: Final[dict[type, tuple[str, ...]]] = {
-    SpotLight: ("inner_fov", "outer_fov"),
-    TexturedLight: ("inner_fov", "outer_fov"),
-    AreaLight: ("half_width", "half_height"),
-}
-"""Fields that only some types of light have. SAPIEN's components use the same names."""
-
-
 def light_values(light: Light) -> dict[str, Value]:
     """Returns the values of a light by SAPIEN's property names, in the order in which they are set."""
-    own = {name: getattr(light.light, name) for name in _LIGHT_FIELDS.get(type(light.light), ())}
+    own = {name: getattr(light.light, name) for name in LIGHT_NUMBERS[type(light.light)]}
     return {"color": light.color, **shadow_parameters(light), **own}
 
 

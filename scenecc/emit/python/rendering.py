@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from scenecc.emit.python.context import frame_expression, pose_call, scene_block, texture_call, write_properties
 from scenecc.emit.python.source import SourceNode, call, number_literal, string
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld
 from scenecc.plan.constraint import WELD_SWING
 from scenecc.plan.rendering import (
+    LIGHT_CLASSES,
+    LIGHT_NUMBERS,
     AreaLight,
     CubeMap,
-    DirectionalLight,
     Environment,
     Intrinsic,
     Orthographic,
     Perspective,
-    PointLight,
-    SpotLight,
     TexturedLight,
     shadow_parameters,
 )
@@ -34,16 +33,6 @@ if TYPE_CHECKING:
 
     ObjectWriter = Callable[[SourceWriter, Any, SceneValues, ScriptContext], None]
     """Writes the statements of an object for each of its scenes."""
-
-
-LIGHT_CLASSES: Final[dict[type, str]] = {
-    DirectionalLight: "RenderDirectionalLightComponent",
-    PointLight: "RenderPointLightComponent",
-    SpotLight: "RenderSpotLightComponent",
-    AreaLight: "RenderParallelogramLightComponent",
-    TexturedLight: "RenderTexturedLightComponent",
-}
-"""SAPIEN's components, by the type of a light."""
 
 
 def write_sections(source: SourceWriter, plan: ScenePlan, tables: ScriptContext) -> None:
@@ -105,8 +94,8 @@ def _write_light(source: SourceWriter, light: Light, columns: SceneValues, table
     source.statement(columns.value(light.color, "color"), assign="light.color")
     for name, value in shadow_parameters(light).items():
         source.statement(columns.value(value, name), assign=f"light.{name}")
-    if isinstance(light.light, SpotLight | TexturedLight):
-        write_properties(source, light.light, ("inner_fov", "outer_fov"), columns, "light")
+    if not isinstance(light.light, AreaLight):
+        write_properties(source, light.light, LIGHT_NUMBERS[type(light.light)], columns, "light")
     if isinstance(light.light, TexturedLight):
         source.statement(texture_call(light.light.texture, "texture", columns, tables.files), assign="light.texture")
     _attach_component(source, light, "light", columns, tables)

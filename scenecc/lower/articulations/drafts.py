@@ -21,7 +21,7 @@ from scenecc.lower.poses import POSE, check_limits_keys, direction, lower_limits
 from scenecc.lower.references import values_given
 from scenecc.plan import CollisionShape, Value, VisualShape, literal, per_scene
 from scenecc.plan.articulation import JointType, breadth_first_order
-from scenecc.plan.properties import POSITIVE
+from scenecc.plan.properties import POSITIVE, property_fields
 from scenecc.variation.bounds import MAX_ALTERNATIVES, ValueBounds
 from scenecc.variation.nodes import Composed, Node, Pointing, Posed, Stacked
 
@@ -174,7 +174,8 @@ class AttachedPart:
         return self.start <= link < self.start + len(self.draft.links)
 
 
-_JOINT_NUMBERS = ("friction", "damping", "armature", "max_velocity")
+_JOINT_NUMBERS = (*property_fields("joint"), "damping")
+"""Keys of a joint of a tree. `damping` is of the drive that it then has."""
 
 _MOVING_JOINT_KEYS = (*_JOINT_NUMBERS, "axis", "pose_in_child", "limits", "limits_deg", "mimic")
 

@@ -4,12 +4,14 @@ import re
 
 import pytest
 from plugins.editor import ARM, Editor
+from plugins.scene_models import all_keys
 
 from scenecc.lsp.edits import RefusedError, applied, rename
-from scenecc.lsp.language import _schema
 from scenecc.lsp.references import named_kind
 from scenecc.lsp.symbols import symbols_of
-from scenecc.spec.base import REFERENCE_PATTERN
+from scenecc.spec.document import SceneFile
+from scenecc.spec.expect import NoOverlapSpec, SettledSpec
+from scenecc.spec.keys import model_places
 
 HEAD = "scenecc: 1\n"
 BOX = "shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]"
@@ -215,22 +217,24 @@ def test_the_outline_lists_sections_and_names(tmp_path):
     assert names["six"] == (18, 18, "")
 
 
-def _references(schema, path=()):
-    """The keys of the JSON Schema whose values are the names of entities and frames."""
-    if isinstance(schema, dict):
-        if schema.get("pattern") == REFERENCE_PATTERN:
-            yield path
-        for key, item in schema.items():
-            yield from _references(item, (*path, key) if key not in {"anyOf", "items", "prefixItems"} else path)
-    elif isinstance(schema, list):
-        for item in schema:
-            yield from _references(item, path)
+LSP_KINDS = {"entity": {"object", "inside"}, "frame": {"frame"}, "material": {"material"}, "group": {"group"}}
 
 
-def test_all_keys_that_name_objects_are_known():
-    for name, schema in _schema()["$defs"].items():
-        for path in _references(schema.get("properties", {})):
-            key = next(step for step in path if isinstance(step, str))
-            section = "expect" if name in {"SettledSpec", "NoOverlapSpec"} else "entities"
-            kind = named_kind((section, "a", key), "value") or named_kind((section, "a", key, "b"), "key")
-            assert kind in {"object", "frame", "inside"}, (name, path)
+def _names(place):
+    """The kinds of names that are the value at a place, or an item of it."""
+    found = {place.names} - {None}
+    return found | (_names(place.item) if place.item else set())
+
+
+def test_all_keys_that_name_something_are_known():
+    checked = set()
+    for model, field in all_keys(SceneFile):
+        key = model.model_fields[field].alias or field
+        place = model_places(model)[key]
+        section = "expect" if model in {SettledSpec, NoOverlapSpec} else "entities"
+        for kind in _names(place):
+            assert named_kind((section, "a", key), "value") in LSP_KINDS[kind], (model, key)
+            checked.add(kind)
+        if place.key is not None and place.key.names is not None:
+            assert named_kind((section, "a", key, "b"), "key") in LSP_KINDS[place.key.names], (model, key)
+    assert checked == LSP_KINDS.keys()

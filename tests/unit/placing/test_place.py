@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from scenecc import SceneError, compile_scene, emit_scene, load_scene, validate
+from scenecc.plan.geometry import REVOLVED_SOLIDS
 
 ROOT = Path(__file__).parents[3]
 TABLE = {"body_type": "static", "pose": [0, 0, 0.4], "shapes": [{"type": "box", "half_size": [0.5, 0.35, 0.02]}]}
@@ -218,9 +219,13 @@ def test_a_drawn_body_may_touch_a_placement_with_apart_0(kind: str, tmp_path: Pa
         assert code_of(file) == codes
 
 
-def test_a_shape_without_known_distances_is_an_error() -> None:
-    ring = {"type": "ring", "inner_radius": {"uniform": [0.02, 0.03]}, "outer_radius": 0.05, "half_length": 0.1}
-    assert code_of(scene(2, cube=thing(0), pipe={"pose": [0, 0, 3], "shapes": [ring]})) == ["SC357"]
+@pytest.mark.parametrize("kind", REVOLVED_SOLIDS)
+def test_a_shape_without_known_distances_is_an_error(kind: str) -> None:
+    sizes = dict.fromkeys(REVOLVED_SOLIDS[kind].__slots__, 0.05)
+    varying = {"type": kind, **sizes, next(iter(sizes)): {"uniform": [0.02, 0.03]}}
+    ((code, message),) = errors_of(scene(2, cube=thing(0), pipe={"pose": [0, 0, 3], "shapes": [varying]}))
+    assert code == "SC357"
+    assert f"a {kind} whose size differs between scenes" in message
 
 
 def test_placement_avoids_a_robot_at_its_initial_joint_positions() -> None:

@@ -10,7 +10,7 @@ import pytest
 from scenecc import compile_scene, validate
 from scenecc.lower.articulations.overrides import PatternMatcher
 from scenecc.plan import ArticulationStructure, Joint, Link
-from scenecc.plan.properties import FLOAT32_MAX
+from scenecc.plan.properties import FLOAT32_MAX, property_fields
 from scenecc.variation.nodes import AffineClamp
 
 if TYPE_CHECKING:
@@ -123,6 +123,13 @@ def test_a_joint_of_a_tree_says_its_own_speed() -> None:
     plan = compile_scene(document)
     assert [rows(joints(plan, number)["j"].max_velocity) for number in range(3)] == [[2.0], [1.0, 3.0], [5.0]]
     assert codes({"scenecc": 1, "entities": {"a": tree(type="fixed", max_velocity=2)}}) == ["SC115"]
+
+
+@pytest.mark.parametrize("field", property_fields("joint"))
+def test_every_number_of_a_joint_is_a_key_of_a_tree(field: str) -> None:
+    link = {"name": "l", "joint": {"name": "j", "type": "revolute", field: 2}, "shapes": BOX}
+    plan = compile_scene({"scenecc": 1, "entities": {"a": {"root": {"name": "base", "children": [link]}}}})
+    assert rows(getattr(joints(plan)["j"], field)) == [2.0]
 
 
 def test_what_is_drawn_is_held_within_the_limits_and_so_is_its_recipe() -> None:
