@@ -26,7 +26,7 @@ def revolved_points(profile: Any, turn: float = 0.0) -> NDArray[Any]:
 
 
 def revolved_parts(profile: Any) -> list[NDArray[Any]]:
-    """Returns convex parts of a solid of revolution, each (V, 3) [m]: 1 if it touches x, else 32."""
+    """Returns the convex parts of a solid of revolution, (V, 3) [m]: 1 if it touches x, else 32."""
     circles = revolved_points(profile)
     radii = [radius for _, radius in profile]
     if min(radii) == 0:
@@ -36,11 +36,11 @@ def revolved_parts(profile: Any) -> list[NDArray[Any]]:
 
 
 def revolved_surface(profile: Any) -> tuple[NDArray[Any], ...]:
-    """Returns the surface of a solid of revolution, smooth about x, with an edge at each corner of its profile.
+    """Returns the surface of a solid of revolution, with an edge at each corner of its profile.
 
     Returns:
-        Vertices (V, 3) [m], triangles (T, 3) counterclockwise from outside, normals (V, 3), and texture coordinates (V,
-        2), all (0, 0).
+        Vertices (V, 3) [m], triangles (T, 3) counterclockwise from outside, normals (V, 3), and
+        texture coordinates (V, 2), all (0, 0).
     """
     vertices: list[NDArray[Any]] = []
     normals: list[NDArray[Any]] = []
@@ -105,8 +105,8 @@ def heightfield_surface(size: Any, heights: Any) -> tuple[NDArray[Any], ...]:
         heights: (R, C), rows from +y to -y, each from -x to +x.
 
     Returns:
-        Vertices (V, 3) [m], triangles (T, 3) counterclockwise from above, normals (V, 3), and texture coordinates (V,
-        2) from the image's top left corner.
+        Vertices (V, 3) [m], triangles (T, 3) counterclockwise from above, normals (V, 3), and
+        texture coordinates (V, 2) from the image's top left corner.
     """
     levels = np.array(heights, np.float64)
     rows, columns = len(levels), len(levels[0])
