@@ -409,13 +409,14 @@ class RetryBatch(Batch):
         return RetryBatch(self._untried.only(rows), self.tries[rows])
 
 
-def _rows(batch: Batch, node: nodes.Rows) -> NDArray[Any]:
+def _scene_index(batch: Batch, node: nodes.Rows) -> NDArray[np.intp]:
+    """The index of the item of each scene (B,)."""
     known = np.array(node.scene_idxs, dtype=np.int64)
     index = np.minimum(np.searchsorted(known, batch.scenes), max(len(known) - 1, 0))
     missing = np.flatnonzero(known[index] != batch.scenes) if known.size else np.arange(len(batch.scenes))
     if missing.size:
         raise batch.error("no value is given for this scene", int(missing[0]), node)
-    return batch.selected(node.items, index)
+    return index
 
 
 def _stacked(batch: Batch, node: nodes.Stacked) -> NDArray[Any]:
@@ -653,11 +654,21 @@ def _placed(batch: Batch, node: nodes.Placed) -> Floats:
     return batch.placed[node.name][batch.scenes]
 
 
+SELECTIONS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
+    nodes.Rows: _scene_index,
+    nodes.Cycled: lambda batch, node: batch.scenes % len(node.items),
+    nodes.Chosen: _choice_index,
+}
+"""The index (B,) of the item that each kind of selecting node has in each scene."""
+
+
+def _selected(batch: Batch, node: Any) -> NDArray[Any]:
+    return batch.selected(node.items, SELECTIONS[type(node)](batch, node))
+
+
 EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
+    **dict.fromkeys(SELECTIONS, _selected),
     nodes.Const: lambda batch, node: batch.item(node.data),
-    nodes.Rows: _rows,
-    nodes.Cycled: lambda batch, node: batch.selected(node.items, batch.scenes % len(node.items)),
-    nodes.Chosen: lambda batch, node: batch.selected(node.items, _choice_index(batch, node)),
     nodes.Shuffled: _shuffled,
     nodes.Drawn: _drawn,
     nodes.RandomRotated: lambda batch, node: rotation(_units(batch, node, 0, 3)),
