@@ -106,8 +106,12 @@ def nodes_read(item: Any, batch: Batch) -> Iterator[tuple[Node, Batch]]:
             index = SELECTIONS[kind](batch, item)
         except DrawError:
             return
+        # Several scenes may share an item.
+        numbers: dict[int, list[int]] = {}
         for number in np.unique(index).tolist():
-            yield from nodes_read(item.items[number], batch.only(np.flatnonzero(index == number)))
+            numbers.setdefault(id(item.items[number]), []).append(number)
+        for same in numbers.values():
+            yield from nodes_read(item.items[same[0]], batch.only(np.flatnonzero(np.isin(index, same))))
     elif kind in NODE_FIELDS:
         yield item, batch
         for name in NODE_FIELDS[kind]:
