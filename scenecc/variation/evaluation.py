@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from scenecc.diagnostics.messages import show
+from scenecc.diagnostics.messages import cut, show
 from scenecc.geometry import rotation_arrays
 from scenecc.geometry.rotations import EXACT_UNIT_TOLERANCE, RIGID_TOLERANCE, UNIT_TOLERANCE
 from scenecc.variation import nodes
@@ -21,6 +21,7 @@ from scenecc.variation.distributions import WIDEST_INTEGERS
 from scenecc.variation.nodes import NODES, Key, Node, evaluation_order, shaped_fields
 from scenecc.variation.operations import (
     LISTS,
+    NUMBERS,
     SEQUENCES,
     DrawError,
     ExpressionError,
@@ -421,9 +422,23 @@ def _scene_index(batch: Batch, node: nodes.Rows) -> NDArray[np.intp]:
 
 def _stacked(batch: Batch, node: nodes.Stacked) -> NDArray[Any]:
     parts = [batch.item(item) for item in node.items]
+    for item, part in zip(node.items, parts, strict=True):
+        if part.dtype.kind in "bO":
+            _refuse_other_kinds(batch, item, part)
     if any(part.dtype == object for part in parts):
         parts = [part.astype(object) for part in parts]
     return np.stack(parts, axis=1)
+
+
+def _refuse_other_kinds(batch: Batch, item: Any, part: NDArray[Any]) -> None:
+    """Refuses a boolean or a text that an expression for one number gives: numpy would take true as 1."""
+    first = {type(one): (row, one) for row, one in reversed(list(enumerate(part.tolist())))}
+    for kind, (row, one) in first.items():
+        source, only = item, batch.only(np.array([row]))
+        while type(source) in SELECTIONS:
+            source = source.items[SELECTIONS[type(source)](only, source).item()]
+        if kind not in NUMBERS and isinstance(source, nodes.Computed) and source.shape == ():
+            raise batch.error(f"this expression gives {cut(show(one))}, but a number is needed", row, source)
 
 
 def _bound_mismatch(node: nodes.Drawn) -> str:

@@ -361,7 +361,7 @@ _KEY_TYPES = {
     "srdf": _TEXT_TYPE,
     "package_dir": _TEXT_TYPE,
     "keyframe": _TEXT_TYPE,
-    "fix_root_link": FieldType(dtype="bool", fallback=False),
+    "fix_root_link": FieldType(dtype="bool", convert=bool, fallback=False),
 }
 """The keys, in the order by which alternatives are compared."""
 

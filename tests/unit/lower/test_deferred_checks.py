@@ -97,6 +97,22 @@ def test_a_warning_names_a_scene_and_a_seed_that_show_it() -> None:
     assert f"{entity(fixed).pose.data[int(scene_index), 0]:g}" == number
 
 
+@pytest.mark.parametrize(
+    ("body", "path"),
+    [
+        ({"pose": [0, 0, "${z > 0}"]}, "pose[2]"),
+        ({"pose": [0, 0, {"cycle": [1, "${z > 0}"]}]}, "pose[2].cycle[1]"),
+        ({"color": ["${scene > 0}", 0, 0]}, "color[0]"),
+        ({"pose": {"p": [0, 0, 1], "rpy": [0, 0, "${which}"]}}, "pose.rpy[2]"),
+    ],
+)
+def test_a_component_of_another_kind_is_an_error_at_the_component(body: dict[str, Any], path: str) -> None:
+    names = {name: draw for name, draw in DRAWS.items() if f"${{{name}" in str(body)}
+    (found,) = validate(scene(body, draws=names, num_scenes=4))
+    assert (found.code, found.path) == ("SC515", f"entities.body.{path}"), found
+    assert "but a number is needed" in found.message
+
+
 def test_an_expression_beside_a_pose_that_is_not_placed_yet_is_no_certain_fault() -> None:
     table = {"body_type": "static", **box([1, 1, 0.1])}
     body = {"pose": {"relative_to": "cup", "p": [0, 0, "${sqrt(z + 0.9)}"]}}
