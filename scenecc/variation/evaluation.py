@@ -432,12 +432,13 @@ def _stacked(batch: Batch, node: nodes.Stacked) -> NDArray[Any]:
 
 def _refuse_other_kinds(batch: Batch, item: Any, part: NDArray[Any]) -> None:
     """Refuses a boolean or a text that an expression for one number gives: numpy would take true as 1."""
-    first = {type(one): (row, one) for row, one in reversed(list(enumerate(part.tolist())))}
-    for kind, (row, one) in first.items():
-        source, only = item, batch.only(np.array([row]))
-        while type(source) in SELECTIONS:
-            source = source.items[SELECTIONS[type(source)](only, source).item()]
-        if kind not in NUMBERS and isinstance(source, nodes.Computed) and source.shape == ():
+    given: list[Any] = part.tolist()
+    first = {one.__class__: row for row, one in reversed(list(enumerate(given)))}
+    for row in first.values():
+        one, source, only = given[row], item, batch.only(np.array([row]))
+        while source.__class__ in SELECTIONS:
+            source = source.items[SELECTIONS[source.__class__](only, source).item()]
+        if one.__class__ not in NUMBERS and isinstance(source, nodes.Computed) and source.shape == ():
             raise batch.error(f"this expression gives {cut(show(one))}, but a number is needed", row, source)
 
 
