@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan.properties import FLOAT32_MAX, Bounds
-from scenecc.variation.nodes import AffineClamp, Computed, Node, Placed, Rows
+from scenecc.variation.nodes import AffineClamp, Computed, Node, Placed, Rows, placements_read_by
 from scenecc.variation.operations import COMPUTE_LIMIT_HINT, ComputeLimitError, DrawError
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer, RowMaker, SamplingContext, VariationLowerer
     from scenecc.plan import Value
     from scenecc.spec.params import ParamType
+    from scenecc.variation.evaluation import Batch
     from scenecc.variation.samples import SampleBatch
 
     Origins = Mapping[int, tuple[Any, Origin]]
@@ -33,6 +35,7 @@ class DeferredCheck:
     """The check of a value that may be missing or out of range.
 
     Attributes:
+        node: gives the value.
         rows: computes its rows in a batch.
         scenes: scenes of its rows.
         origin: of the field.
@@ -40,6 +43,7 @@ class DeferredCheck:
     """
 
     value: Value
+    node: Node
     rows: RowMaker
     kind: FieldType
     scenes: tuple[int, ...]
@@ -98,7 +102,9 @@ def check_samples(deferred: DeferredCheck, fields: FieldLowerer) -> None:
         rows = deferred.value.samples
     except DrawError as error:
         for one in _sample_errors(error, deferred, fields):
-            report_sample_failure(one, deferred.rows, deferred.origins, deferred.origin, fields)
+            report_sample_failure(
+                one, _rows_wherever_placed(deferred, fields), deferred.origins, deferred.origin, fields
+            )
         return
     bounds = deferred.kind.bounds
     outside = _rows_outside(rows, bounds)
@@ -129,19 +135,37 @@ def _sample_errors(error: DrawError, deferred: DeferredCheck, fields: FieldLower
         return (error,)
     # A placement has no pose yet, but the expressions beside it have values.
     found = {} if isinstance(error.node, Placed) else {id(error.node): error}
-    for node, _ in deferred.origins.values():
-        one = _sample_error(node, fields)
-        if one is not None:
+    from scenecc.variation.samples import nodes_read  # noqa: PLC0415 - loads numpy
+
+    for node, batch in nodes_read(deferred.node, fields.analysis.samples):
+        one = _batch_error(node, batch) if id(node) in deferred.origins else None
+        if one is not None and not isinstance(one.node, Placed):
             found.setdefault(id(one.node), one)
     return found.values()
 
 
-def _sample_error(node: Node, fields: FieldLowerer) -> DrawError | None:
+def _batch_error(node: Node, batch: Batch) -> DrawError | None:
     try:
-        fields.analysis.samples.evaluate(node)
+        batch.evaluate(node)
     except DrawError as error:
         return error
     return None
+
+
+def _rows_wherever_placed(deferred: DeferredCheck, fields: FieldLowerer) -> RowMaker:
+    """What gives the rows of a value before anything is placed: whether they exist does not depend on where it is."""
+    placements = placements_read_by(deferred.node)
+    if not placements:
+        return deferred.rows
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    placed = dict.fromkeys(placements, np.tile(IDENTITY_POSE, (fields.sampling.num_scenes, 1)))
+
+    def rows(batch: Batch) -> NDArray[Any]:
+        batch.placed = placed
+        return deferred.rows(batch)
+
+    return rows
 
 
 def report_sample_failure(

@@ -140,7 +140,7 @@ class FieldLowerer:
         self.sampling.drawn = True
         value = self.drawn(partial(self.rows, node=item, kind=kind), lambda: self.analysis.bounds(item))
         if variation.risky:
-            self.defer(value, partial(self.rows, node=item, kind=kind), kind, origin, variation)
+            self.defer(value, item, partial(self.rows, node=item, kind=kind), kind, origin, variation)
         if reset:
             self.sampling.resets[id(value)] = ResettableValue(value, item, variation, self)
         return value
@@ -154,9 +154,17 @@ class FieldLowerer:
         """
         return varying(lambda: rows(self.batch()), lambda: rows(self.analysis.samples), self.scenes, bounds=bounds)
 
-    def defer(self, value: Value, rows: RowMaker, kind: FieldType, origin: Origin, variation: VariationLowerer) -> None:
+    def defer(
+        self,
+        value: Value,
+        node: Node,
+        rows: RowMaker,
+        kind: FieldType,
+        origin: Origin,
+        variation: VariationLowerer,
+    ) -> None:
         """Checks the samples of a drawn value, and registers the check of its rows."""
-        deferred = DeferredCheck(value, rows, kind, self.scenes, origin, variation.origins)
+        deferred = DeferredCheck(value, node, rows, kind, self.scenes, origin, variation.origins)
         check_samples(deferred, self)
         self.sampling.deferred.append(deferred)
 
@@ -218,7 +226,7 @@ class FieldLowerer:
             report_draw_failure(error, {**self.sampling.draw_origins, **variation.origins}, origin, self.sink)
             return literal(kind.fallback, kind.dtype)
         if variation.computed:
-            check_rows(DeferredCheck(known, rows, kind, self.scenes, origin, {}), self.sampling, self.sink)
+            check_rows(DeferredCheck(known, node, rows, kind, self.scenes, origin, {}), self.sampling, self.sink)
         if variation.cycled:
             # Also checks alternatives that no scene uses.
             found = self.analysis.bounds(node)

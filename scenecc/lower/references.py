@@ -174,7 +174,7 @@ def read_references(
 
     node = variation.select(given, place, leaf if given is written else bare)
     for one, origin in computed:
-        _look_up_every_name(one, origin, lookup, is_random=variation.is_random)
+        _look_up_every_name(one, origin, lookup, node, is_random=variation.is_random)
     fields.fix(variation)
     if variation.broken or None in lookup.found or node.__class__ not in NODES:
         return References(lookup.found, literal(0, "int64"))
@@ -184,22 +184,27 @@ def read_references(
 _TEXT_TYPE = FieldType(convert=str, fallback="")
 
 
-def _look_up_every_name(node: Computed, origin: Origin, lookup: _ReferenceLookup[Any], *, is_random: bool) -> None:
+def _look_up_every_name(
+    node: Computed, origin: Origin, lookup: _ReferenceLookup[Any], within: Node, *, is_random: bool
+) -> None:
     """Looks up every text that an expression gives in the scenes and in the samples."""
     sink = lookup.fields.sink
     with sink.merge_repeats():
-        for name in values_given(node, origin, lookup.fields, is_random=is_random):
+        found = values_given(node, origin, lookup.fields, is_random=is_random, within=within)
+        if not found:
+            lookup.found.append(None)
+        for name in found:
             if isinstance(name, str):
                 lookup.number(name, origin)
             else:
                 sink.report("SC317", f"this expression gives {show(name)}, but a name is needed", origin)
                 lookup.found.append(None)
                 return
-    if not lookup.found:
-        lookup.found.append(None)
 
 
-def values_given(node: Node, origin: Origin, fields: FieldLowerer, *, is_random: bool) -> list[Any]:
+def values_given(
+    node: Node, origin: Origin, fields: FieldLowerer, *, is_random: bool, within: Node | None = None
+) -> list[Any]:
     """The distinct values of a node in the scenes and in the samples; empty after an error.
 
     Args:
@@ -207,25 +212,36 @@ def values_given(node: Node, origin: Origin, fields: FieldLowerer, *, is_random:
         origin: of the node.
         fields: of its object.
         is_random: whether its values depend on the seed.
+        within: the node that contains it, and may read it only in some scenes; None: all scenes count.
     """
     origins = {**fields.sampling.draw_origins, id(node): (node, origin)}
-    found: list[Any] = []
-    try:
-        found += fields.batch().evaluate(node).tolist()
-    except DrawError as error:
-        # A random one is reported when it is drawn.
-        if not is_random or isinstance(error, ComputeLimitError):
-            report_draw_failure(error, origins, origin, fields.sink)
-            return []
+    found, error = _values_where_read(node, within, fields.batch())
+    if error is not None and (not is_random or isinstance(error, ComputeLimitError)):
+        report_draw_failure(error, origins, origin, fields.sink)
+        return []
     if is_random:
-        samples = fields.analysis.samples
-        try:
-            found += samples.evaluate(node).tolist()
-        except DrawError as error:
+        sampled, error = _values_where_read(node, within, fields.analysis.samples)
+        if error is not None:
             report_sample_failure(error, lambda batch: batch.evaluate(node), origins, origin, fields)
-            found += _values_of_single_rows(samples, node)
+        found += sampled
     distinct = {(one.__class__.__name__, repr(one)): one for one in found}
     return sorted(distinct.values(), key=lambda one: (one.__class__.__name__, one if is_number(one) else repr(one)))
+
+
+def _values_where_read(node: Node, within: Node | None, batch: Batch) -> tuple[list[Any], DrawError | None]:
+    """The values of a node in a batch, and the error of a row that reads it and has none."""
+    try:
+        return batch.evaluate(node).tolist(), None
+    except DrawError as error:
+        from scenecc.variation.samples import SAMPLE_COUNT, nodes_read  # noqa: PLC0415 - loads numpy
+
+        parts = () if within is None else nodes_read(within, batch)
+        part = next((part for one, part in parts if one is node), batch)
+        if part is not batch and not isinstance(error, ComputeLimitError):
+            return _values_where_read(node, None, part)
+        # Of many scenes, the failed draw is reported before anything reads the others.
+        few = len(batch.scenes) <= SAMPLE_COUNT
+        return list(_values_of_single_rows(batch, node)) if few else [], error
 
 
 def _values_of_single_rows(batch: Batch, node: Node) -> Iterator[Any]:
@@ -253,7 +269,7 @@ def _reference_numbers(
     if not variation.is_random:
         return per_scene(rows(fields.batch()), "int64")
     value = fields.drawn(rows, lambda: ValueBounds.of(range(len(lookup.found)), exact=False))
-    fields.defer(value, rows, _INDEX_TYPE, place.origin, variation)
+    fields.defer(value, node, rows, _INDEX_TYPE, place.origin, variation)
     return value
 
 

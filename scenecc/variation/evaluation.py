@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from scenecc.diagnostics.messages import show
+from scenecc.diagnostics.messages import cut, show
 from scenecc.geometry import rotation_arrays
 from scenecc.geometry.rotations import EXACT_UNIT_TOLERANCE, RIGID_TOLERANCE, UNIT_TOLERANCE
 from scenecc.variation import nodes
@@ -21,6 +21,7 @@ from scenecc.variation.distributions import WIDEST_INTEGERS
 from scenecc.variation.nodes import NODES, Key, Node, evaluation_order, shaped_fields
 from scenecc.variation.operations import (
     LISTS,
+    NUMBERS,
     SEQUENCES,
     DrawError,
     ExpressionError,
@@ -413,20 +414,36 @@ class RetryBatch(Batch):
         return RetryBatch(self._untried.only(rows), self.tries[rows])
 
 
-def _rows(batch: Batch, node: nodes.Rows) -> NDArray[Any]:
+def _scene_index(batch: Batch, node: nodes.Rows) -> NDArray[np.intp]:
+    """The index of the item of each scene (B,)."""
     known = np.array(node.scene_idxs, dtype=np.int64)
     index = np.minimum(np.searchsorted(known, batch.scenes), max(len(known) - 1, 0))
     missing = np.flatnonzero(known[index] != batch.scenes) if known.size else np.arange(len(batch.scenes))
     if missing.size:
         raise batch.error("no value is given for this scene", int(missing[0]), node)
-    return batch.selected(node.items, index)
+    return index
 
 
 def _stacked(batch: Batch, node: nodes.Stacked) -> NDArray[Any]:
     parts = [batch.item(item) for item in node.items]
+    for item, part in zip(node.items, parts, strict=True):
+        if part.dtype.kind in "bO":
+            _refuse_other_kinds(batch, item, part)
     if any(part.dtype == object for part in parts):
         parts = [part.astype(object) for part in parts]
     return np.stack(parts, axis=1)
+
+
+def _refuse_other_kinds(batch: Batch, item: Any, part: NDArray[Any]) -> None:
+    """Refuses a boolean or a text that an expression for one number gives: numpy would take true as 1."""
+    given: list[Any] = part.tolist()
+    first = {one.__class__: row for row, one in reversed(list(enumerate(given)))}
+    for row in first.values():
+        one, source, only = given[row], item, batch.only(np.array([row]))
+        while source.__class__ in SELECTIONS:
+            source = source.items[SELECTIONS[source.__class__](only, source).item()]
+        if one.__class__ not in NUMBERS and isinstance(source, nodes.Computed) and source.shape == ():
+            raise batch.error(f"this expression gives {cut(show(one))}, but a number is needed", row, source)
 
 
 def _bound_mismatch(node: nodes.Drawn) -> str:
@@ -649,11 +666,21 @@ def _placed(batch: Batch, node: nodes.Placed) -> Floats:
     return batch.placed[node.name][batch.scenes]
 
 
+SELECTIONS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
+    nodes.Rows: _scene_index,
+    nodes.Cycled: lambda batch, node: batch.scenes % len(node.items),
+    nodes.Chosen: _choice_index,
+}
+"""The index (B,) of the item that each kind of selecting node has in each scene."""
+
+
+def _selected(batch: Batch, node: Any) -> NDArray[Any]:
+    return batch.selected(node.items, SELECTIONS[type(node)](batch, node))
+
+
 EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
+    **dict.fromkeys(SELECTIONS, _selected),
     nodes.Const: lambda batch, node: batch.item(node.data),
-    nodes.Rows: _rows,
-    nodes.Cycled: lambda batch, node: batch.selected(node.items, batch.scenes % len(node.items)),
-    nodes.Chosen: lambda batch, node: batch.selected(node.items, _choice_index(batch, node)),
     nodes.Shuffled: _shuffled,
     nodes.Drawn: _drawn,
     nodes.RandomRotated: lambda batch, node: rotation(_units(batch, node, 0, 3)),

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.variation.evaluation import Batch
-from scenecc.variation.nodes import Computed
+from scenecc.variation.evaluation import SELECTIONS, Batch
+from scenecc.variation.nodes import NODE_FIELDS, Computed, Shared
+from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -90,3 +91,28 @@ class SampleBatch(Batch):
         if key not in self._computed:
             self._computed[key] = node, super().evaluate(node)
         return self._computed[key][1]
+
+
+def nodes_read(item: Any, batch: Batch) -> Iterator[tuple[Node, Batch]]:
+    """The nodes in an item, each with the rows of a batch in which the item reads it."""
+    kind = item.__class__
+    if kind is tuple:
+        for part in item:
+            yield from nodes_read(part, batch)
+    elif kind is Shared:
+        yield from nodes_read(batch.draws[item.name], batch)
+    elif kind in SELECTIONS:
+        try:
+            index = SELECTIONS[kind](batch, item)
+        except DrawError:
+            return
+        # Several scenes may share an item.
+        numbers: dict[int, list[int]] = {}
+        for number in np.unique(index).tolist():
+            numbers.setdefault(id(item.items[number]), []).append(number)
+        for same in numbers.values():
+            yield from nodes_read(item.items[same[0]], batch.only(np.flatnonzero(np.isin(index, same))))
+    elif kind in NODE_FIELDS:
+        yield item, batch
+        for name in NODE_FIELDS[kind]:
+            yield from nodes_read(getattr(item, name), batch)

@@ -361,7 +361,7 @@ _KEY_TYPES = {
     "srdf": _TEXT_TYPE,
     "package_dir": _TEXT_TYPE,
     "keyframe": _TEXT_TYPE,
-    "fix_root_link": FieldType(dtype="bool", fallback=False),
+    "fix_root_link": FieldType(dtype="bool", convert=bool, fallback=False),
 }
 """The keys, in the order of comparison."""
 
@@ -494,7 +494,7 @@ class _KeyAlternatives:
     def check(self, fields: FieldLowerer) -> bool:
         """Checks each value of the key in the scenes and in the samples, and reports invalid ones."""
         for node, place in self._sources:
-            found = values_given(node, place, fields, is_random=self._variation.is_random)
+            found = values_given(node, place, fields, is_random=self._variation.is_random, within=self.node)
             if not found:
                 return False
             if self._kind is not _TEXT_TYPE and len(found) > MAX_ALTERNATIVES:
@@ -560,7 +560,7 @@ class _Combinations:
         pick = fields.drawn(rows, lambda: ValueBounds.of(found, exact=not variation.computed))
         fields.sampling.drawn |= variation.is_random
         if variation.is_random and variation.risky:
-            fields.defer(pick, rows, _INDEX_TYPE, self._first(), variation)
+            fields.defer(pick, self._node, rows, _INDEX_TYPE, self._first(), variation)
         return Alternatives(each, pick)
 
     def _alternative(self, row: Combination) -> Alternative:

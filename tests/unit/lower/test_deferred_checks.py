@@ -98,6 +98,55 @@ def test_a_warning_names_a_scene_and_a_seed_that_show_it() -> None:
 
 
 @pytest.mark.parametrize(
+    ("body", "path"),
+    [
+        ({"pose": [0, 0, "${z > 0}"]}, "pose[2]"),
+        ({"pose": [0, 0, {"cycle": [1, "${z > 0}"]}]}, "pose[2].cycle[1]"),
+        ({"color": ["${scene > 0}", 0, 0]}, "color[0]"),
+        ({"pose": {"p": [0, 0, 1], "rpy": [0, 0, "${which}"]}}, "pose.rpy[2]"),
+    ],
+)
+def test_a_component_of_another_kind_is_an_error_at_the_component(body: dict[str, Any], path: str) -> None:
+    names = {name: draw for name, draw in DRAWS.items() if f"${{{name}" in str(body)}
+    (found,) = validate(scene(body, draws=names, num_scenes=4))
+    assert (found.code, found.path) == ("SC515", f"entities.body.{path}"), found
+    assert "but a number is needed" in found.message
+
+
+def test_an_expression_beside_a_pose_that_is_not_placed_yet_is_no_certain_fault() -> None:
+    table = {"body_type": "static", **box([1, 1, 0.1])}
+    body = {"pose": {"relative_to": "cup", "p": [0, 0, "${sqrt(z + 0.9)}"]}}
+    entities = {"table": table, "cup": {"place": {"on": "table"}, "shapes": BALL}, "lid": {**body, "shapes": BALL}}
+    found = validate({"scenecc": 1, "num_scenes": 2, "draws": {"z": DRAWS["z"]}, "entities": entities})
+    assert [one.code for one in found if one.path == "entities.lid.pose.p[2]"] == ["SC516"], found
+    assert not any(one.severity == "error" for one in found), found
+
+
+def test_an_expression_is_judged_in_the_scenes_that_read_it() -> None:
+    body = {"pose": ["${1 / (die - 1)}", 0, {"per_scene": {0: 1, "default": "${1 / scene + z}"}}]}
+    found = validate(scene(body, draws={name: DRAWS[name] for name in ("die", "z")}, num_scenes=4))
+    assert [(one.code, one.path) for one in found] == [("SC516", "entities.body.pose[0]")], found
+
+
+@pytest.mark.parametrize("index", ["1 // scene", "1 // scene + die // 7"])
+def test_a_name_by_expression_is_judged_in_the_scenes_that_read_it(index: str) -> None:
+    materials = {name: {"visual": {"roughness": size}} for name, size in (("one", 1), ("two", 0.5), ("three", 0))}
+    body = {"material": {"per_scene": {0: "one", "default": f"${{['two', 'three'][{index}]}}"}}}
+    draws = {"die": DRAWS["die"]} if "die" in index else {}
+    document = scene(body, draws=draws, materials=materials, num_scenes=3)
+    assert validate(document) == []
+    assert len(compile_scene(document).visual_materials) == 1 + len(materials)
+
+
+@pytest.mark.parametrize("index", ["4", "4 + die // 7"])
+def test_a_name_by_expression_without_a_value_beside_one_that_is_written(index: str) -> None:
+    body = {"material": {"per_scene": {0: "one", "default": f"${{['one'][{index}]}}"}}}
+    draws = {"die": DRAWS["die"]} if "die" in index else {}
+    document = scene(body, draws=draws, materials={"one": {"visual": {"roughness": 1}}}, num_scenes=3)
+    assert [one.code for one in validate(document)] == ["SC202"]
+
+
+@pytest.mark.parametrize(
     "mass", ["${m - 0.5*m}", "${k - k + 1}", "${m*m - 2*m + 1.5}", "${sqrt(k) - k + 0.01}", "${0.1 + k * k}"]
 )
 def test_an_expression_whose_values_are_in_range_has_no_warning(mass: str) -> None:
