@@ -221,9 +221,16 @@ def values_given(
         return []
     if is_random:
         sampled, error = _values_where_read(node, within, fields.analysis.samples)
-        if error is not None:
-            report_sample_failure(error, lambda batch: batch.evaluate(node), origins, origin, fields)
         found += sampled
+        if error is not None:
+            failure = error
+
+            def rows(batch: Batch) -> NDArray[Any]:
+                if not found:  # where it is read; elsewhere it may have a value
+                    raise failure
+                return batch.evaluate(node)
+
+            report_sample_failure(error, rows, origins, origin, fields)
     distinct = {(one.__class__.__name__, repr(one)): one for one in found}
     return sorted(distinct.values(), key=lambda one: (one.__class__.__name__, one if is_number(one) else repr(one)))
 

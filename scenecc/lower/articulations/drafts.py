@@ -542,8 +542,6 @@ class _Combinations:
         )
         numbers = {row: i for i, row in enumerate(every)}
         each = tuple(self._alternative(row) for row in every)
-        if len(each) == 1:
-            return Alternatives(each)
         variation, fields = self._variation, self._fields
 
         def rows(batch: Batch) -> NDArray[Any]:
@@ -552,6 +550,8 @@ class _Combinations:
             found = batch.evaluate(self._node).tolist()
             return np.array([numbers[self._combination(row)] for row in found], dtype=np.int64)
 
+        if len(each) == 1 and not (variation.is_random and variation.risky):
+            return Alternatives(each)
         if not variation.is_random:
             known = per_scene(rows(fields.batch()), "int64")
             if not variation.cycled or len(set(known.numbers())) == len(each):
@@ -561,7 +561,7 @@ class _Combinations:
         fields.sampling.drawn |= variation.is_random
         if variation.is_random and variation.risky:
             fields.defer(pick, self._node, rows, _INDEX_TYPE, self._first(), variation)
-        return Alternatives(each, pick)
+        return Alternatives(each, pick) if len(each) > 1 else Alternatives(each)
 
     def _alternative(self, row: Combination) -> Alternative:
         pairs = zip(self._columns, row, strict=True)

@@ -146,6 +146,14 @@ def test_a_name_by_expression_without_a_value_beside_one_that_is_written(index: 
     assert [one.code for one in validate(document)] == ["SC202"]
 
 
+def test_a_name_without_a_value_wherever_it_is_read_is_an_error() -> None:
+    """In scene 1 the first expression would have a value."""
+    names = {0: "${['one'][1 // scene - 1]}", "default": "${['one'][die // 7]}"}
+    document = scene({"material": {"per_scene": names}}, draws={"die": DRAWS["die"]}, num_scenes=40)
+    found = validate({**document, "materials": {"one": {"visual": {"roughness": 1}}}})
+    assert [(one.code, one.severity) for one in found] == [("SC202", "error")], found
+
+
 @pytest.mark.parametrize(
     "mass", ["${m - 0.5*m}", "${k - k + 1}", "${m*m - 2*m + 1.5}", "${sqrt(k) - k + 0.01}", "${0.1 + k * k}"]
 )

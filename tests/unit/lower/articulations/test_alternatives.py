@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from scenecc import compile_scene, validate
+from scenecc import SceneError, compile_scene, validate
 from scenecc.plan import ArticulationStructure, Box
 
 if TYPE_CHECKING:
@@ -189,3 +190,14 @@ def test_they_share_the_number_by_which_their_links_ignore_one_another(folder: P
     bits = [one.links[0].body.collision_groups for one in plan.entities[0].structures
             if isinstance(one, ArticulationStructure)]  # fmt: skip
     assert [one is not None and one.numbers() for one in bits] == [(1, 1, 1 << 29, 0)] * 2
+
+
+def test_one_robot_by_an_expression_that_may_have_no_value_is_checked_by_the_build(folder: Path) -> None:
+    head = "draws: {k: {integers: [0, 2]}}\n"
+    scene = written(folder, 'urdf: one.urdf, scale: "${[1, 1][k]}"', head=head)
+    (warning,) = validate(scene)
+    assert warning.code == "SC516"
+    seed = re.search(r"with seed (\d+)", warning.message)
+    assert seed is not None
+    with pytest.raises(SceneError, match="out of range"):
+        compile_scene(scene, seed=int(seed[1]))
