@@ -95,24 +95,31 @@ class SampleBatch(Batch):
 
 def nodes_read(item: Any, batch: Batch) -> Iterator[tuple[Node, Batch]]:
     """The nodes in an item, each with the rows of a batch in which the item reads it."""
-    kind = item.__class__
-    if kind is tuple:
-        for part in item:
-            yield from nodes_read(part, batch)
-    elif kind is Shared:
-        yield from nodes_read(batch.draws[item.name], batch)
-    elif kind in SELECTIONS:
-        try:
-            index = SELECTIONS[kind](batch, item)
-        except DrawError:
-            return
-        # Several scenes may share an item.
-        numbers: dict[int, list[int]] = {}
-        for number in np.unique(index).tolist():
-            numbers.setdefault(id(item.items[number]), []).append(number)
-        for same in numbers.values():
-            yield from nodes_read(item.items[same[0]], batch.only(np.flatnonzero(np.isin(index, same))))
-    elif kind in NODE_FIELDS:
-        yield item, batch
-        for name in NODE_FIELDS[kind]:
-            yield from nodes_read(getattr(item, name), batch)
+    # A chain of poses may be longer than Python's stack is deep.
+    todo: list[tuple[Any, Batch]] = [(item, batch)]
+    while todo:
+        item, batch = todo.pop()
+        kind = item.__class__
+        if kind is tuple:
+            todo += [(part, batch) for part in reversed(item)]
+        elif kind is Shared:
+            todo.append((batch.draws[item.name], batch))
+        elif kind in SELECTIONS:
+            todo += reversed([*_selected_parts(item, batch)])
+        elif kind in NODE_FIELDS:
+            yield item, batch
+            todo += [(getattr(item, name), batch) for name in reversed(NODE_FIELDS[kind])]
+
+
+def _selected_parts(node: Any, batch: Batch) -> Iterator[tuple[Any, Batch]]:
+    """The items of a node that selects one for each scene, each with its rows; nothing where the selection fails."""
+    try:
+        index = SELECTIONS[node.__class__](batch, node)
+    except DrawError:
+        return
+    # Several scenes may share an item.
+    numbers: dict[int, list[int]] = {}
+    for number in np.unique(index).tolist():
+        numbers.setdefault(id(node.items[number]), []).append(number)
+    for same in numbers.values():
+        yield node.items[same[0]], batch.only(np.flatnonzero(np.isin(index, same)))
