@@ -210,7 +210,7 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
             "materials: {m: {visual: {roughness: 1}}}\n"
             + copies(99, f"material: 'm${{d0}}${{d1}}${{d2}}${{d3}}_${{i}}', {BOX}"),
         ),
-        "SC604",
+        "SC301",
     ),
     "vertices that no buffer holds": (many_vertices, "SC410"),
     "a strip of indices that no buffer holds": (long_strip, "SC607"),

@@ -121,7 +121,7 @@ def test_an_imported_mjcf_stays_a_file_beside_its_lights_and_cameras(run, tmp_pa
     assert found["physics"] == {"timestep": 0.005, "gravity": [0, 0, -9.81]}
     assert (list(found["lights"]), list(found["cameras"])) == (["light"], ["side"])
     kinds = [line.split(" (")[0].partition("SC432: ")[2] for line in done.stderr.splitlines() if "SC432" in line]
-    assert sorted(kinds) == ["material properties", "sensors", "world settings", "sites"]
+    assert sorted(kinds) == ["material properties", "sensors", "sites", "world settings"]
     assert "`integrator` of <option>" in done.stderr
     assert "0 errors, 4 warnings\n" in done.stderr
 
