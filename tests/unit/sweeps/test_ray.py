@@ -60,7 +60,7 @@ try:
     scenecc.sweep("scene.yaml", seeds=range(40), output="removed", ray_address=cluster.address, progress=remove)
 except scenecc.SceneError as error:
     (found,) = error.diagnostics
-    assert found.code == "SC829" and "scene.yaml` is not there" in found.message and "on " in found.message
+    assert found.code == "SC829" and "scene.yaml` does not exist" in found.message and "on " in found.message
 else:
     raise AssertionError
 cluster.shutdown()
