@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin, Path, RelatedPlace
     from scenecc.expand.module_compiler import NodeTemplate
     from scenecc.spec.base import NameKind
-    from scenecc.spec.keys import Place
+    from scenecc.spec.keys import KeyPlace
 
 REMOVE = "remove"
 """The override that removes an object."""
@@ -168,7 +168,7 @@ class OverrideMerger:
         self._override = override
         return self._mapping(node, override.value, section_place(self._section), (), ())
 
-    def _mapping(self, node: Any, given: Any, place: Place, path: Path, at: Path) -> Any:
+    def _mapping(self, node: Any, given: Any, place: KeyPlace, path: Path, at: Path) -> Any:
         made, model = dict[str, Any](node), place.model({**node, **given})
         if isinstance(place.choice, LazyUnion) and model is not None and node.get(TYPE) != given.get(TYPE, node[TYPE]):
             made = {key: item for key, item in made.items() if key in model_places(model)}
@@ -197,7 +197,7 @@ class OverrideMerger:
             made[name] = self._value(made.get(name), item, below, (*path, name), written)
         return made
 
-    def _value(self, node: Any, given: Any, place: Place, path: Path, at: Path) -> Any:
+    def _value(self, node: Any, given: Any, place: KeyPlace, path: Path, at: Path) -> Any:
         if is_mapping(given) and not place.whole:
             if is_mapping(node) and not (place.is_form(node) or place.is_form(given)):
                 return self._mapping(node, given, place, path, at)
@@ -209,7 +209,7 @@ class OverrideMerger:
     def _origin(self, path: Path) -> Origin:
         return self._override.record.trace(path)
 
-    def _items(self, node: Any, given: Any, place: Place, path: Path, at: Path) -> list[Any]:
+    def _items(self, node: Any, given: Any, place: KeyPlace, path: Path, at: Path) -> list[Any]:
         made: list[Any] = list(node)
         for key, item in given.items():
             if key.startswith(NOTE_PREFIX):

@@ -196,7 +196,7 @@ NameKind = Literal["entity", "frame", "material", "group"]
 
 
 @dataclass(frozen=True)
-class Names:
+class NameRole:
     """Annotation of a string that refers to an `entity` (or frame, camera or link), a `frame` with a region, a
     `material` or a `group`.
     """
@@ -375,17 +375,17 @@ Reference = Annotated[str, StringConstraints(pattern=REFERENCE_PATTERN)]
 OuterName = Annotated[Name, ScopedName(whole=True)]
 """A name that may also be an argument of a prefab, and then belongs to the outer file."""
 
-GroupName = Annotated[OuterName, Names("group")]
+GroupName = Annotated[OuterName, NameRole("group")]
 
-EntityName = Annotated[Reference, ScopedName(whole=True), Names("entity")]
+EntityName = Annotated[Reference, ScopedName(whole=True), NameRole("entity")]
 """ENTITY, ENTITY/LINK, a frame or a camera."""
 
 AnyText = Annotated[str, AfterValidator(_check_literal)]
 
 Text = Annotated[str, StringConstraints(min_length=1), AfterValidator(_check_literal)]
 
-FrameName = Annotated[Reference, ScopedName(whole=True), Names("frame")]
+FrameName = Annotated[Reference, ScopedName(whole=True), NameRole("frame")]
 """A frame with a region."""
 
-BodyName = Annotated[Text, Names("entity")]
+BodyName = Annotated[Text, NameRole("entity")]
 """ENTITY or ENTITY/LINK, resolved by lowering."""

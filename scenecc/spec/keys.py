@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import NOTE_PREFIX, PATTERN, WHOLE, Names
+from scenecc.spec.base import NOTE_PREFIX, PATTERN, WHOLE, NameRole
 from scenecc.spec.document import SceneFile
 from scenecc.spec.nodes import LazyType, ModelChoice, child_at, is_mapping, is_sequence
 from scenecc.spec.repetition import Repeat
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Place:
+class KeyPlace:
     """The values that are allowed at a place of a document.
 
     Attributes:
@@ -45,16 +45,16 @@ class Place:
     varies: bool = False
     whole: bool = False
     pattern: bool = False
-    key: Place | None = None
-    entry: Place | None = None
-    item: Place | None = None
+    key: KeyPlace | None = None
+    entry: KeyPlace | None = None
+    item: KeyPlace | None = None
     choice: type[BaseModel] | ModelChoice | None = None
 
     def model(self, node: Any) -> type[BaseModel] | None:
         """Returns the model of a mapping of keys, or None."""
         return self.choice.choose(node) if isinstance(self.choice, ModelChoice) else self.choice
 
-    def below(self, node: Any, step: PathKey) -> Place:
+    def below(self, node: Any, step: PathKey) -> KeyPlace:
         """Returns the place of a key or item of `node`, a node at this place."""
         if not isinstance(step, str):
             return self.item or NOWHERE
@@ -68,26 +68,26 @@ class Place:
         return self.varies and not FORM_KEYS.isdisjoint(node)
 
 
-NOWHERE = Place()
+NOWHERE = KeyPlace()
 """A place with any value and no references."""
 
 
 @cache
-def section_place(section: str) -> Place:
+def section_place(section: str) -> KeyPlace:
     """Returns the place of an entry of a section."""
     return model_places(SceneFile)[section].entry or NOWHERE
 
 
 @cache
-def model_places(model: type[BaseModel]) -> dict[str, Place]:
+def model_places(model: type[BaseModel]) -> dict[str, KeyPlace]:
     """Returns the places of a model's keys."""
     return {
-        field.alias or name: _take(Place(), field.annotation, field.metadata)
+        field.alias or name: _take(KeyPlace(), field.annotation, field.metadata)
         for name, field in model.model_fields.items()
     }
 
 
-def _take(place: Place, annotation: Any, metadata: typing.Iterable[Any] = ()) -> Place:
+def _take(place: KeyPlace, annotation: Any, metadata: typing.Iterable[Any] = ()) -> KeyPlace:
     """Adds a type and its annotations to a place."""
     for said in metadata:
         match said:
@@ -95,7 +95,7 @@ def _take(place: Place, annotation: Any, metadata: typing.Iterable[Any] = ()) ->
                 annotation = said.type
             case ModelChoice():
                 place.choice, annotation = said, None
-            case Names(kind):
+            case NameRole(kind):
                 place.names = kind
             case VaryingAnnotation():
                 place.varies = True
@@ -106,7 +106,7 @@ def _take(place: Place, annotation: Any, metadata: typing.Iterable[Any] = ()) ->
     return place
 
 
-def _take_type(place: Place, annotation: Any) -> None:
+def _take_type(place: KeyPlace, annotation: Any) -> None:
     """Adds a type without annotations to a place."""
     origin, args = typing.get_origin(annotation), typing.get_args(annotation)
     if isinstance(annotation, TypeAliasType):
@@ -117,20 +117,20 @@ def _take_type(place: Place, annotation: Any) -> None:
         for branch in args:
             _take(place, branch)
     elif origin is dict:
-        place.key, place.entry = _take(Place(), args[0]), _take(Place(), args[1])
+        place.key, place.entry = _take(KeyPlace(), args[0]), _take(KeyPlace(), args[1])
     elif origin in {list, tuple}:
-        place.item = _take(Place(), args[0])
+        place.item = _take(KeyPlace(), args[0])
     elif isinstance(annotation, type) and issubclass(annotation, BaseModel):
         place.choice = annotation
 
 
-_DOCUMENT = Place(choice=SceneFile)
+_DOCUMENT = KeyPlace(choice=SceneFile)
 
-_REPEAT = _take(Place(), Repeat)
+_REPEAT = _take(KeyPlace(), Repeat)
 """Place of `repeat` in shapes. Their models lack the key, because expansion removes it."""
 
 
-def place_at(data: Any, path: Path) -> Place:
+def place_at(data: Any, path: Path) -> KeyPlace:
     """Returns the place at a path of a document. An alternative in a form has the place of the form."""
     place, node, steps = _DOCUMENT, data, iter(path)
     for step in steps:
@@ -143,7 +143,7 @@ def place_at(data: Any, path: Path) -> Place:
     return place
 
 
-def change_leaves(node: Any, place: Place, change: Change, path: Path = ()) -> Any:
+def change_leaves(node: Any, place: KeyPlace, change: Change, path: Path = ()) -> Any:
     """Returns a copy of a node with changed scalars and reference keys. Notes are not changed.
 
     Args:

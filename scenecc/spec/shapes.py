@@ -14,7 +14,7 @@ from scenecc.spec.base import (
     WHOLE,
     Finite,
     Maybe,
-    Names,
+    NameRole,
     NonNegative,
     OuterName,
     Positive,
@@ -130,7 +130,7 @@ MaterialRef = TypeAliasType(
     Annotated[
         Leaf[
             Annotated[
-                Annotated[OuterName, Names("material"), Tag(WORD)] | Annotated[_LazyMaterial, Tag(MAPPING)],
+                Annotated[OuterName, NameRole("material"), Tag(WORD)] | Annotated[_LazyMaterial, Tag(MAPPING)],
                 union_by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
             ]
         ],
