@@ -260,7 +260,7 @@ class _Clock:
 
 @collector_paused()  # a stage makes hundreds of thousands of containers, which all stay
 def compile_source(
-    source: Source, options: Options, sink: Sink, *, drawn: bool = True, memory: PathCache | None = None
+    source: Source, options: Options, sink: Sink, *, placed: bool = True, memory: PathCache | None = None
 ) -> CompileResult | None:
     """Compiles a source; None if an error was reported.
 
@@ -268,7 +268,7 @@ def compile_source(
         source: any source of a scene.
         options: overrides of the scene, and what it may use; ignored for a `CompiledSource`, which has its own.
         sink: collects diagnostics; must be empty for a `CompiledSource`.
-        drawn: compute and check the values of expressions in each scene; otherwise nothing is drawn.
+        placed: place what is placed, and add the recipes of resets.
         memory: records what is looked up, also if the source has errors.
 
     Raises:
@@ -278,14 +278,14 @@ def compile_source(
     if isinstance(source, CompiledSource):
         sink.take_over(source.sink)
         return source.result
-    result = _run_stages(source, options, sink, drawn=drawn, memory=memory)
+    result = _run_stages(source, options, sink, placed=placed, memory=memory)
     if result is None and not sink.failed:
         raise RuntimeError("scenecc made no plan of this scene and found no error in it")
     return result
 
 
 def _run_stages(
-    source: Source, options: Options, sink: Sink, *, drawn: bool, memory: PathCache | None
+    source: Source, options: Options, sink: Sink, *, placed: bool, memory: PathCache | None
 ) -> CompileResult | None:
     clock, memory = _Clock(), memory or PathCache()
     plan = as_plan(source)
@@ -299,7 +299,7 @@ def _run_stages(
         return None
     sink.locate = found.document.locate
     try:
-        return _compile_input(source, found, options, sink, clock, drawn=drawn, memory=memory)
+        return _compile_input(source, found, options, sink, clock, placed=placed, memory=memory)
     except RecursionError:
         # With a raised limit, files are read deeper than later stages can recurse.
         message = "files, prefabs or values are nested deeper than Python's stack allows"
@@ -309,7 +309,7 @@ def _run_stages(
 
 
 def _compile_input(
-    source: Source, found: Input, options: Options, sink: Sink, clock: _Clock, *, drawn: bool, memory: PathCache
+    source: Source, found: Input, options: Options, sink: Sink, clock: _Clock, *, placed: bool, memory: PathCache
 ) -> CompileResult | None:
     """Runs the stages after reading."""
     if sink.silencings:
@@ -329,16 +329,12 @@ def _compile_input(
     if plan is None:
         return None
     clock.lap("check")
-    if drawn:
-        from scenecc.checks.physics import check_physics
-        from scenecc.lower import draw
+    if placed:
+        from scenecc.lower import complete
 
-        plan = draw(replace(lowered, plan=plan), sink)
-        if plan is not None and lowered.sampling.deferred:
-            check_physics(plan, lowered.material_origins, sink, drawn=True)
-            plan = None if sink.failed else plan
-        clock.lap("draw")
-    if sink.silencings and plan is not None and (drawn or not lowered.sampling.deferred):
+        plan = complete(replace(lowered, plan=plan), sink)
+        clock.lap("place")
+    if sink.silencings and plan is not None and (placed or not plan.placements):
         report_unused(sink, found.document.name, _is_of_compilation)
     provenance = _provenance(source, found.document, scope, whole and whole[1], options.draws)
     return plan and CompileResult(

@@ -93,7 +93,7 @@ def validate_source(
 ) -> list[Diagnostic]:
     """Returns the diagnostics of `validate`. `memory`: records what is looked up."""
     sink = Sink()
-    found = compile_source(source, options, sink, drawn=bool(rules), memory=memory)
+    found = compile_source(source, options, sink, placed=bool(rules), memory=memory)
     if rules and found is not None:
         from scenecc.checks.house_rules import run_rules
 

@@ -24,7 +24,7 @@ _MAX_JOINT_DISTANCE = 1e6
 """Maximum distance of a joint from its links [m]. Beyond it, a simulation counts as diverged (SC820)."""
 
 
-def apply_joint_rules(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def apply_joint_rules(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
     """Applies every rule to an articulation.
 
     Args:
@@ -32,14 +32,11 @@ def apply_joint_rules(structure: ArticulationStructure, name: str, origin: Origi
         name: name of the entity.
         origin: origin of the entity.
         sink: collects diagnostics.
-        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     for link in structure.links:
         if link.joint is not None:
-            _check_joint_limits(link.joint, origin, sink, drawn=drawn)
-            _check_joint_distance(link.joint, origin, sink, drawn=drawn)
-    if drawn:
-        return
+            _check_joint_limits(link.joint, origin, sink)
+            _check_joint_distance(link.joint, origin, sink)
     _check_link_count(structure, name, origin, sink)
     _check_names(structure, origin, sink)
     _check_mimics(structure, origin, sink)
@@ -50,8 +47,8 @@ def _format_joint(joint: Joint) -> str:
     return f"the joint `{cut(joint.name)}`" if joint.name else "the joint"
 
 
-def _check_joint_limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    found = joint.limits and reversed_limits(joint.limits, _reversed, drawn=drawn)
+def _check_joint_limits(joint: Joint, origin: Origin, sink: Sink) -> None:
+    found = joint.limits and reversed_limits(joint.limits, _reversed)
     if found is not None:
         low, high = found.found
         message = f"the lower limit of {_format_joint(joint)}, {low:g}, is above its upper limit, {high:g}"
@@ -64,13 +61,13 @@ def _reversed(limits: Row) -> Row | None:
     return limits if limits[0] > limits[1] else None
 
 
-def _check_joint_distance(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def _check_joint_distance(joint: Joint, origin: Origin, sink: Sink) -> None:
     def judge(pose: Row) -> float | None:
         far = max(map(abs, pose[:3]))
         return far if far > _MAX_JOINT_DISTANCE else None
 
     for place in (joint.pose_in_parent, joint.pose_in_child):
-        found = place and find_single_fault(place, judge, drawn=drawn)
+        found = place and find_single_fault(place, judge)
         if found is not None:
             far = f"{found.found:.3g} m from one of its links; the maximum is {_MAX_JOINT_DISTANCE:g} m"
             hint = "fix the coordinates: they are in metres"
@@ -153,13 +150,12 @@ def _check_masses(structure: ArticulationStructure, name: str, origin: Origin, s
 _SLERP_AXES = ("twist", "swing")
 
 
-def check_constraints(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:
-    """Applies every rule to every constraint. Draws nothing, unless `drawn`.
+def check_constraints(plan: ScenePlan, sink: Sink) -> None:
+    """Applies every rule to every constraint.
 
     Args:
         plan: with or without lines for its origins.
         sink: collects diagnostics.
-        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     if not plan.constraints:
         return
@@ -168,11 +164,9 @@ def check_constraints(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> No
     for constraint in plan.constraints:
         origin = constraint.origin or around.child("constraints", constraint.name)
         for limits, place, turns in _iterate_limits(constraint, origin):
-            _check_drive_limits(limits, place, sink, turns=turns, drawn=drawn)
+            _check_drive_limits(limits, place, sink, turns=turns)
         if isinstance(constraint.joint, Gear):
-            _check_ratio(constraint.joint.ratio, origin.child("ratio"), sink, drawn=drawn)
-        if drawn:
-            continue
+            _check_ratio(constraint.joint.ratio, origin.child("ratio"), sink)
         if _check_ends(constraint, entities, origin, sink):
             _check_movable(constraint, entities, origin, sink)
         if isinstance(constraint.joint, Drive):
@@ -191,15 +185,15 @@ def _iterate_limits(constraint: Constraint, origin: Origin) -> Iterator[tuple[Va
             yield limit.limits, origin.child("limits", limit.axis), limit.axis == "twist"
 
 
-def _check_drive_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool, drawn: bool) -> None:
-    found = reversed_limits(limits, _reversed, drawn=drawn)
+def _check_drive_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool) -> None:
+    found = reversed_limits(limits, _reversed)
     if found is not None:
         low, high = found.found
         message = f"the lower limit must not be above the upper one: {low:g} is above {high:g}"
         hint = "PhysX accepts such limits but applies none, or others"
         report_fault(sink, "SC560", message, place, hint, found.sample)
         return
-    found = reversed_limits(limits, _beyond_half_turn, drawn=drawn) if turns else None
+    found = reversed_limits(limits, _beyond_half_turn) if turns else None
     if found is not None:
         far = found.found
         message = f"PhysX measures twist from -π to π, so a limit of {far:g} is never reached"
@@ -211,8 +205,8 @@ def _beyond_half_turn(limits: Row) -> float | None:
     return next((side for side in limits if isfinite(side) and abs(side) > pi), None)
 
 
-def _check_ratio(ratio: Value, place: Origin, sink: Sink, *, drawn: bool) -> None:
-    found = find_single_fault(ratio, lambda row: None if row[0] else row, drawn=drawn)
+def _check_ratio(ratio: Value, place: Origin, sink: Sink) -> None:
+    found = find_single_fault(ratio, lambda row: None if row[0] else row)
     if found is not None:
         report_fault(sink, "SC104", "`ratio` must not be 0", place, "a gear of ratio 0 has no effect", found.sample)
 

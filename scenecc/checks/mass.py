@@ -39,7 +39,7 @@ _TYPES_WITH_MASS = DYNAMIC_TYPES | {"kinematic"}
 _DEFAULT_DENSITY_VALUE = literal(DEFAULT_DENSITY)
 
 
-def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """Checks that SAPIEN keeps the mass computed from densities or, for a kinematic body, can represent it."""
     if body.body_type not in _TYPES_WITH_MASS or body.inertial is not None or not body.collisions:
         return
@@ -54,7 +54,7 @@ def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sin
         # A size that an expression makes negative is reported at the expression.
         return None if min(chain.from_iterable(row)) < 0 else _density_mass_fault(body, name, row, origin)
 
-    _report(find_fault(values, judge, drawn=drawn, corners=lambda: _corners(values, holes)), sink)
+    _report(find_fault(values, judge, corners=lambda: _corners(values, holes)), sink)
 
 
 def _corners(values: Sequence[Value], holes: Collection[int] = ()) -> list[tuple[Row, ...]]:
@@ -116,10 +116,10 @@ def _zero_density_fault(body: BodyStructure, name: str, origin: Origin) -> _Mass
     return _MassFault("SC510", message, origin.child("mass"), hint, "value")
 
 
-def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """Checks that float32 can represent a given mass, and the positions of shapes and centre of mass."""
     if body.body_type == "kinematic":
-        _check_kinematic_shapes(body, name, origin, sink, drawn=drawn)
+        _check_kinematic_shapes(body, name, origin, sink)
     if body.body_type not in DYNAMIC_TYPES:
         return
     places = [shape.pose for shape in body.collisions if shape.pose is not None]
@@ -149,11 +149,11 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
         return _MassFault("SC512", message, origin, "fix the mass or the inertia: they are in kg and kg·m²")
 
     for values, judge in ((places, judge_place), (given, judge_numbers)):
-        found = (find_single_fault(value, judge, drawn=drawn) for value in values)
+        found = (find_single_fault(value, judge) for value in values)
         _report(next((fault for fault in found if fault is not None), None), sink)
 
 
-def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """Checks shape positions of a kinematic body: the engine squares them to compute an inertia."""
     places = [shape.pose for shape in body.collisions if shape.pose is not None]
 
@@ -164,7 +164,7 @@ def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink
         message = f"a shape of `{name}` is {far:.3g} m from its origin, which float32 cannot represent"
         return _MassFault("SC512", message, origin, "fix the coordinates: they are in metres")
 
-    found = (find_single_fault(place, judge, drawn=drawn) for place in places)
+    found = (find_single_fault(place, judge) for place in places)
     _report(next((fault for fault in found if fault is not None), None), sink)
 
 
@@ -175,7 +175,7 @@ def _report(fault: Fault | None, sink: Sink) -> None:
         report_fault(sink, found.code, found.message, found.place, found.hint, fault.sample, at=found.at)
 
 
-def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """Checks that no principal moment exceeds the sum of the other two."""
     if body.inertial is None:
         return
@@ -188,7 +188,7 @@ def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *,
         found = list_alternatives(inertia)
         return [(row,) for row in (_extreme_moments(inertia) if found is None else found)]
 
-    found = find_fault([inertia], judge, drawn=drawn, corners=corners)
+    found = find_fault([inertia], judge, corners=corners)
     if found is not None:
         message = f"the inertia of `{name}` is impossible: one moment exceeds the sum of the others"
         hint = "each of ixx, iyy, izz must be at most the sum of the other two"

@@ -97,22 +97,21 @@ def _distinct_groups(structure: BodyStructure) -> tuple[Value | None, ...]:
     return tuple({id(groups): groups for groups in structure.shape_groups()}.values())
 
 
-def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Sink) -> None:
     """Checks that dynamic friction is at most static friction, and restitution at most 1.
 
     Args:
         material: the material; its values may differ between scenes.
         origin: origin of the material.
         sink: collects diagnostics.
-        drawn: check only values of expressions, which are deferred until they are drawn.
     """
-    found = wrong_pair(material.dynamic_friction, material.static_friction, gt, drawn=drawn)
+    found = wrong_pair(material.dynamic_friction, material.static_friction, gt)
     if found is not None:
         (dynamic, static), sample = found
         message = f"dynamic friction {dynamic:g} is above static friction {static:g}"
         hint = "dynamic friction cannot exceed static friction; missing values come from the default material"
         report_fault(sink, "SC504", message, origin, hint, sample)
-    found = find_single_fault(material.restitution, lambda row: None if 0 <= row[0] <= 1 else row[0], drawn=drawn)
+    found = find_single_fault(material.restitution, lambda row: None if 0 <= row[0] <= 1 else row[0])
     if found is not None:
         report_fault(sink, "SC505", f"restitution {found.found:g} must be from 0 to 1", origin, "", found.sample)
 
@@ -128,16 +127,14 @@ def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None
     default = physics.default_material
     if default is not None:
         given = (default.static_friction, default.dynamic_friction, default.restitution)
-        check_physical_material(
-            PhysicalMaterial(*map(literal, given)), origin.child("default_material"), sink, drawn=False
-        )
+        check_physical_material(PhysicalMaterial(*map(literal, given)), origin.child("default_material"), sink)
     contact, rest = _default_offsets(physics)
     if not _begins_before(contact, rest):
         key = "rest_offset" if physics.rest_offset is not None else "contact_offset"
         _report_offsets(contact, rest, origin.child(key), sink)
 
 
-def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin, sink: Sink) -> None:
     """Checks that contact offsets are above rest offsets.
 
     Args:
@@ -145,14 +142,13 @@ def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin,
         physics: settings of the document.
         origin: origin of the body.
         sink: collects diagnostics.
-        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     for shape in body.collisions:
         if shape.contact_offset is None and shape.rest_offset is None:
             continue
         default_contact, default_rest = map(literal, _default_offsets(physics))
         offsets = shape.rest_offset or default_rest, shape.contact_offset or default_contact
-        found = wrong_pair(*offsets, lambda rest, contact: not _begins_before(contact, rest), drawn=drawn)
+        found = wrong_pair(*offsets, lambda rest, contact: not _begins_before(contact, rest))
         if found is not None:
             (rest, contact), sample = found
             key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
@@ -179,8 +175,8 @@ def _report_offsets(
 class NumberRule(Protocol):
     """A rule about numbers of a body."""
 
-    def __call__(self, body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-        """Reports faults. `drawn`: check only deferred values."""
+    def __call__(self, body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+        """Reports faults."""
 
 
 LANGUAGE_KEYS = {row.field: row.key for row in PROPERTIES if row.field != row.key}
@@ -198,44 +194,42 @@ NO_EFFECT_REASONS = {
 }
 
 
-def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: Sink, *, drawn: bool = False) -> None:
-    """Applies every rule to every body and material. Draws nothing, unless `drawn`.
+def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: Sink) -> None:
+    """Applies every rule to every body and material.
 
     Args:
         plan: with or without lines for its origins.
         material_origins: where each physical material is written.
         sink: collects diagnostics.
-        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     for entity in plan.entities:
         for structure in entity.structures:
             if not isinstance(structure, BodyStructure):
                 from scenecc.checks.joints import apply_joint_rules  # noqa: PLC0415 - needed only if there is one
 
-                apply_joint_rules(structure, entity.name, structure_origin(structure, entity, plan), sink, drawn=drawn)
+                apply_joint_rules(structure, entity.name, structure_origin(structure, entity, plan), sink)
             for name, body, described in named_bodies(structure, entity.name):
                 # For a robot file, its reader warns, because such inertias are common there and SAPIEN accepts them.
                 rules = _ROBOT_FILE_RULES if described else NUMBER_RULES
-                _check_body(body, name, structure_origin(body, entity, plan), plan, rules, sink, drawn=drawn)
-    _check_optional_sections(plan, sink, drawn=drawn)
+                _check_body(body, name, structure_origin(body, entity, plan), plan, rules, sink)
+    _check_optional_sections(plan, sink)
     for index, material in enumerate(plan.physical_materials):
         origin = material_origins.get(index) or plan_origin(plan).child("physical_materials", index)
-        check_physical_material(material, origin, sink, drawn=drawn)
-    if not drawn:
-        check_default_contacts(plan.physics, _physics_origin(plan), sink)
-        _check_sdf_on_planes(plan, sink)
+        check_physical_material(material, origin, sink)
+    check_default_contacts(plan.physics, _physics_origin(plan), sink)
+    _check_sdf_on_planes(plan, sink)
 
 
-def _check_optional_sections(plan: ScenePlan, sink: Sink, *, drawn: bool) -> None:
+def _check_optional_sections(plan: ScenePlan, sink: Sink) -> None:
     """Checks constraints, lights and cameras, whose rules are loaded only if there are any."""
     if plan.constraints:
         from scenecc.checks.joints import check_constraints  # noqa: PLC0415 - as above
 
-        check_constraints(plan, sink, drawn=drawn)
+        check_constraints(plan, sink)
     if plan.lights or plan.cameras:
         from scenecc.checks.render_objects import check_render_objects  # noqa: PLC0415 - as above
 
-        check_render_objects(plan, sink, drawn=drawn)
+        check_render_objects(plan, sink)
 
 
 def named_bodies(
@@ -261,15 +255,12 @@ def _check_body(
     plan: ScenePlan,
     number_rules: tuple[NumberRule, ...],
     sink: Sink,
-    *,
-    drawn: bool,
 ) -> None:
     for number_rule in number_rules:
-        number_rule(body, name, origin, sink, drawn=drawn)
-    if not drawn:
-        for rule in BODY_RULES:
-            rule(body, name, origin, sink)
-    check_contact_offsets(body, plan.physics, origin, sink, drawn=drawn)
+        number_rule(body, name, origin, sink)
+    for rule in BODY_RULES:
+        rule(body, name, origin, sink)
+    check_contact_offsets(body, plan.physics, origin, sink)
 
 
 def structure_origin(structure: BodyStructure | ArticulationStructure, entity: Entity, plan: ScenePlan) -> Origin:
@@ -384,7 +375,7 @@ def _check_moving_meshes(body: BodyStructure, name: str, origin: Origin, sink: S
 def _check_mesh_scales(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     for shape in body.visuals:
         scale = shape.geometry.scale if isinstance(shape.geometry, Mesh) else None
-        # Values of expressions are checked once they are drawn.
+        # An expression is checked where it is lowered.
         if scale is not None and not is_sampled(scale) and not all(scale.numbers()):
             place = (shape.origin or origin).child("scale")
             sink.report("SC104", f"a mesh of `{name}` has a scale of 0", place)
@@ -406,18 +397,18 @@ MIN_TERRAIN = 1e-6
 """Minimum extent of terrain along x and y [m]: PhysX drops smaller triangles."""
 
 
-def check_geometries(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def check_geometries(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """Applies the rule of each shape's type."""
     # A shape that is both collision and visual has one geometry.
     checked = {id(one.geometry): one for one in (*body.collisions, *body.visuals) if type(one.geometry) in SHAPE_RULES}
     for shape in checked.values():
-        SHAPE_RULES[type(shape.geometry)](shape.geometry, name, shape.origin or origin, sink, drawn=drawn)
+        SHAPE_RULES[type(shape.geometry)](shape.geometry, name, shape.origin or origin, sink)
 
 
-def _check_ring(ring: Ring, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def _check_ring(ring: Ring, name: str, origin: Origin, sink: Sink) -> None:
     """Checks that a ring has a wall between its inner and outer radius."""
     radii = ring.inner_radius, ring.outer_radius
-    found = wrong_pair(*radii, lambda inner, outer: inner > MAX_RADIUS_RATIO * outer, drawn=drawn)
+    found = wrong_pair(*radii, lambda inner, outer: inner > MAX_RADIUS_RATIO * outer)
     if found is not None:
         (inner, outer), sample = found
         message = f"a ring of `{name}` with an inner radius of {inner:g} m and an outer one of {outer:g} m"
@@ -426,7 +417,7 @@ def _check_ring(ring: Ring, name: str, origin: Origin, sink: Sink, *, drawn: boo
         report_fault(sink, "SC528", f"{message} has too thin a wall", place, hint, sample)
 
 
-def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink) -> None:
     """Checks that terrain is within the coordinate limit, and that PhysX keeps its triangles."""
     tallest = max(abs(height) for row in terrain.heights for height in row)
 
@@ -442,7 +433,7 @@ def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink, 
             return f"the terrain of `{name}` is smaller than {MIN_TERRAIN:.0e} m along x or y", "lengths are in metres"
         return None
 
-    found = find_single_fault(terrain.size, judge, drawn=drawn)
+    found = find_single_fault(terrain.size, judge)
     if found is not None:
         message, hint = found.found
         report_fault(sink, "SC529", message, origin.child("size"), hint, found.sample)
@@ -451,8 +442,8 @@ def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink, 
 class ShapeRule(Protocol):
     """A rule about numbers of one geometry of a body."""
 
-    def __call__(self, geometry: Any, name: str, origin: Origin, sink: Sink, /, *, drawn: bool) -> None:
-        """Reports faults. `drawn`: check only deferred values."""
+    def __call__(self, geometry: Any, name: str, origin: Origin, sink: Sink, /) -> None:
+        """Reports faults."""
 
 
 SHAPE_RULES: Mapping[type, ShapeRule] = {

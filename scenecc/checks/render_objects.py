@@ -16,35 +16,31 @@ if TYPE_CHECKING:
     from scenecc.plan.rendering import Light
 
 
-def check_render_objects(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:
-    """Applies every rule to every light and camera. Draws no values, unless `drawn`.
+def check_render_objects(plan: ScenePlan, sink: Sink) -> None:
+    """Applies every rule to every light and camera.
 
     Args:
         plan: with or without lines for its origins.
         sink: collects diagnostics.
-        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     around = plan.origin or Origin(None)
     for camera in plan.cameras:
         origin = camera.origin or around.child("cameras", camera.name)
-        _check_clip_planes(camera.near, camera.far, ("near", "far"), origin, sink, drawn=drawn)
+        _check_clip_planes(camera.near, camera.far, ("near", "far"), origin, sink)
     for light in plan.lights:
         origin = light.origin or around.child("lights", light.name)
         if light.shadow is not None:
             numbers = shadow_parameters(light)
             keys = ("shadow_near", "shadow_far")
-            _check_clip_planes(numbers[keys[0]], numbers[keys[1]], keys, origin, sink, drawn=drawn)
+            _check_clip_planes(numbers[keys[0]], numbers[keys[1]], keys, origin, sink)
         if isinstance(light.light, SpotLight | TexturedLight):
-            _check_cone_angles(light.light.inner_fov, light.light.outer_fov, origin, sink, drawn=drawn)
-        if not drawn:
-            _check_area_light_visible(light, plan, origin, sink)
+            _check_cone_angles(light.light.inner_fov, light.light.outer_fov, origin, sink)
+        _check_area_light_visible(light, plan, origin, sink)
 
 
-def _check_clip_planes(
-    near: Value, far: Value, keys: tuple[str, str], origin: Origin, sink: Sink, *, drawn: bool
-) -> None:
+def _check_clip_planes(near: Value, far: Value, keys: tuple[str, str], origin: Origin, sink: Sink) -> None:
     """Checks that the near plane is in front of the far one, in float32."""
-    found = wrong_pair(near, far, lambda a, b: round_to_float32(a) >= round_to_float32(b), drawn=drawn)
+    found = wrong_pair(near, far, lambda a, b: round_to_float32(a) >= round_to_float32(b))
     if found is not None:
         wrong, sample = found
         message = f"`{keys[0]}` {wrong[0]:g} must be below `{keys[1]}` {wrong[1]:g}"
@@ -52,8 +48,8 @@ def _check_clip_planes(
         report_fault(sink, "SC550", message, origin, hint, sample)
 
 
-def _check_cone_angles(inner: Value, outer: Value, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    found = wrong_pair(inner, outer, gt, drawn=drawn)
+def _check_cone_angles(inner: Value, outer: Value, origin: Origin, sink: Sink) -> None:
+    found = wrong_pair(inner, outer, gt)
     if found is not None:
         wider, sample = found
         message = f"the inner cone ({wider[0]:g} rad) is wider than the outer one ({wider[1]:g} rad)"

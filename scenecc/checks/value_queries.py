@@ -1,7 +1,7 @@
 """The rows by which a rule judges values, and the report of what it finds.
 
-Rows that are known are judged scene by scene. Plain forms are judged by all that they can draw, since no seed may
-decide whether a file is right. Expressions are judged by their samples, and by their rows once they are drawn.
+Known rows are judged scene by scene. Plain forms are judged by all that they can draw, since no seed may decide whether
+a file is right. Expressions are judged by the rows of this seed, and by their samples of others.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Fault(NamedTuple):
 
     Attributes:
         found: what the rule says of it.
-        sample: the scene and the seed of the sample, where other samples are right; None: every seed has the fault.
+        sample: the scene and the seed of the sample with the fault; None: this seed has it, or every seed.
     """
 
     found: Any
@@ -38,7 +38,6 @@ def find_fault(
     values: Sequence[Value],
     judge: Callable[..., Any],
     *,
-    drawn: bool,
     corners: Callable[[], Iterable[tuple[Row, ...]]] | None = None,
 ) -> Fault | None:
     """The first row of some values that breaks a rule.
@@ -46,75 +45,98 @@ def find_fault(
     Args:
         values: of one object.
         judge: takes a row of each value; gives what is wrong, or None.
-        drawn: judge only the rows of expressions that have been drawn.
         corners: gives the rows by which plain forms are judged; None: those where all values are least, and greatest.
     """
-    sampled = any(map(is_sampled, values))
-    if drawn and not sampled:
-        return None
-    every = rows(values, drawn=drawn)
+    if any(map(is_sampled, values)):
+        return _find_fault_of_expression(values, judge)
+    every = _known_rows(values)
     if every is None:
-        every = list((corners or (lambda: [tuple(map(lowest, values)), tuple(map(highest, values))]))())
-    faults = [(number, found) for number, row in enumerate(every) if (found := judge(*row)) is not None]
-    if not faults:
+        every = (corners or (lambda: [tuple(map(lowest, values)), tuple(map(highest, values))]))()
+    found = _first_fault(every, judge)
+    return None if found is None else Fault(found[1], None)
+
+
+def _find_fault_of_expression(values: Sequence[Value], judge: Callable[..., Any]) -> Fault | None:
+    found = _first_fault(_drawn_rows(values), judge)
+    if found is not None:
+        return Fault(found[1], None)
+    found = _first_fault(_sample_rows(values), judge)
+    if found is None:
         return None
-    number, found = faults[0]
-    if drawn or not sampled or len(every) == 1:
-        return Fault(found, None)
-    from scenecc.variation.samples import same_scene, sample_of  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.samples import sample_of  # noqa: PLC0415 - loaded where something varies
 
-    scenes = next(value.scenes for value in values if value.scenes)
-    is_certain = {row for row, _ in faults}.issuperset(same_scene(number, len(scenes)))
-    return Fault(found, None if is_certain else sample_of(number, scenes))
+    return Fault(found[1], sample_of(found[0], next(value.scenes for value in values if value.scenes)))
 
 
-def find_single_fault(value: Value, judge: Callable[[Row], Any], *, drawn: bool) -> Fault | None:
+def _first_fault(every: Iterable[tuple[Row, ...]], judge: Callable[..., Any]) -> tuple[int, Any] | None:
+    """The number of the first wrong row, and what is wrong."""
+    judged = ((number, judge(*row)) for number, row in enumerate(every))
+    return next(((number, found) for number, found in judged if found is not None), None)
+
+
+def find_single_fault(value: Value, judge: Callable[[Row], Any]) -> Fault | None:
     """As `find_fault`, of one value: each alternative of a plain form, or else its least and its greatest row."""
-    return find_fault([value], judge, drawn=drawn, corners=lambda: [(row,) for row in alternatives_or_extremes(value)])
+    return find_fault([value], judge, corners=lambda: [(row,) for row in alternatives_or_extremes(value)])
 
 
-def wrong_pair(a: Value, b: Value, is_wrong: Callable[[float, float], bool], *, drawn: bool) -> Fault | None:
+def wrong_pair(a: Value, b: Value, is_wrong: Callable[[float, float], bool]) -> Fault | None:
     """The first pair of numbers of two values, of which the first must not be above the second."""
 
     def judge(x: Row, y: Row) -> tuple[float, float] | None:
         return (x[0], y[0]) if is_wrong(x[0], y[0]) else None
 
-    return find_fault([a, b], judge, drawn=drawn, corners=lambda: [(highest(a), lowest(b))])
+    return find_fault([a, b], judge, corners=lambda: [(highest(a), lowest(b))])
 
 
-def reversed_limits(value: Value, judge: Callable[[Row], Any], *, drawn: bool) -> Fault | None:
+def reversed_limits(value: Value, judge: Callable[[Row], Any]) -> Fault | None:
     """The first row [low, high] of a value that breaks a rule about their order."""
 
     def corners() -> Iterable[tuple[Row, ...]]:
         found = list_alternatives(value)
         return [((highest(value)[0], lowest(value)[1]),)] if found is None else [(row,) for row in found]
 
-    return find_fault([value], judge, drawn=drawn, corners=corners)
+    return find_fault([value], judge, corners=corners)
 
 
-def rows(values: Sequence[Value], *, drawn: bool = False) -> list[tuple[Row, ...]] | None:
-    """The rows of values side by side; None where plain forms have no rows yet.
+def rows(values: Sequence[Value]) -> list[tuple[Row, ...]] | None:
+    """The rows of values side by side, of expressions also their samples; None where plain forms have no rows yet."""
+    if any(map(is_sampled, values)):
+        return [*_drawn_rows(values), *_sample_rows(values)]
+    return _known_rows(values)
 
-    Of expressions these are the samples, or the rows that are drawn; none where the expression is at fault.
-    """
+
+def _known_rows(values: Sequence[Value]) -> list[tuple[Row, ...]] | None:
     if all(value.is_constant for value in values):
         return [tuple(value.numbers() for value in values)]
-    sampled = any(map(is_sampled, values))
-    if not sampled and not all(value.known for value in values):
+    if not all(value.known for value in values):
         return None
+    return _side_by_side([value.data for value in values], distinct=True)
+
+
+def _drawn_rows(values: Sequence[Value]) -> list[tuple[Row, ...]]:
+    """The distinct rows of this seed; none if a value depends on a placement."""
     from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
     try:
-        columns = [value.samples if sampled and not drawn else value.data for value in values]
-    except DrawError:  # reported at the expression
+        return _side_by_side([value.data for value in values], distinct=True)
+    except DrawError:
         return []
-    return _side_by_side(columns, distinct=not sampled)
+
+
+def _sample_rows(values: Sequence[Value]) -> list[tuple[Row, ...]]:
+    """A row for each sample; none if a sample is missing or wrong, which was reported."""
+    from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
+
+    try:
+        return _side_by_side([value.samples for value in values], distinct=False)
+    except DrawError:
+        return []
 
 
 def _side_by_side(columns: list[NDArray[Any]], *, distinct: bool) -> list[tuple[Row, ...]]:
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - likewise
+    from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - see above
 
     count = max(map(len, columns))
     flat = [np.broadcast_to(column.reshape(len(column), -1), (count, column[0].size)) for column in columns]
@@ -172,14 +194,15 @@ def report_fault(
 ) -> None:
     """Reports what a rule found. `sample`: as of `Fault`; then it is a warning."""
     if sample is not None:
-        scene, seed = sample
-        code, message = "SC514", f"in scene {scene} with seed {seed} {message}"
-        hint = "; ".join(part for part in ("each scene is checked when it is built", hint) if part)
+        from scenecc.variation.samples import CHECKED_LATER, named_sample  # noqa: PLC0415 - loaded where something varies
+
+        code, message = "SC514", f"{named_sample(*sample)} {message}"
+        hint = "; ".join(part for part in (CHECKED_LATER, hint) if part)
     sink.report(code, message, place, at=at, hint=hint)
 
 
 def is_sampled(value: Value) -> bool:
-    """Whether a value is judged by its samples, and by its rows once they are drawn."""
+    """Whether a value is judged by the rows of this seed and by samples."""
     return not value.known and not value.bounds.exact
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show, suggest_name
-from scenecc.lower.deferred_checks import VaryingArgument, report_draw_failure, report_sample_failure
 from scenecc.lower.field_types import FieldType
 from scenecc.lower.fields import FieldLowerer, FieldPlace, SamplingContext, VariationLowerer
 from scenecc.lower.references import scope_of
+from scenecc.lower.value_checks import report_draw_failure
 from scenecc.spec.params import PARAM_KINDS, ParamIssue, ParamType
 from scenecc.variation.forms import ONCE, Once
 from scenecc.variation.nodes import NODES, Const, Cycled, Node
@@ -26,15 +27,31 @@ if TYPE_CHECKING:
 _NUMBERS = frozenset((int, float))
 
 
+@frozen
+class VaryingArgument:
+    """An argument of a parameter that varies by scene.
+
+    Attributes:
+        name: of its draw.
+        param: type of the parameter.
+        scenes: of the instance with the parameter; values in other scenes are not checked.
+        origin: of the argument, in the expanded data.
+    """
+
+    name: str
+    param: ParamType
+    scenes: tuple[int, ...]
+    origin: Origin
+
+
 def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None:
-    """Checks an argument of a parameter by its bounds or samples. The draw stage checks its rows.
+    """Checks an argument of a parameter: its rows, and its bounds or its samples.
 
     Args:
         argument: to check; its draw has been added.
         sampling: of the document.
     """
-    if argument.name not in sampling.random:
-        check_argument_rows(argument, sampling, sampling.sink)
+    if not _check_argument_rows(argument, sampling) or argument.name not in sampling.random:
         return
     analysis = sampling.analysis(argument.scenes)
     found = analysis.shared(argument.name)
@@ -43,34 +60,33 @@ def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None
         if wrong is not None:
             _report_misfit(argument, wrong, "which this can give", sampling.sink)
         return
-    sampling.arguments.append(argument)
     try:
         rows = analysis.samples.shared(argument.name).tolist()
-    except DrawError:  # reported at the draw
+    except DrawError:  # its readers warn of the missing value
         return
-    faults = [(row, wrong) for row, one in enumerate(rows) if (wrong := argument.param.drawn_misfit(one)) is not None]
-    if faults:
-        row, wrong = faults[0]
-        from scenecc.variation.samples import same_scene, sample_of  # noqa: PLC0415 - loads numpy
+    for number, row in enumerate(rows):
+        wrong = argument.param.drawn_misfit(row)
+        if wrong is not None:
+            from scenecc.variation.samples import named_sample, sample_of  # noqa: PLC0415 - loads numpy
 
-        scene, seed = sample_of(row, argument.scenes)
-        certain = {row for row, _ in faults}.issuperset(same_scene(row, len(argument.scenes)))
-        when = f"which this gives in scene {scene} with seed {seed}"
-        _report_misfit(argument, wrong if certain else ("SC514", wrong[1]), when, sampling.sink)
+            where = named_sample(*sample_of(number, argument.scenes))
+            _report_misfit(argument, ("SC514", wrong[1]), f"which this gives {where}", sampling.sink)
+            return
 
 
-def check_argument_rows(argument: VaryingArgument, sampling: SamplingContext, sink: Sink) -> None:
-    """Reports the first scene in which a parameter has an invalid argument."""
+def _check_argument_rows(argument: VaryingArgument, sampling: SamplingContext) -> bool:
+    """Whether a parameter has valid arguments in every scene; otherwise reports the first scene with an invalid one."""
     try:
         rows = sampling.fields(argument.scenes).batch().shared(argument.name).tolist()
     except DrawError:
         # Its readers report the missing value.
-        return
+        return False
     for scene, row in zip(argument.scenes, rows, strict=True):
         wrong = argument.param.drawn_misfit(row)
         if wrong is not None:
-            _report_misfit(argument, wrong, f"which this gives in scene {scene}", sink)
-            return
+            _report_misfit(argument, wrong, f"which this gives in scene {scene}", sampling.sink)
+            return False
+    return True
 
 
 def _report_misfit(argument: VaryingArgument, wrong: ParamIssue, when: str, sink: Sink) -> None:
@@ -154,23 +170,12 @@ def lower_draws(
             if variation.drawn or any(other in sampling.random for other in variation.reads):
                 sampling.random.add(name)
             kept |= not variation.drawn and variation.reads & sampling.random <= sampling.fixed
-            sampling.draw_origins |= variation.origins
-            if variation.risky and name in sampling.random:
-                _check_draw(name, variation, fields, place)
         if kept:
             sampling.fixed.add(name)
         param = names.wanted.get(name)
         # Forms without expressions were checked during expansion.
         if param is not None and not variation.broken and (variation.computed or name in given):
             check_argument(VaryingArgument(name, param, scenes, place), sampling)
-
-
-def _check_draw(name: str, variation: VariationLowerer, fields: FieldLowerer, place: Origin) -> None:
-    """Reports a shared draw without a value in a sample."""
-    try:
-        fields.analysis.samples.shared(name)
-    except DrawError as error:
-        report_sample_failure(error, lambda batch: batch.shared(name), variation.origins, place, fields)
 
 
 def report_unused_draws(
@@ -182,11 +187,10 @@ def report_unused_draws(
             continue
         message = f"the draw `{cut(name)}` is never read"
         sampling.sink.report("SC319", message, origin.child(name), at="key")
-        if name not in sampling.random:
-            try:
-                sampling.fields().batch().shared(name)
-            except DrawError as error:
-                report_draw_failure(error, sampling.draw_origins, origin.child(name), sampling.sink)
+        try:
+            sampling.fields().batch().shared(name)
+        except DrawError as error:
+            report_draw_failure(error, origin.child(name), sampling)
 
 
 def _injected_rows(rows: Any, node: Node, sampling: SamplingContext, place: Origin) -> tuple[Any, ...] | None:

@@ -10,15 +10,9 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.diagnostic import Origin, PathKey, dotted
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show, suggest_name
-from scenecc.lower.deferred_checks import (
-    DeferredCheck,
-    ResettableValue,
-    VaryingArgument,
-    check_rows,
-    check_samples,
-    report_draw_failure,
-)
 from scenecc.lower.field_types import COMPONENT_TYPES, FieldType, drawn_shape
+from scenecc.lower.resettable import ResettableValue
+from scenecc.lower.value_checks import ValueCheck, check_rows, check_samples, report_draw_failure
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.plan.scene import is_unnamed_draw, kept_draw_name
 from scenecc.variation.distributions import DISTRIBUTIONS
@@ -140,7 +134,7 @@ class FieldLowerer:
         self.sampling.drawn = True
         value = self.drawn(partial(self.rows, node=item, kind=kind), lambda: self.analysis.bounds(item))
         if variation.risky:
-            self.defer(value, item, partial(self.rows, node=item, kind=kind), kind, origin, variation)
+            value = self.checked(value, item, kind, origin)
         if reset:
             self.sampling.resets[id(value)] = ResettableValue(value, item, variation, self)
         return value
@@ -154,19 +148,20 @@ class FieldLowerer:
         """
         return varying(lambda: rows(self.batch()), lambda: rows(self.analysis.samples), self.scenes, bounds=bounds)
 
-    def defer(
-        self,
-        value: Value,
-        node: Node,
-        rows: RowMaker,
-        kind: FieldType,
-        origin: Origin,
-        variation: VariationLowerer,
-    ) -> None:
-        """Checks the samples of a drawn value, and registers the check of its rows."""
-        deferred = DeferredCheck(value, node, rows, kind, self.scenes, origin, variation.origins)
-        check_samples(deferred, self)
-        self.sampling.deferred.append(deferred)
+    def checked(self, value: Value, node: Node, kind: FieldType, origin: Origin) -> Value:
+        """Draws a value and checks its rows and its samples.
+
+        Returns:
+            The value; a placeholder after an error; a value without samples after a warning, so that the rules do not
+            find the same fault again.
+        """
+        self.sampling.drawn = True
+        if self.sampling.sampling_operations.exhausted:
+            return literal(kind.fallback, kind.dtype)
+        check = ValueCheck(value, node, kind, self.scenes, origin)
+        if not check_rows(check, self):
+            return literal(kind.fallback, kind.dtype)
+        return value if check_samples(check, self) else value.without_samples()
 
     def rows(self, batch: Batch, *, node: Node, kind: FieldType) -> NDArray[Any]:
         """The rows (B, …) of a node in a batch, in the format of the field.
@@ -223,10 +218,10 @@ class FieldLowerer:
         try:
             known = per_scene(rows(self.batch()), kind.dtype)
         except DrawError as error:
-            report_draw_failure(error, {**self.sampling.draw_origins, **variation.origins}, origin, self.sink)
+            report_draw_failure(error, origin, self.sampling)
             return literal(kind.fallback, kind.dtype)
         if variation.computed:
-            check_rows(DeferredCheck(known, node, rows, kind, self.scenes, origin, {}), self.sampling, self.sink)
+            check_rows(ValueCheck(known, node, kind, self.scenes, origin), self)
         if variation.cycled:
             # Also checks alternatives that no scene uses.
             found = self.analysis.bounds(node)
@@ -297,15 +292,13 @@ class SamplingContext:
         sink: receives the diagnostics.
         most: limit of operations.
         draws: the shared draws by full name; filled before anything reads them.
-        deferred: values that the draw stage checks.
-        arguments: parameter arguments that the draw stage checks.
+        unplaced: checks of values that depend on placements, with the lowerers of their objects.
         used: shared draws with at least one reader.
         fixed: shared draws with a reader that is fixed after the build.
         reads: shared draw → shared draws that it reads.
         scenes_of: shared draw → scenes in which it has a value.
         random: shared draws that depend on the seed, directly or through others.
-        draw_origins: origins of nodes in shared draws that may have no value, by identity.
-        failed: nodes without a value in a sample that were reported, by identity.
+        failed, warned: origins of the nodes without a value that were reported: in a scene, in a sample.
         drawn: whether any value must be drawn.
         read: number of fields with forms or expressions.
         resets: values that a reset may change, by identity: node and variation.
@@ -319,15 +312,14 @@ class SamplingContext:
     sink: Sink
     most: int
     draws: dict[str, Node] = field(default_factory=dict[str, "Node"])
-    deferred: list[DeferredCheck] = field(default_factory=list["DeferredCheck"])
-    arguments: list[VaryingArgument] = field(default_factory=list["VaryingArgument"])
+    unplaced: list[tuple[ValueCheck, FieldLowerer]] = field(default_factory=list[tuple[ValueCheck, FieldLowerer]])
     used: set[str] = field(default_factory=set[str])
     fixed: set[str] = field(default_factory=set[str])
     reads: dict[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
     scenes_of: dict[str, tuple[int, ...]] = field(default_factory=dict[str, "tuple[int, ...]"])
     random: set[str] = field(default_factory=set[str])
-    draw_origins: dict[int, tuple[Any, Origin]] = field(default_factory=dict[int, "tuple[Any, Origin]"])
-    failed: dict[int, Any] = field(default_factory=dict[int, Any])
+    failed: set[Origin] = field(default_factory=set["Origin"])
+    warned: set[Origin] = field(default_factory=set["Origin"])
     drawn: bool = False
     read: int = 0
     resets: dict[int, ResettableValue] = field(default_factory=dict[int, "ResettableValue"])
@@ -364,8 +356,8 @@ class SamplingContext:
 
     @property
     def varies(self) -> bool:
-        """Whether any value must be drawn or checked by its rows."""
-        return bool(self.draws or self.deferred or self.drawn)
+        """Whether any value is drawn."""
+        return bool(self.draws or self.drawn)
 
     def add(self, name: str, node: Node, reads: frozenset[str]) -> None:
         """Adds a shared draw. `reads`: the draws that it reads, which must already be added."""
@@ -453,7 +445,6 @@ class VariationLowerer:
         reads: shared draws that it reads by expressions or through `once`.
         cycled: whether it has alternatives that no scene may use.
         risky: whether it may have no value or an out-of-range value in some scene.
-        origins: of the nodes that may have no value, by identity, with the nodes to keep them alive.
     """
 
     def __init__(self, fields: FieldLowerer, origin: Origin) -> None:
@@ -468,7 +459,6 @@ class VariationLowerer:
         self.risky = False
         self.broken = False
         self.reads: set[str] = set()
-        self.origins: dict[int, tuple[Any, Origin]] = {}
 
     @property
     def is_random(self) -> bool:
@@ -484,13 +474,11 @@ class VariationLowerer:
         self.risky |= other.risky
         self.broken |= other.broken
         self.reads |= other.reads
-        self.origins |= other.origins
 
     def risk(self, node: Any, origin: Origin) -> Any:
-        """Records the origin of a node that may have no value."""
+        """Gives its origin to a node that may have no value."""
         self.risky = True
-        self.origins[id(node)] = (node, origin)
-        return node
+        return replace(node, origin=origin)
 
     def item(self, given: Any, kind: FieldType, place: FieldPlace) -> Any:
         """Reads a value as an item: a node, or a plain row."""
@@ -638,7 +626,7 @@ class VariationLowerer:
         node = Drawn(given.kind, tuple(items), one.shape, self._key(place, drawn.cost), place.word)
         if not NODE_TYPES.isdisjoint(map(type, items)):
             # Varying bounds may cross in some scene.
-            self.risk(node, place.origin)
+            node = self.risk(node, place.origin)
         return Stacked((node,) * kind.shape[0]) if single and kind.shape else node
 
     def _bound(self, given: Any, kind: FieldType, place: FieldPlace, step: FormStep) -> Any:

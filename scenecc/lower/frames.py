@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY, Pose7
-from scenecc.lower.deferred_checks import report_draw_failure
 from scenecc.lower.field_types import report_unused_key
 from scenecc.lower.fields import FieldLowerer, FieldPlace, VariationLowerer
 from scenecc.lower.link_frames import LinkFrame, LinkPoseLowerer, composed, find_link, fix_initial_positions
 from scenecc.lower.poses import POSE, lower_pose, pose_item, pose_varies
 from scenecc.lower.references import name_prefixes
+from scenecc.lower.value_checks import report_draw_failure
 from scenecc.plan import literal
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.spec.pose import PoseMapping
@@ -319,7 +319,7 @@ class FrameGraph:
             self._sink.report("SC348", f"`{cut(name)}` has no {anchor}: {error}", place)
             return local, variation
         except DrawError as error:
-            report_draw_failure(error, {}, place, self._sink)
+            report_draw_failure(error, place, fields.sampling)
             return local, variation
         if len(rows) == 1:
             return composed(local, rows[0]), variation

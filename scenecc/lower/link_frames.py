@@ -7,15 +7,10 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, compose, from_axis_angle
-from scenecc.lower.deferred_checks import (
-    ResettableValue,
-    built_limit_items,
-    drawn_limit_items,
-    report_draw_failure,
-    reset_node,
-)
 from scenecc.lower.fields import VariationLowerer
 from scenecc.lower.local_poses import inverse_pose, seven_numbers
+from scenecc.lower.resettable import ResettableValue, built_limit_items, drawn_limit_items, reset_node
+from scenecc.lower.value_checks import report_draw_failure
 from scenecc.plan import BodyStructure
 from scenecc.plan.link_poses import steps_across
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
@@ -117,7 +112,7 @@ class LinkPoseLowerer:
             return Rows(self._fields.scenes, tuple(poses[int(row)] for row in which))
         except DrawError as error:
             self.variation.broken = True
-            report_draw_failure(error, self.variation.origins, self._origin, self._fields.sink)
+            report_draw_failure(error, self._origin, self._fields.sampling)
             return IDENTITY_POSE
 
     def _pose(self, links: Sequence[Link], name: str) -> Any:

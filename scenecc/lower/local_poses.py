@@ -142,8 +142,7 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer
     fields.fix(variation)
     if variation.broken:
         return pose
-    rotation = Pointing(normal)
-    variation.risk(rotation, origin.child("normal"))
+    rotation = variation.risk(Pointing(normal), origin.child("normal"))
     given = ((rotation, QUATERNION, "normal"), (normal, _NORMAL, "normal"), (offset, _OFFSET, "offset"))
     parts = [fields.finish(item, variation, kind, origin.child(key)) for item, kind, key in given]
     if fields.sink.failed:

@@ -13,9 +13,9 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
 from scenecc.diagnostics.messages import show
-from scenecc.lower.deferred_checks import report_draw_failure, report_sample_failure
 from scenecc.lower.field_types import FieldType
 from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
+from scenecc.lower.value_checks import report_draw_failure, warn_of_missing_sample
 from scenecc.plan import Value, derived, literal, per_scene
 from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.variation.forms import SELECTORS
@@ -191,9 +191,9 @@ def _look_up_every_name(
     sink = lookup.fields.sink
     with sink.merge_repeats():
         found = values_given(node, origin, lookup.fields, is_random=is_random, within=within)
-        if not found:
+        if found is None:
             lookup.found.append(None)
-        for name in found:
+        for name in found or ():
             if isinstance(name, str):
                 lookup.number(name, origin)
             else:
@@ -204,8 +204,8 @@ def _look_up_every_name(
 
 def values_given(
     node: Node, origin: Origin, fields: FieldLowerer, *, is_random: bool, within: Node | None = None
-) -> list[Any]:
-    """The distinct values of a node in the scenes and in the samples; empty after an error.
+) -> list[Any] | None:
+    """The distinct values of a node in the scenes and in the samples; None after an error.
 
     Args:
         node: an expression, or a draw.
@@ -214,41 +214,38 @@ def values_given(
         is_random: whether its values depend on the seed.
         within: the node that contains it, and may read it only in some scenes; None: all scenes count.
     """
-    origins = {**fields.sampling.draw_origins, id(node): (node, origin)}
-    found, error = _values_where_read(node, within, fields.batch())
-    if error is not None and (not is_random or isinstance(error, ComputeLimitError)):
-        report_draw_failure(error, origins, origin, fields.sink)
-        return []
+    try:
+        found = _values_where_read(node, within, fields.batch(), is_random=is_random)
+    except DrawError as error:
+        report_draw_failure(error, origin, fields.sampling)
+        return None
     if is_random:
-        sampled, error = _values_where_read(node, within, fields.analysis.samples)
-        found += sampled
-        if error is not None:
-            failure = error
-
-            def rows(batch: Batch) -> NDArray[Any]:
-                if not found:  # where it is read; elsewhere it may have a value
-                    raise failure
-                return batch.evaluate(node)
-
-            report_sample_failure(error, rows, origins, origin, fields)
+        samples = fields.analysis.samples
+        try:
+            found += _values_where_read(node, within, samples, is_random=True)
+        except DrawError as error:
+            warn_of_missing_sample(error, origin, fields.sampling)
+            found += _values_of_single_rows(samples, node)
     distinct = {(one.__class__.__name__, repr(one)): one for one in found}
     return sorted(distinct.values(), key=lambda one: (one.__class__.__name__, one if is_number(one) else repr(one)))
 
 
-def _values_where_read(node: Node, within: Node | None, batch: Batch) -> tuple[list[Any], DrawError | None]:
-    """The values of a node in a batch, and the error of a row that reads it and has none."""
+def _values_where_read(node: Node, within: Node | None, batch: Batch, *, is_random: bool) -> list[Any]:
+    """The values of a node in the rows of a batch that read it. Raises a DrawError if one of these has none."""
     try:
-        return batch.evaluate(node).tolist(), None
+        return batch.evaluate(node).tolist()
     except DrawError as error:
-        from scenecc.variation.samples import SAMPLE_COUNT, nodes_read  # noqa: PLC0415 - loads numpy
+        if within is None or isinstance(error, ComputeLimitError):
+            raise
+        from scenecc.variation.samples import nodes_read  # noqa: PLC0415 - loads numpy
 
-        parts = () if within is None else nodes_read(within, batch)
-        part = next((part for one, part in parts if one is node), batch)
-        if part is not batch and not isinstance(error, ComputeLimitError):
-            return _values_where_read(node, None, part)
-        # Of many scenes, the failed draw is reported before anything reads the others.
-        few = len(batch.scenes) <= SAMPLE_COUNT
-        return list(_values_of_single_rows(batch, node)) if few else [], error
+        part = next((part for one, part in nodes_read(within, batch) if one is node), None)
+        if part is not None:
+            return part.evaluate(node).tolist()
+        if is_random:
+            return []
+        # No scene uses this item of a cycle, and none will.
+        raise
 
 
 def _values_of_single_rows(batch: Batch, node: Node) -> Iterator[Any]:
@@ -276,8 +273,7 @@ def _reference_numbers(
     if not variation.is_random:
         return per_scene(rows(fields.batch()), "int64")
     value = fields.drawn(rows, lambda: ValueBounds.of(range(len(lookup.found)), exact=False))
-    fields.defer(value, node, rows, _INDEX_TYPE, place.origin, variation)
-    return value
+    return fields.checked(value, node, _INDEX_TYPE, place.origin)
 
 
 FileResolver = Callable[[str, "Origin"], AssetFile | None]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.lower.deferred_checks import ResettableValue, built_limit_items, drawn_limit_items, reset_node
-from scenecc.plan import BodyStructure, Value, varying
+from scenecc.lower.resettable import ResettableValue, built_limit_items, drawn_limit_items, reset_node
+from scenecc.plan import BodyStructure, Value
 from scenecc.plan.articulation import ArticulationStructure, Link
 from scenecc.plan.constraint import Constraint, Drive
 from scenecc.plan.placement import TRIED_FIELDS
@@ -274,7 +274,7 @@ def _pose_rows(pose: Node, fields: FieldLowerer) -> Rows:
 
 
 def _with_recipe(value: Value, node: Node, scenes: tuple[int, ...]) -> Value:
-    return varying(lambda: value.data, lambda: value.samples, scenes, bounds=lambda: value.bounds, recipe=node)
+    return value.with_recipe(node, scenes)
 
 
 def check_constraint_resets(constraints: tuple[Constraint, ...], sampling: SamplingContext, frames: FrameGraph) -> None:

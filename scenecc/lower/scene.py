@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.collision_groups import GroupBits, assign_group_bits
-from scenecc.lower.deferred_checks import check_rows
-from scenecc.lower.draws import check_argument_rows, lower_draws, report_unused_draws
+from scenecc.lower.draws import lower_draws, report_unused_draws
 from scenecc.lower.entities import BodyLowerer, EntityLowerer
 from scenecc.lower.fields import SamplingContext
 from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
 from scenecc.lower.references import FileResolver, MeshReader, PlanTables, RobotReader, RobotRequest
 from scenecc.lower.shapes import ShapeLowerer
+from scenecc.lower.value_checks import check_rows
 from scenecc.plan import ScenePlan
 from scenecc.plan.body import AssetFile, Friction
 from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
@@ -193,12 +193,12 @@ def _check_limit(code: str, what: str, number: int, limit: int, place: Origin, s
 
 @frozen
 class Lowered:
-    """A plan, with the data for its draw stage and its checks.
+    """A plan, with the data for its placements, recipes and checks.
 
     Attributes:
-        plan: with undrawn values, without recipes.
+        plan: without recipes, and without the poses of placements.
         material_origins: for each physical material, the first place that uses it.
-        sampling: the draws, and the deferred checks.
+        sampling: the draws, and the checks that wait for placements.
         frames: poses of its entities.
     """
 
@@ -224,7 +224,7 @@ def lower(
     selections: Mapping[str, tuple[int, ...]],
     draws: Mapping[str, Any],
 ) -> Lowered | None:
-    """Lowers a document to a plan; None after an error. Drawing is left to `draw`.
+    """Lowers a document to a plan, and draws its values; None after an error. Placing is left to `complete`.
 
     Args:
         scene: the expanded document.
@@ -278,8 +278,8 @@ def _is_exhausted(sampling: SamplingContext, origin: Origin, sink: Sink) -> bool
     return sampling.sampling_operations.exhausted
 
 
-def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
-    """Draws the plan and adds its recipes; None after an error in a drawn value.
+def complete(lowered: Lowered, sink: Sink) -> ScenePlan | None:
+    """Places what is placed, and adds the recipes of what a reset redraws; None after an error.
 
     Args:
         lowered: result of `lower` without errors.
@@ -300,10 +300,8 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
         place_as_built(plan, sampling, lowered.frames, sink)
         if sink.failed:
             return None
-    for argument in sampling.arguments:
-        check_argument_rows(argument, sampling, sink)
-    for deferred in sampling.deferred:
-        check_rows(deferred, sampling, sink)
+    for check, fields in sampling.unplaced:
+        check_rows(check, fields)
     if sink.failed:
         return None
     entities = tuple(map(recipes.entity, plan.entities))

@@ -158,7 +158,7 @@ def _check_document(document: Document, options: Options, memory: PathCache, sin
     """`sink`: contains the comments of the document that silence findings."""
     from scenecc.pipeline import compile_source  # noqa: PLC0415
 
-    result = compile_source(document, options, sink, drawn=False, memory=memory)
+    result = compile_source(document, options, sink, placed=False, memory=memory)
     files = memory.files_by_name(document)
     objects = None if result is None else _Finder(result, files, sink).objects()
     return CheckAnswer(sink.diagnostics(), files, objects)

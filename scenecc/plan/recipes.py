@@ -133,7 +133,7 @@ def _operands(node: nodes.Drawn) -> dict[str, Any]:
 
 
 def _node_fields(node: Any) -> dict[str, Any]:
-    given = [(item, getattr(node, item.name)) for item in fields(node) if item.name not in _DRAWN]
+    given = [(item, getattr(node, item.name)) for item in fields(node) if item.compare and item.name not in _DRAWN]
     return {
         item.name: _item_to_data(value)
         for item, value in given
@@ -263,6 +263,8 @@ class RecipeReader:
             raise PlanFormatError(path)
         values = given
         for item in fields(cls):
+            if not item.compare:
+                continue  # where a node is written
             if item.name in data:
                 read = self._readers.get(str(item.type), _read_plain)
                 values[item.name] = read(data[item.name], (*path, item.name), depth)

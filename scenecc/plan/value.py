@@ -170,12 +170,13 @@ class Value:
 
         return as_samples(rows)
 
-    def drop_samples(self) -> None:
-        """Makes `samples` raise a DrawError after its samples were reported. Keeps the bounds."""
-        source = self._source
-        if isinstance(source, _DrawSource):
-            source.bounds = _KnownBounds(self.bounds)
-            source.samples, source.sample = None, _raise_reported
+    def without_samples(self) -> Value:
+        """The same value, whose `samples` raise a DrawError: a fault of them was reported."""
+        return varying(lambda: self.data, _raise_reported, self.scenes, bounds=_KnownBounds(self.bounds))
+
+    def with_recipe(self, recipe: Node, scenes: Sequence[int]) -> Value:
+        """The same value with a recipe, one row per scene."""
+        return varying(lambda: self.data, lambda: self.samples, scenes, bounds=lambda: self.bounds, recipe=recipe)
 
     @property
     def bounds(self) -> ValueBounds:

@@ -219,7 +219,7 @@ def _entry(file: str, options: Options, seeds: Sequence[int] | None, sink: Sink)
     """Returns the entry; None if the file has errors, which are reported."""
     memory = PathCache()
     first = options if seeds is None else replace(options, seed=seeds[0])
-    result = compile_source(file, first, sink, drawn=False, memory=memory)
+    result = compile_source(file, first, sink, placed=False, memory=memory)
     if result is None:
         return None
     own = result.plan.seed

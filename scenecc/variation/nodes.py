@@ -2,12 +2,15 @@
 
 An *item* is a plain value (number, boolean, string, or tuple of these) or a node. Alternatives for one value have the
 same shape. Shapes omit the leading scene axis.
+
+A node that may have no value in some scene has an `origin`: where it is written. It is no part of the node's meaning,
+and None in a recipe that was read from JSON.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import field, fields
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from scenecc.diagnostics.frozen import frozen
@@ -16,6 +19,7 @@ from scenecc.variation.distributions import DISTRIBUTIONS, Distribution
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.variation.forms import Template
 
 Section = Literal["entities", "draws", "frames", "materials", "constraints", "lights", "cameras", "environment"]
@@ -105,6 +109,7 @@ class Drawn:
     shape: tuple[int, ...]
     key: Key
     word: int = 0
+    origin: Origin | None = field(default=None, compare=False, repr=False)
 
     @property
     def distribution(self) -> Distribution:
@@ -139,6 +144,7 @@ class Computed:
     template: Template
     shape: tuple[int, ...] | None
     reads: tuple[tuple[str, str], ...] = ()
+    origin: Origin | None = field(default=None, compare=False, repr=False)
 
     @property
     def draws_by_name(self) -> dict[str, str]:
@@ -187,6 +193,7 @@ class Normalized:
     """A quaternion as written: unchanged within 1e-5 of unit length, normalised within 1e-3, otherwise invalid."""
 
     q: Any
+    origin: Origin | None = field(default=None, compare=False, repr=False)
 
 
 @frozen
@@ -202,6 +209,7 @@ class FromAxisAngle:
 
     axis: Any
     angle: Any
+    origin: Origin | None = field(default=None, compare=False, repr=False)
 
 
 @frozen
@@ -209,6 +217,7 @@ class FromMatrix:
     """The pose (7,) of a rigid motion (4, 4)."""
 
     matrix: Any
+    origin: Origin | None = field(default=None, compare=False, repr=False)
 
 
 @frozen
@@ -217,6 +226,7 @@ class Looking:
 
     target: Any
     p: Any
+    origin: Origin | None = field(default=None, compare=False, repr=False)
 
 
 @frozen
@@ -224,6 +234,7 @@ class Pointing:
     """The shortest rotation (4,) that turns +x to a direction (3,)."""
 
     direction: Any
+    origin: Origin | None = field(default=None, compare=False, repr=False)
 
 
 @frozen
@@ -295,8 +306,8 @@ BUILTIN_NAMES = frozenset(("scene", "num_scenes"))
 """Names that every expression can read and that are not draws."""
 
 _WITH_PARTS = NODE_TYPES | {tuple}
-NODE_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in NODES}
-"""The names of each node's fields."""
+NODE_FIELDS = {kind: tuple(one.name for one in fields(kind) if one.compare) for kind in NODES}
+"""The names of each node's fields, without the origin."""
 
 Shapes = tuple[tuple[int, ...], ...]
 

@@ -39,18 +39,13 @@ def sample_of(number: int, scenes: Sequence[int]) -> tuple[int, int]:
     return scenes[int(sample_positions(count)[number])], number // count
 
 
-_FEW = 16
-"""Least number of samples of one scene that decide about all seeds."""
+def named_sample(scene: int, seed: int | None) -> str:
+    """The words for a sample, at the start of a warning."""
+    return f"in scene {scene} with seed {seed}"
 
 
-def same_scene(number: int, count: int) -> range:
-    """The samples that decide whether an error is certain: those of the same scene, or all if these are few.
-
-    Args:
-        number: of the sample with the error.
-        count: number of the object's scenes.
-    """
-    return range(number % count, SAMPLE_COUNT, count) if count * _FEW <= SAMPLE_COUNT else range(SAMPLE_COUNT)
+CHECKED_LATER = "each scene is checked when it is built"
+"""Hint of a warning about a sample."""
 
 
 class SampleBatch(Batch):
@@ -72,15 +67,11 @@ class SampleBatch(Batch):
         given: Mapping[str, NDArray[Any]],
         work: OperationCounter | None,
     ) -> None:
-        count = self._count = len(scenes)
+        count = len(scenes)
         # The first sample of each scene has seed 0, the second one seed 1, and so on.
         seeds = 0 if count >= SAMPLE_COUNT else tuple(number // count for number in range(SAMPLE_COUNT))
         super().__init__(np.array(scenes)[sample_positions(count)], seeds, num_scenes, draws, given, work)
         self._computed: dict[tuple[Any, ...], tuple[Node, NDArray[Any]]] = {}
-
-    def same_scene(self, scene: int) -> range:
-        """Same as the function `same_scene`, for the first sample of a scene."""
-        return same_scene(int(np.flatnonzero(self.scenes == scene)[0]), self._count)
 
     def evaluate(self, node: Node) -> NDArray[Any]:
         """The node's values. Values of expressions are cached, since many fields share one."""

@@ -333,8 +333,7 @@ class LinkTreeDrafter:
             return variation.item(one, _DIRECTION, around.inside(step) if step else around)
 
         axis = variation.select(joint.axis, place.key("axis"), leaf)
-        rotation = Posed((0.0, 0.0, 0.0), Pointing(axis))
-        variation.risk(rotation.q, origin.child("axis"))
+        rotation = Posed((0.0, 0.0, 0.0), variation.risk(Pointing(axis), origin.child("axis")))
         in_child = fields.finish(rotation, variation, POSE, origin.child("axis"))
         frame = IDENTITY_POSE
         if joint.origin is not None:
@@ -495,7 +494,7 @@ class _KeyAlternatives:
         """Checks each value of the key in the scenes and in the samples, and reports invalid ones."""
         for node, place in self._sources:
             found = values_given(node, place, fields, is_random=self._variation.is_random, within=self.node)
-            if not found:
+            if found is None:
                 return False
             if self._kind is not _TEXT_TYPE and len(found) > MAX_ALTERNATIVES:
                 hint = "each value is a structure of its own: write them in a `choice`"
@@ -533,9 +532,10 @@ class _Combinations:
 
     def all(self) -> Alternatives | None:
         """All combinations, in written order of their values; None after an error."""
-        had = [self._combination(row) for row in self._values()]
-        if not had:
+        found = values_given(self._node, self._first(), self._fields, is_random=self._variation.is_random)
+        if found is None:
             return None
+        had = [self._combination(row) for row in found]
         order = [{value: i for i, value in enumerate(column.places)} for column in self._columns]
         every = sorted(
             {*had, *self._find_unused(had)}, key=lambda row: [at[one] for at, one in zip(order, row, strict=True)]
@@ -560,7 +560,7 @@ class _Combinations:
         pick = fields.drawn(rows, lambda: ValueBounds.of(found, exact=not variation.computed))
         fields.sampling.drawn |= variation.is_random
         if variation.is_random and variation.risky:
-            fields.defer(pick, self._node, rows, _INDEX_TYPE, self._first(), variation)
+            pick = fields.checked(pick, self._node, _INDEX_TYPE, self._first())
         return Alternatives(each, pick) if len(each) > 1 else Alternatives(each)
 
     def _alternative(self, row: Combination) -> Alternative:
@@ -568,9 +568,6 @@ class _Combinations:
         return _alternative(
             self._entity, [(column.path, column.key, value, column.places[value]) for column, value in pairs]
         )
-
-    def _values(self) -> list[Any]:
-        return values_given(self._node, self._first(), self._fields, is_random=self._variation.is_random)
 
     def _combination(self, row: Sequence[Any]) -> Combination:
         return tuple(column.value(given) for column, given in zip(self._columns, row, strict=True))

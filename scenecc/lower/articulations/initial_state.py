@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.links import first_outside, widest
 from scenecc.lower.articulations.overrides import names_hint
-from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.poses import suspect_degrees, warn_large_angle
+from scenecc.lower.resettable import MimicRelation, ResettableValue
 from scenecc.plan import derived, literal
 from scenecc.plan.properties import FLOAT32_MAX, Bounds
 from scenecc.variation import forms

@@ -10,11 +10,11 @@ from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.drafts import ContactDefaults, DraftJoint, DraftLink, Layer
 from scenecc.lower.articulations.overrides import OverrideValues, nearest_override
 from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits, find_group
-from scenecc.lower.deferred_checks import ResettableValue
 from scenecc.lower.field_types import BODY_FIELDS, field_type
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
+from scenecc.lower.resettable import ResettableValue
 from scenecc.lower.shapes import ShapeDefaults
 from scenecc.plan import BodyStructure, Inertial, Value, derived, literal
 from scenecc.plan.articulation import NON_LINK_FIELDS, Joint

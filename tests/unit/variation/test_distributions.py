@@ -137,7 +137,8 @@ def test_equal_edges_leave_one_number(kind: str) -> None:
 
 def test_bounds_that_may_break_are_told_before_anything_is_drawn() -> None:
     half = {"draws": {"x": {"uniform": [-1, 2]}}}
-    assert codes(scene({"beta": ["${x}", 1], "range": [1, 2]}, **half)) == [("SC516", "entities.ball.mass")]
+    assert codes(scene({"beta": ["${x}", 1], "range": [1, 2]}, **half)) == [("SC515", "entities.ball.mass")]
+    assert codes(scene({"beta": ["${x + 0.95}", 1], "range": [1, 2]}, **half)) == [("SC516", "entities.ball.mass")]
     assert codes(scene({"beta": ["${x + 2e6}", 1], "range": [1, 2]}, **half)) == [("SC515", "entities.ball.mass")]
     assert codes(scene({"triangular": [1, "${x + 1.5}", 2]}, **half)) == [("SC516", "entities.ball.mass")]
     assert codes(scene({"truncated_normal": [1, "${x}"], "range": [1, 2]}, **half)) == [("SC516", "entities.ball.mass")]

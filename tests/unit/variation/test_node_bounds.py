@@ -34,7 +34,7 @@ from scenecc.variation.nodes import (
 )
 from scenecc.variation.operations import FUNCTIONS as ROWS
 from scenecc.variation.operations import ExpressionError, Function
-from scenecc.variation.samples import SAMPLE_COUNT, SampleBatch, same_scene, sample_of
+from scenecc.variation.samples import SAMPLE_COUNT, SampleBatch, sample_of
 
 INF = math.inf
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -185,11 +185,6 @@ def test_samples_are_fixed_scenes_and_seeds(count: int, last: tuple[int, int]) -
     assert [*zip(batch.scenes.tolist(), seeds, strict=True)] == [
         sample_of(i, range(count)) for i in range(SAMPLE_COUNT)
     ]
-
-
-def test_a_fault_of_all_samples_of_a_scene_is_certain_where_these_are_many() -> None:
-    assert list(same_scene(19, 16)) == list(range(3, 256, 16))
-    assert same_scene(19, 17) == range(256)
 
 
 def test_numbers_are_row_by_row() -> None:
