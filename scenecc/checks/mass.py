@@ -6,8 +6,8 @@ from itertools import chain, islice
 from typing import TYPE_CHECKING, NamedTuple
 
 from scenecc.checks.value_queries import (
-    Fault,
     Row,
+    RuleFault,
     find_fault,
     find_single_fault,
     highest,
@@ -168,7 +168,7 @@ def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink
     _report(next((fault for fault in found if fault is not None), None), sink)
 
 
-def _report(fault: Fault | None, sink: Sink) -> None:
+def _report(fault: RuleFault | None, sink: Sink) -> None:
     """Reports a `_MassFault` that was found."""
     if fault is not None:
         found: _MassFault = fault.found

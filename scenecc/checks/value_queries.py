@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Row = tuple[float, ...]
 
 
-class Fault(NamedTuple):
+class RuleFault(NamedTuple):
     """A row of values that breaks a rule.
 
     Attributes:
@@ -39,7 +39,7 @@ def find_fault(
     judge: Callable[..., Any],
     *,
     corners: Callable[[], Iterable[tuple[Row, ...]]] | None = None,
-) -> Fault | None:
+) -> RuleFault | None:
     """The first row of some values that breaks a rule.
 
     Args:
@@ -53,19 +53,19 @@ def find_fault(
     if every is None:
         every = (corners or (lambda: [tuple(map(lowest, values)), tuple(map(highest, values))]))()
     found = _first_fault(every, judge)
-    return None if found is None else Fault(found[1], None)
+    return None if found is None else RuleFault(found[1], None)
 
 
-def _find_fault_of_expression(values: Sequence[Value], judge: Callable[..., Any]) -> Fault | None:
+def _find_fault_of_expression(values: Sequence[Value], judge: Callable[..., Any]) -> RuleFault | None:
     found = _first_fault(_drawn_rows(values), judge)
     if found is not None:
-        return Fault(found[1], None)
+        return RuleFault(found[1], None)
     found = _first_fault(_sample_rows(values), judge)
     if found is None:
         return None
     from scenecc.variation.samples import sample_of  # noqa: PLC0415 - loaded where something varies
 
-    return Fault(found[1], sample_of(found[0], next(value.scenes for value in values if value.scenes)))
+    return RuleFault(found[1], sample_of(found[0], next(value.scenes for value in values if value.scenes)))
 
 
 def _first_fault(every: Iterable[tuple[Row, ...]], judge: Callable[..., Any]) -> tuple[int, Any] | None:
@@ -74,12 +74,12 @@ def _first_fault(every: Iterable[tuple[Row, ...]], judge: Callable[..., Any]) ->
     return next(((number, found) for number, found in judged if found is not None), None)
 
 
-def find_single_fault(value: Value, judge: Callable[[Row], Any]) -> Fault | None:
+def find_single_fault(value: Value, judge: Callable[[Row], Any]) -> RuleFault | None:
     """As `find_fault`, of one value: each alternative of a plain form, or else its least and its greatest row."""
     return find_fault([value], judge, corners=lambda: [(row,) for row in alternatives_or_extremes(value)])
 
 
-def wrong_pair(a: Value, b: Value, is_wrong: Callable[[float, float], bool]) -> Fault | None:
+def wrong_pair(a: Value, b: Value, is_wrong: Callable[[float, float], bool]) -> RuleFault | None:
     """The first pair of numbers of two values, of which the first must not be above the second."""
 
     def judge(x: Row, y: Row) -> tuple[float, float] | None:
@@ -88,7 +88,7 @@ def wrong_pair(a: Value, b: Value, is_wrong: Callable[[float, float], bool]) -> 
     return find_fault([a, b], judge, corners=lambda: [(highest(a), lowest(b))])
 
 
-def reversed_limits(value: Value, judge: Callable[[Row], Any]) -> Fault | None:
+def reversed_limits(value: Value, judge: Callable[[Row], Any]) -> RuleFault | None:
     """The first row [low, high] of a value that breaks a rule about their order."""
 
     def corners() -> Iterable[tuple[Row, ...]]:
@@ -192,7 +192,7 @@ def report_fault(
     *,
     at: At = "value",
 ) -> None:
-    """Reports what a rule found. `sample`: as of `Fault`; then it is a warning."""
+    """Reports what a rule found. `sample`: as of `RuleFault`; then it is a warning."""
     if sample is not None:
         from scenecc.variation.samples import CHECKED_LATER, named_sample  # noqa: PLC0415 - loaded where something varies
 

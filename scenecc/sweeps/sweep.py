@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from collections import Counter
     from collections.abc import Generator
 
+    from scenecc.pipeline import CompileResult
     from scenecc.sweeps.executors import Done
     from scenecc.sweeps.units import Unit
 
@@ -218,8 +219,7 @@ def _plan_work(
 def _entry(file: str, options: Options, seeds: Sequence[int] | None, sink: Sink) -> Entry | None:
     """Returns the entry; None if the file has errors, which are reported."""
     memory = PathCache()
-    first = options if seeds is None else replace(options, seed=seeds[0])
-    result = compile_source(file, first, sink, placed=False, memory=memory)
+    result = _compile_any_seed(file, options, seeds, sink, memory)
     if result is None:
         return None
     own = result.plan.seed
@@ -230,6 +230,24 @@ def _entry(file: str, options: Options, seeds: Sequence[int] | None, sink: Sink)
     named |= {str(path): reference.uri for path, reference in memory.named.items()}
     used = {path: content_hash(path) or "" for path in named}
     return Entry(file, options, result.plan.num_scenes, seeds or [own], used, named)
+
+
+_SEEDS_TRIED = 8
+"""Seeds with errors after which a file is refused. One seed with an error is a row of the table."""
+
+
+def _compile_any_seed(
+    file: str, options: Options, seeds: Sequence[int] | None, sink: Sink, memory: PathCache
+) -> CompileResult | None:
+    """Returns the file compiled with the first seed without errors; None, with the last errors, if there is none."""
+    found = Sink()
+    for seed in [options.seed] if seeds is None else seeds[:_SEEDS_TRIED]:
+        asked, found = replace(options, seed=seed), Sink()
+        result = compile_source(file, asked, found, placed=False, memory=memory)
+        if result is not None:
+            return result
+    sink.take_over(found)
+    return None
 
 
 def _collect(

@@ -354,9 +354,7 @@ def test_bounds_that_are_none_are_told_of_the_draw(draw: Any, expected: tuple[st
     told = [one for one in found if one.path == "draws.h"]
     code, message = expected
     assert [one.code for one in told if one.code == code] == [code]
-    assert told[0].message == message or re.fullmatch(
-        rf"in scene \d: {message}", told[0].message
-    )
+    assert told[0].message == message or re.fullmatch(rf"in scene \d: {message}", told[0].message)
 
 
 @pytest.mark.parametrize(
