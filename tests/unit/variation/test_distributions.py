@@ -141,7 +141,7 @@ def test_bounds_that_may_break_are_told_before_anything_is_drawn() -> None:
     assert codes(scene({"beta": ["${x + 0.95}", 1], "range": [1, 2]}, **half)) == [("SC516", "entities.ball.mass")]
     assert codes(scene({"beta": ["${x + 2e6}", 1], "range": [1, 2]}, **half)) == [("SC515", "entities.ball.mass")]
     assert codes(scene({"triangular": [1, "${x + 1.5}", 2]}, **half)) == [("SC515", "entities.ball.mass")]
-    assert codes(scene({"truncated_normal": [1, "${x}"], "range": [1, 2]}, **half)) == [("SC516", "entities.ball.mass")]
+    assert codes(scene({"truncated_normal": [1, "${x}"], "range": [1, 2]}, **half)) == [("SC515", "entities.ball.mass")]
     assert codes(scene({"triangular": [1, "${1.5}", 2]})) == []
 
 
