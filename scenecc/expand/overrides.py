@@ -126,7 +126,7 @@ def _absolute(value: Any, kind: NameKind | None, override: Override) -> Any:
         # A varying expression returns the name of a material as text, so the text gets the scope.
         text = ABSOLUTE_PREFIX + scoped_name(override.scope, value.text) if is_shared else None
         return value.within(override.scope, text)
-    if kind is None or not isinstance(value, str) or isinstance(value, FailedValue):
+    if not (is_shared or kind in {"entity", "frame"}) or not isinstance(value, str) or isinstance(value, FailedValue):
         return value
     if value == WORLD or value.startswith(ABSOLUTE_PREFIX):
         return value

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from scenecc.diagnostics.messages import cut, is_slip_of, keyboard_hint, listed, nearest, show, suggest
@@ -245,7 +246,7 @@ def suggest_key(key: str, known: tuple[str, ...], free: tuple[str, ...] | None =
 def known_keys(path: Path, data: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Returns the keys that the mapping of an unknown key may have, and the unused ones among them."""
     owner = value_at(data, path[:-1])
-    model = place_at(data, path[:-1]).model(owner)
+    model = place_at(path[:-1], partial(value_at, data)).model(owner)
     if model is None:
         return (), ()
     # `repeat`, `if` and `name` turn a plain body into another model.
@@ -295,7 +296,7 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
     if not is_mapping(found):
         _report_wrong_kind("a mapping", path, found, place, sink)
     elif "type" not in found:
-        union = place_at(data, path).choice
+        union = place_at(path, partial(value_at, data)).choice
         choices = union.types() if isinstance(union, LazyUnion) else ()
         hint = next((f"write `{{type: {key}, …}}`" for key in found if key in choices), None)
         message = f"{value_name(path)} lacks the key `type`"
