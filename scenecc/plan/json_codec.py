@@ -56,27 +56,6 @@ if TYPE_CHECKING:
 PLAN_VERSION = 2
 """The value of a plan's `scenecc_plan` key. Version 1, without file hashes, can still be read."""
 
-_OMITTED_WHEN_EMPTY = frozenset(
-    (
-        "constraints",
-        "lights",
-        "cameras",
-        "draws",
-        "mimics",
-        "hidden",
-        "names",
-        "optional_names",
-        "placements",
-        "carriers",
-        "near",
-        "expectations",
-        "excepted",
-        "readings",
-        "because",
-    )
-)
-"""Lists and strings omitted if empty, and flags omitted if false."""
-
 _MAX_INLINE_HEIGHTS = 10_000
 
 _WIDTH = 100
@@ -122,7 +101,7 @@ def _object_data(node: object) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for slot in plan_fields(node.__class__):
         item = getattr(node, slot.name)
-        if item is not None and (item or slot.name not in _OMITTED_WHEN_EMPTY):
+        if item is not None and (item or not slot.is_omitted_if_empty):
             data[slot.name] = _WRITERS[slot.kind.__class__](slot.kind, item)
     return data
 
