@@ -119,7 +119,7 @@ def make_overrides(
     return made
 
 
-def _absolute(value: Any, kind: NameKind | None, override: Override) -> Any:
+def _make_absolute(value: Any, kind: NameKind | None, override: Override) -> Any:
     """Converts a scalar so that names of the overriding file are valid inside the prefab."""
     is_shared = kind in {"material", "group"}
     if isinstance(value, Template):
@@ -193,7 +193,7 @@ class OverrideMerger:
                 name = f"(?:{name})"
             below = place.below({**node, **given}, key)
             if place.key is not None:
-                name = _absolute(name, place.key.names, self._override)
+                name = _make_absolute(name, place.key.names, self._override)
             made[name] = self._value(made.get(name), item, below, (*path, name), written)
         return made
 
@@ -204,7 +204,7 @@ class OverrideMerger:
             if is_sequence(node) and any(_is_index(key) for key in given):
                 return self._items(node, given, place, path, at)
         self.places[path] = OverridePlace(self._override.record, at, self._count)
-        return change_leaves(given, place, lambda leaf, kind, _: _absolute(leaf, kind, self._override))
+        return change_leaves(given, place, lambda leaf, kind, _: _make_absolute(leaf, kind, self._override))
 
     def _origin(self, path: Path) -> Origin:
         return self._override.record.trace(path)

@@ -192,7 +192,7 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         return
     known, free = known_keys(path, data)
     word = snake_case(key)
-    hint = _misplaced_key_hint(word, known)
+    hint = _suggest_place(word, known)
     if hint is None and "use" in known and _is_key_of_entities(key):
         hint = INSTANCE_HINT.format(key=key)
     fix: tuple[Literal["key"], str] | None = None
@@ -212,7 +212,7 @@ _SAME_WORD: Final = 0.8
 """Smallest `difflib` ratio of two spellings of the same word."""
 
 
-def _misplaced_key_hint(word: str, known: tuple[str, ...]) -> str | None:
+def _suggest_place(word: str, known: tuple[str, ...]) -> str | None:
     rows = (row for row in MISPLACED_KEYS if word in row[1].split())
     return next((hint for beside, _, hint in rows if not set(beside.split()).isdisjoint(known)), None)
 
@@ -286,7 +286,7 @@ def _report_length(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -
 def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, sink: Sink) -> None:
     found, context = error["input"], error.get("ctx", {})
     if error["type"] == "literal_error":
-        choices = _quoted_words(context["expected"].replace(" or ", ", "))
+        choices = _split_words(context["expected"].replace(" or ", ", "))
         if not isinstance(found, str):
             _report_wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
             return
@@ -308,13 +308,13 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
     elif not isinstance(tag, str):
         _report_wrong_kind("a text", (*path, "type"), tag, place.child("type"), sink)
     else:
-        choices = _quoted_words(context["expected_tags"])
+        choices = _split_words(context["expected_tags"])
         hint = SHAPE_LIST_HINTS.get(tag) or _suggest_value(tag, choices)
         kind = _TYPED_SECTIONS.get(str(path[0]), "shape")
         sink.report("SC105", f"there is no {kind} type {show(tag)} here", place.child("type"), hint=hint)
 
 
-def _quoted_words(text: str) -> list[str]:
+def _split_words(text: str) -> list[str]:
     return [word.strip("'") for word in text.split(", ")]
 
 
