@@ -282,6 +282,7 @@ class _ReferenceSearch:
         scope = self._output.names.scopes.get(qualified_name(section, owner), "")
 
         def look_at(text: Any, kind: NameKind | None, path: Path) -> Any:
+            """Adds a scalar to the references if it names a removed object, and returns it."""
             if not isinstance(text, str):
                 return text
             if kind == "material":
