@@ -237,7 +237,7 @@ class Panel:
             still.on_click(self._screenshot)
             self._seconds = self._gui.add_number("Seconds", initial_value=3.0, min=0.1, max=600.0, step=0.1)
             self._record = self._gui.add_button("Record", hint="An MP4 of the simulation in this browser's view")
-            self._record.on_click(self._film)
+            self._record.on_click(self._record_video)
 
     def _screenshot(self, event: viser.GuiEvent[Any]) -> None:
         from scenecc.render.images import png
@@ -247,7 +247,7 @@ class Panel:
             with suppress(ShotError):
                 event.client.send_file_download("scene.png", png(shot(event.client)), save_immediately=True)
 
-    def _film(self, event: viser.GuiEvent[Any]) -> None:
+    def _record_video(self, event: viser.GuiEvent[Any]) -> None:
         """Starts a recording. A second click ends it without waiting for it."""
         browser, seconds = event.client, self._seconds.value
         if self._record.label != "Record":

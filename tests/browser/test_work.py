@@ -113,7 +113,7 @@ def test_a_drag_changes_the_file_and_an_undo_gives_its_bytes_back(page: Page, fi
     soon(page.text, lambda text: "is an expression or a form" in text)
 
 
-def test_a_browser_is_given_a_picture_and_a_film(page: Page, tmp_path: Path) -> None:
+def test_a_browser_is_given_a_picture_and_a_video(page: Page, tmp_path: Path) -> None:
     pytest.importorskip("imageio_ffmpeg", reason="needs the extra `pictures`")
     page.browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)})
     page.press("Screenshot")
