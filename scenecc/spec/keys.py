@@ -13,7 +13,7 @@ from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import NOTE_PREFIX, PATTERN, WHOLE, NameRole
 from scenecc.spec.document import SceneFile
-from scenecc.spec.nodes import LazyType, ModelChoice, is_mapping, is_sequence
+from scenecc.spec.nodes import LazyType, LazyUnion, ModelChoice, is_mapping, is_sequence
 from scenecc.spec.repetition import Repeat
 from scenecc.spec.values import VaryingAnnotation
 from scenecc.variation.forms import FORM_KEYS, ONCE
@@ -59,6 +59,9 @@ class KeyPlace:
         if not isinstance(step, str):
             return self.item or NOWHERE
         model = self.model(node)
+        if model is None and isinstance(self.choice, LazyUnion):  # without a `type`, any model that has the key
+            models = map(self.choice.model, self.choice.types())
+            return next((place for one in models if (place := model_places(one).get(step))), NOWHERE)
         if model is None:
             return self.entry or NOWHERE
         return model_places(model).get(step) or (_REPEAT if step == "repeat" else NOWHERE)

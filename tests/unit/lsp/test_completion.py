@@ -46,6 +46,7 @@ CASES = {
     "meshes": (SCENE + "    visuals: [{type: mesh, file: ¦", {"mug.obj"}, {"oak.png", "arm.urdf"}),
     "images": (HEAD + "environment: {map: ¦", {"oak.png"}, {"mug.obj"}),
     "images of a material": (HEAD + "materials: {a: {visual: {normal_texture: {file: ¦", {"oak.png"}, {"mug.obj"}),
+    "materials of shapes without a type": (SCENE + "    visuals: [{material: ¦", {"oak"}, {"cube"}),
     "regions": (SCENE + "  b:\n    place: {on: ground, region: ¦", {"corner"}, {"cube"}),
     "what a placed entity is near": (SCENE + "  b:\n    place: {near: {¦", {"cube"}, {"oak"}),
     "groups to ignore": (HEAD + "collision_groups:\n  a: {}\n  b: {ignore: [¦", {"a"}, set()),
