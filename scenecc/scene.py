@@ -555,21 +555,21 @@ class Scene:
         Raises:
             SceneError: as for `render_scene`.
             TypeError: a flag is neither True nor False, or a number is not an integer.
-            ValueError: an argument is out of range, or the suffix is unknown or contradicts `film`.
+            ValueError: an argument is out of range, or the suffix is unknown or contradicts `video`.
             OSError: the file cannot be written.
         """
         from scenecc.files import replace_all
         from scenecc.render import RenderChoices, render_scene
-        from scenecc.render.choices import written_film
+        from scenecc.render.choices import written_video
 
         check_keywords(Scene.render, choices, RenderChoices)
         file = None if path is None else path_argument(Scene.render, "path", path)
-        wanted = None if file is None else written_film(file, choices.get("film"))
+        wanted = None if file is None else written_video(file, choices.get("video"))
         if wanted is not None:
-            choices["film"] = wanted
+            choices["video"] = wanted
         made = render_scene(self._compile, **choices, **self._given)
         if file is not None:
-            replace_all({file: made.png() if wanted is None or made.film is None else made.film})
+            replace_all({file: made.png() if wanted is None or made.video is None else made.video})
         return made
 
     def view(

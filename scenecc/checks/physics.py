@@ -422,6 +422,7 @@ def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink) 
     tallest = max(abs(height) for row in terrain.heights for height in row)
 
     def judge(size: Row) -> tuple[str, str] | None:
+        """Returns the message and the hint for a wrong size, or None."""
         if not is_bounded(size):
             return None
         x, y, z = size

@@ -63,20 +63,15 @@ def import_(
       scenecc import robot.urdf -o scene.yaml
       scenecc import worlds robots/*.urdf -o scenes --jobs 2
     """
-    from scenecc.importers import FORMATS
-    from scenecc.importers.import_scene import is_source
-
     _check_arguments(paths, output, allow or ())
     accepted = {"allow": allow or (), **options}
     if are_many(paths):
-        suffixes = tuple(dict.fromkeys(suffix for one in FORMATS for suffix in one.suffixes))
-        kind = Kind("source", suffixes, lambda file: is_source(Path(file)), f"its suffix is {', '.join(suffixes)}")
 
         def make(file: str, scene: str) -> tuple[list[Diagnostic], str]:
             diagnostics, lines = _import(file, scene, accepted)
             return diagnostics, "".join(f"{scene}: {line}\n" for line in lines)
 
-        write_each("import", find_files(paths, kind=kind), output, ".yaml", jobs, make)
+        write_each("import", find_files(paths, kind=_source_kind()), output, ".yaml", jobs, make)
     if faults := path_faults(paths[0], output, source="source"):
         end(faults)
     with progress("import") as show:
@@ -84,6 +79,15 @@ def import_(
     print_asides(diagnostics)
     print_out("".join(f"{line}\n" for line in lines))
     raise typer.Exit(status(diagnostics))
+
+
+def _source_kind() -> Kind:
+    """Returns the kind of files that can be imported."""
+    from scenecc.importers import FORMATS
+    from scenecc.importers.import_scene import is_source
+
+    suffixes = tuple(dict.fromkeys(suffix for one in FORMATS for suffix in one.suffixes))
+    return Kind("source", suffixes, lambda file: is_source(Path(file)), f"its suffix is {', '.join(suffixes)}")
 
 
 def _check_arguments(paths: list[str], output: str, allow: Sequence[str]) -> None:

@@ -219,6 +219,7 @@ def takes_compile_options(
 
     @wraps(command)
     def run(*arguments: Any, **given: Any) -> None:
+        """Gathers the shared options and calls the command."""
         options = {name: given.pop(name, default) for name, (_, default) in taken.items()}
         options["limits"] = parse_limits(options["limits"])
         if "params" in taken:

@@ -106,8 +106,8 @@ def render(
     import scenecc
 
     many = are_many(paths)
-    film = _film(output, video, steps, every, many=many)
-    choices = picture_choices(others, steps=steps, film=film, every=every, collision=show is Show.collision)
+    kind = _choose_kind(output, video, steps, every, many=many)
+    choices = picture_choices(others, steps=steps, video=kind, every=every, collision=show is Show.collision)
 
     def picture(scene: str, output: str | None, told: Any = None) -> tuple[list[Diagnostic], str]:
         try:
@@ -122,7 +122,7 @@ def render(
         write_each("render", find_files(paths), str(output), ".png", jobs, picture, form)
     if faults := _path_faults(paths[0], output, video, form):
         end(faults, form)
-    if film is not None:
+    if kind is not None:
         outlive_pipes()  # its encoder may end before it has all frames
     with progress("render") as told:
         diagnostics, text = picture(paths[0], output, told)
@@ -130,7 +130,7 @@ def render(
     end(diagnostics, form)
 
 
-def _film(
+def _choose_kind(
     output: str | None, video: str | None, steps: int, every: int | None, *, many: bool
 ) -> Literal["mp4", "gif"] | None:
     """Returns the kind of video that is requested. Raises typer.BadParameter if the options do not fit together."""
@@ -193,8 +193,8 @@ def _files(result: Rendering, output: str | None, video: str | None) -> Iterator
     seen = f"{result.what}, {width} × {height}, scene{'' if one else 's'} {scenes} of {result.plan.num_scenes}"
     if output is not None:
         yield output, result.png(), seen
-    if video is not None and result.film is not None:
-        yield video, result.film, f"{seen}, {result.frames} frames, {result.rate:.4g} per second"
+    if video is not None and result.video is not None:
+        yield video, result.video, f"{seen}, {result.frames} frames, {result.rate:.4g} per second"
 
 
 def _legend(result: Rendering) -> list[str]:

@@ -83,6 +83,10 @@ Paths = Annotated[
     list[str], typer.Argument(metavar="PATH...", help="Scene files, or folders of them.", autocompletion=complete_scene)
 ]
 
+Actions = Annotated[
+    Any, typer.Option("--do", metavar="WHAT", parser=_parse_do, help="What to do: any of check,render,state.")
+]
+
 
 @partial(takes_compile_options, names=_OPTIONS)
 def sweep(
@@ -94,12 +98,7 @@ def sweep(
     seeds: Annotated[
         Any, typer.Option("--seeds", metavar="A:B", parser=parse_seeds, help="Build with each seed from A to B-1.")
     ] = None,
-    do: Annotated[
-        Any, typer.Option("--do", metavar="WHAT", parser=_parse_do, help="What to do: any of check,render,state.")
-    ] = (
-        "check",
-        "state",
-    ),
+    do: Actions = ("check", "state"),
     settle: Annotated[
         float,
         typer.Option("--settle", metavar="SECONDS", parser=parse_seconds, help="Time to simulate in `check`."),

@@ -136,6 +136,7 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
     from scenecc.backends.sapien.engine import physx  # noqa: PLC0415 - importing this module loads no engine
 
     def one(kind: str, init: Any) -> Any:
+        """Returns a constructor that records the mesh file of its shape."""
 
         @wraps(init)
         def recorded(self: Any, *args: Any, **options: Any) -> None:
@@ -191,6 +192,7 @@ def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
     from scenecc.backends.sapien.engine import physx, render  # noqa: PLC0415 - importing this module loads no engine
 
     def setter(name: str) -> Callable[[Any], Any]:
+        """Returns a function that wraps a setter, so that its arguments are recorded."""
 
         def make(call: Any) -> Any:
 
@@ -236,6 +238,7 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
     urdf_loader: Any = import_module("sapien.wrapper.urdf_loader")
 
     def parse(call: Any) -> Any:
+        """Returns a `parse` that keeps the robot's file at the builder of each link."""
 
         @wraps(call)
         def recorded(self: Any, file: Any, *args: Any, **options: Any) -> Any:
@@ -249,6 +252,7 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
         return recorded
 
     def physical(build: Any) -> Any:
+        """Returns a `build_physx_component` that records how a link was built."""
 
         @wraps(build)
         def recorded(self: Any, *args: Any, **options: Any) -> Any:

@@ -117,7 +117,7 @@ def bind_params(
             failed.add(name)
             _refuse(replace(wanted, declared=_find_declaration(param, argument, parent)), argument, wrong, sink)
             continue
-        value = _inside_module(param, argument, compiled, name_of)
+        value = _relocate_argument(param, argument, compiled, name_of)
         if has_varying(value):
             wanted = wanted and replace(wanted, declared=_find_declaration(param, argument, parent))
             varying[name] = replace(argument, value=value, wanted=wanted)
@@ -178,7 +178,7 @@ def _refuse(wanted: ParamType, argument: ParamArgument, wrong: ParamIssue, sink:
     sink.report(code, message, argument.told, hint=hint, related=related, path=(wanted.name,))  # pyright: ignore[reportArgumentType]
 
 
-def _inside_module(
+def _relocate_argument(
     param: Param, argument: ParamArgument, compiled: CompiledModule, name: Callable[[Param, ParamArgument], Any]
 ) -> Any:
     """Converts an argument so that its paths and names are valid inside the module."""
@@ -280,7 +280,7 @@ def find_argument_origins(documents: Mapping[str | None, Document], origin: Orig
     """
     if origin.parent is None or origin.file not in documents:
         return ()
-    if _is_whole(_at(documents[origin.file].data, origin.path), origin.path):
+    if _is_whole(_find_node(documents[origin.file].data, origin.path), origin.path):
         return ()
     return _argument_origins(documents, origin)
 
@@ -297,12 +297,12 @@ def _argument_origins(documents: Mapping[str | None, Document], origin: Origin) 
     use = origin.parent
     if use is None or use.path[-1:] != _USE_KEY or origin.file not in documents or use.file not in documents:
         return ()
-    instance = _at(documents[use.file].data, use.path[:-1])
+    instance = _find_node(documents[use.file].data, use.path[:-1])
     given = instance.get("with") if is_mapping(instance) else None
     if not is_mapping(given):
         return ()
     read: set[str] = set()
-    for number, text in enumerate(iterate_texts(_at(documents[origin.file].data, origin.path))):
+    for number, text in enumerate(iterate_texts(_find_node(documents[origin.file].data, origin.path))):
         if number == _MAX_SCALARS:
             return ()
         read |= _names(text)
@@ -311,7 +311,7 @@ def _argument_origins(documents: Mapping[str | None, Document], origin: Origin) 
     return (*found, *dict.fromkeys(outer for one in found for outer in _argument_origins(documents, one)))
 
 
-def _at(node: Any, path: Path) -> Any:
+def _find_node(node: Any, path: Path) -> Any:
     """Returns the node at a path. Stops at a scalar, because an expression may return a list."""
     for segment in path:
         if not is_mapping(node) and not is_sequence(node):

@@ -129,7 +129,7 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
         identity = str(found.path.resolve())
         if identity not in read:
             tree = posixpath.dirname(uri) if _IN_TREE.match(uri) else None
-            shown = shown or (uri if tree is not None else _shown_name(reference, owner))
+            shown = shown or (uri if tree is not None else _format_name(reference, owner))
             document = _read_document(found.path, shown, place, limits, sink, scope.memory.texts)
             total += text_size(document.text or "") if document is not None else 0
             if total > limits.text_bytes:
@@ -177,7 +177,7 @@ def _read_document(
     return document
 
 
-def _shown_name(reference: str, owner: SceneDocument) -> str:
+def _format_name(reference: str, owner: SceneDocument) -> str:
     """Returns a file's name relative to the owner's name, or the absolute path."""
     return posixpath.normpath(posixpath.join(posixpath.dirname(owner.name or ""), reference))
 
@@ -325,7 +325,7 @@ _MIN_OBJECT_CHARACTERS = 10
 def is_within_object_limit(document: Document, limits: Limits, sink: Sink) -> bool:
     """Returns whether a document has at most `limits.objects` objects. If not, it is reported."""
     text = document.text or ""
-    if len(text) < _MIN_OBJECT_CHARACTERS * limits.objects or _max_objects(text, document.data) <= limits.objects:
+    if len(text) < _MIN_OBJECT_CHARACTERS * limits.objects or _bound_objects(text, document.data) <= limits.objects:
         return True
     sections = (node for key, node in document.data.items() if not key.startswith(NOTE_PREFIX))
     count = sum(
@@ -340,7 +340,7 @@ def is_within_object_limit(document: Document, limits: Limits, sink: Sink) -> bo
     return False
 
 
-def _max_objects(text: str, data: dict[str, Any]) -> float:
+def _bound_objects(text: str, data: dict[str, Any]) -> float:
     """Returns an upper bound of a text's objects by counting characters: walking the data is far slower."""
     if "\\" in text:  # a key may be written in escapes
         return inf

@@ -155,7 +155,7 @@ class ModuleExpander:
     def expand(self, scope: ModuleScope, bound: BoundParams) -> None:
         """Writes all nodes of a module."""
         self._write_varying_params(scope, bound)
-        self._shared_draws(scope)
+        self._write_draws(scope)
         compiled = scope.compiled
         for section, nodes in (("materials", compiled.materials), ("collision_groups", compiled.groups)):
             for name, made in nodes.items():
@@ -187,7 +187,7 @@ class ModuleExpander:
             if argument.wanted is not None:
                 self.output.names.wanted[full] = argument.wanted
 
-    def _shared_draws(self, scope: ModuleScope) -> None:
+    def _write_draws(self, scope: ModuleScope) -> None:
         for name, made in scope.compiled.draws.items():
             frame = scope.frame(made.part, self.objects, self.sink)
             value = made.make(frame)
@@ -243,7 +243,7 @@ class ModuleExpander:
         if unit.condition is not None and not self._holds(unit.condition, frame):
             return
         if unit.namer is not None and unit.axes is not None:
-            name = _checked_name(unit.namer, "name", NAME_PATTERN, frame) or name
+            name = _make_name(unit.namer, "name", NAME_PATTERN, frame) or name
         if unit.use is not None:
             self._instance(unit, name, scope, frame)
             return
@@ -295,7 +295,7 @@ class ModuleExpander:
         self, unit: UnitTemplate, scope: ModuleScope, frame: ExpansionFrame, overrides: list[Override]
     ) -> Selection:
         """Returns the scenes of a unit, narrowed by the enclosing instance; None if no instance narrows them."""
-        given = _last_with_scenes(overrides) if overrides else None
+        given = _find_last_selection(overrides) if overrides else None
         if given is not None and scope.selection is not None:
             return self.scenes.narrowed(given.value["scene_idxs"], scope.selection, given.origin("scene_idxs"))
         if scope.selection is None or unit.selection is None:
@@ -323,7 +323,7 @@ class ModuleExpander:
         full = scope.prefix + name
         prefix = f"{full}/"
         if use.prefix is not None:
-            prefix = scope.prefix + (_checked_name(use.prefix, "prefix", PREFIX_PATTERN, frame) or "")
+            prefix = scope.prefix + (_make_name(use.prefix, "prefix", PREFIX_PATTERN, frame) or "")
         start = self.output.counts() if scope.overrides else {}
         called = _anchor_name(full, prefix, compiled) if scope.overrides else full
         overrides = self._overrides("use", called, scope) if scope.overrides else []
@@ -363,7 +363,7 @@ class ModuleExpander:
         self, unit: UnitTemplate, overrides: list[Override], scope: ModuleScope, frame: ExpansionFrame
     ) -> Selection:
         """Returns the scenes of an instance: None for every scene, empty if an error was reported."""
-        override = _last_with_scenes(overrides) if overrides else None
+        override = _find_last_selection(overrides) if overrides else None
         if override is not None:
             return self.scenes.narrowed(override.value["scene_idxs"], scope.selection, override.origin("scene_idxs"))
         if unit.selection is None:
@@ -431,7 +431,7 @@ class ModuleExpander:
             output.selections[anchor] = selection
 
 
-def _last_with_scenes(overrides: list[Override]) -> Override | None:
+def _find_last_selection(overrides: list[Override]) -> Override | None:
     """Returns the last override that sets `scene_idxs`, or None."""
     return next((one for one in reversed(overrides) if "scene_idxs" in one.value), None)
 
@@ -455,7 +455,7 @@ def _placement_override(override: Override, sink: Sink) -> Override:
     return replace(override, value=kept)
 
 
-def _checked_name(made: NodeTemplate, key: str, pattern: str, frame: ExpansionFrame) -> str | None:
+def _make_name(made: NodeTemplate, key: str, pattern: str, frame: ExpansionFrame) -> str | None:
     """Returns a string that matches a pattern, or reports it and returns None."""
     text = made.make(frame)
     if isinstance(text, str) and re.fullmatch(pattern, text):

@@ -405,7 +405,7 @@ class ExpansionWriter:
     def _report_twice(self, section: str, name: str, second: Origin) -> None:
         """Reports a duplicate name, at the two `use` keys if they differ."""
         first = self.origin(section, name)
-        first, second = _outermost_use(first, second), _outermost_use(second, first)
+        first, second = _find_outermost_use(first, second), _find_outermost_use(second, first)
         uses = [origin.path[-1:] == ("use",) for origin in (first, second)]
         related: list[RelatedPlace] = [("the first of this name", first, "value" if uses[0] else "key")]
         message = f"the name `{cut(name)}` is used twice in the {section}"
@@ -436,7 +436,7 @@ class ExpansionWriter:
         return Expansion(data, self.names, self.selections, documents, self._records, params, defaults)
 
 
-def _outermost_use(origin: Origin, other: Origin) -> Origin:
+def _find_outermost_use(origin: Origin, other: Origin) -> Origin:
     """Returns the outermost `use` of an origin that the other does not share, or the origin itself."""
     shared = list(chain_of(other))
     uses = [place for place in chain_of(origin) if place not in shared and place.path[-1:] == ("use",)]

@@ -201,11 +201,11 @@ class _ModuleMerger:
             if self._library.is_too_deep([above.shown for above in (*chain, found)], place):
                 self._good = False
                 continue
-            self._only_parts(inner)
+            self._check_keys(inner)
             self._add(inner, [*chain, found])
         self._parts.append(part)
 
-    def _only_parts(self, part: ModulePart) -> None:
+    def _check_keys(self, part: ModulePart) -> None:
         for key in TOP_LEVEL_KEYS:
             if key in part.document.document.data:
                 place = Origin(part.document.name, (key,), "", part.parent(self._use))

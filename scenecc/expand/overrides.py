@@ -119,14 +119,14 @@ def make_overrides(
     return made
 
 
-def _absolute(value: Any, kind: NameKind | None, override: Override) -> Any:
+def _make_absolute(value: Any, kind: NameKind | None, override: Override) -> Any:
     """Converts a scalar so that names of the overriding file are valid inside the prefab."""
     is_shared = kind in {"material", "group"}
     if isinstance(value, Template):
         # A varying expression returns the name of a material as text, so the text gets the scope.
         text = ABSOLUTE_PREFIX + scoped_name(override.scope, value.text) if is_shared else None
         return value.within(override.scope, text)
-    if kind is None or not isinstance(value, str) or isinstance(value, FailedValue):
+    if not (is_shared or kind in {"entity", "frame"}) or not isinstance(value, str) or isinstance(value, FailedValue):
         return value
     if value == WORLD or value.startswith(ABSOLUTE_PREFIX):
         return value
@@ -193,7 +193,7 @@ class OverrideMerger:
                 name = f"(?:{name})"
             below = place.below({**node, **given}, key)
             if place.key is not None:
-                name = _absolute(name, place.key.names, self._override)
+                name = _make_absolute(name, place.key.names, self._override)
             made[name] = self._value(made.get(name), item, below, (*path, name), written)
         return made
 
@@ -204,7 +204,7 @@ class OverrideMerger:
             if is_sequence(node) and any(_is_index(key) for key in given):
                 return self._items(node, given, place, path, at)
         self.places[path] = OverridePlace(self._override.record, at, self._count)
-        return change_leaves(given, place, lambda leaf, kind, _: _absolute(leaf, kind, self._override))
+        return change_leaves(given, place, lambda leaf, kind, _: _make_absolute(leaf, kind, self._override))
 
     def _origin(self, path: Path) -> Origin:
         return self._override.record.trace(path)
@@ -282,6 +282,7 @@ class _ReferenceSearch:
         scope = self._output.names.scopes.get(qualified_name(section, owner), "")
 
         def look_at(text: Any, kind: NameKind | None, path: Path) -> Any:
+            """Adds a scalar to the references if it names a removed object, and returns it."""
             if not isinstance(text, str):
                 return text
             if kind == "material":

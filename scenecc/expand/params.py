@@ -156,9 +156,9 @@ def varying_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
         return None
     form = form_key(value)
     if form is None:
-        return _parts_misfit(value, wanted) if _has_varying_parts(value) else wanted.misfit(value)
+        return _check_parts(value, wanted) if _has_varying_parts(value) else wanted.misfit(value)
     if form in DISTRIBUTIONS:
-        return _drawn_misfit(form, value, wanted)
+        return _check_distribution(form, value, wanted)
     return next((wrong for item in _form_items(form, value[form]) if (wrong := varying_misfit(item, wanted))), None)
 
 
@@ -166,22 +166,22 @@ def _has_varying_parts(value: Any) -> bool:
     return is_sequence(value) and any(isinstance(part, Template) or form_key(part) for part in value)
 
 
-def _parts_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
+def _check_parts(value: Any, wanted: ParamType) -> ParamIssue | None:
     """Checks a list with varying components."""
-    numbers = _as_vector(wanted)
+    numbers = _convert_to_vector(wanted)
     if numbers is None:
         return None if wanted.kind == "list" else ("SC211", f"must be {PARAM_KINDS[wanted.kind][1]}, not a list")
-    return _length_misfit(value, wanted) or _components_misfit(value, numbers)
+    return _check_length(value, wanted) or _check_components(value, numbers)
 
 
-def _as_vector(wanted: ParamType) -> ParamType | None:
+def _convert_to_vector(wanted: ParamType) -> ParamType | None:
     """Returns a colour or vector type as a vector type; None for other types."""
     if wanted.kind == "color":
         return replace(wanted, kind="vector", low=0, high=1)
     return wanted if wanted.kind == "vector" else None
 
 
-def _length_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
+def _check_length(value: Any, wanted: ParamType) -> ParamIssue | None:
     if wanted.kind == "color" and len(value) not in {3, 4}:
         return "SC211", f"must have 3 or 4 components, not {len(value)}"
     if wanted.components not in {None, len(value)}:
@@ -189,7 +189,7 @@ def _length_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
     return None
 
 
-def _components_misfit(value: Any, vector: ParamType) -> ParamIssue | None:
+def _check_components(value: Any, vector: ParamType) -> ParamIssue | None:
     for index, part in enumerate(value):
         low, high = (_component(bound, index) for bound in (vector.low, vector.high))
         wrong = varying_misfit(part, replace(vector, kind="number", low=low, high=high))
@@ -205,7 +205,7 @@ def _component(bound: Any, index: int) -> Any:
     return bound[index] if index < len(bound) else None
 
 
-def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> ParamIssue | None:
+def _check_distribution(form: str, value: dict[str, Any], wanted: ParamType) -> ParamIssue | None:
     """Checks a distribution: that the type allows it, and that its bounds fit the type and range."""
     drawn = DISTRIBUTIONS[form]
     if wanted.kind not in (_INTEGER_KINDS if drawn.whole else _NUMBER_KINDS):
@@ -213,24 +213,24 @@ def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> ParamI
     bounds = value[form]
     if not is_sequence(bounds):
         return None
-    limits = _as_vector(wanted) or replace(wanted, kind="number")
+    limits = _convert_to_vector(wanted) or replace(wanted, kind="number")
     beside: Any = value.get(str(drawn.companion))
     edges = beside if is_sequence(beside) else ()
     if limits.kind == "vector" and all(map(is_finite_number, (*bounds, *edges))):
         return "SC211", f"must be {PARAM_KINDS[wanted.kind][1]}: a bound of `{form}` must be a list of numbers"
     if drawn.companion is None:
-        return _first_bound_misfit(bounds, limits, wanted)
-    wrong = _first_bound_misfit(bounds, replace(limits, low=None, high=None), wanted)
+        return _check_bounds(bounds, limits, wanted)
+    wrong = _check_bounds(bounds, replace(limits, low=None, high=None), wanted)
     if wrong is None and drawn.companion not in value and limits.ranged:
         return "SC212", f"must stay in its range, but a {form} draw is unbounded: it needs `{drawn.companion}`"
-    return wrong or _first_bound_misfit(edges, limits, wanted)
+    return wrong or _check_bounds(edges, limits, wanted)
 
 
-def _first_bound_misfit(bounds: Any, limits: ParamType, wanted: ParamType) -> ParamIssue | None:
-    return next((wrong for bound in bounds if (wrong := _bound_misfit(bound, limits, wanted))), None)
+def _check_bounds(bounds: Any, limits: ParamType, wanted: ParamType) -> ParamIssue | None:
+    return next((wrong for bound in bounds if (wrong := _check_bound(bound, limits, wanted))), None)
 
 
-def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> ParamIssue | None:
+def _check_bound(bound: Any, limits: ParamType, wanted: ParamType) -> ParamIssue | None:
     """Checks a bound: a number, or a list of components for a vector. `limits` is `wanted` as numbers."""
     if isinstance(bound, Template):
         return None
@@ -238,9 +238,9 @@ def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> ParamIssu
         return varying_misfit(bound, limits)
     form = form_key(bound)
     if form is not None:
-        return _first_bound_misfit(_form_items(form, bound[form]), limits, wanted)
+        return _check_bounds(_form_items(form, bound[form]), limits, wanted)
     if is_sequence(bound):
-        return _length_misfit(bound, wanted) or _components_misfit(bound, limits)
+        return _check_length(bound, wanted) or _check_components(bound, limits)
     if not is_finite_number(bound):
         return "SC211", f"must be drawn between lists of numbers, not {show(bound)}"
     # A number applies to every component.

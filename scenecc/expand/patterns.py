@@ -465,10 +465,10 @@ def check_template_names(
         meaning = names.get(name)
         if meaning is None or meaning in _BARRED:
             good = False
-            frame.fail(_unknown_name(name, names, template, decides), path, "SC201")
+            frame.fail(_make_unknown_error(name, names, template, decides), path, "SC201")
         elif decides is not None and meaning == "draw":
             good = False
-            frame.fail(_varying_name(name, decides, template), path, "SC203")
+            frame.fail(_make_varying_error(name, decides, template), path, "SC203")
     return good
 
 
@@ -484,7 +484,7 @@ def check_new_name(name: str, what: str, names: NameMeanings, path: Path, frame:
     return False
 
 
-def _unknown_name(name: str, names: NameMeanings, template: Template, structure: str | None) -> ExpressionError:
+def _make_unknown_error(name: str, names: NameMeanings, template: Template, structure: str | None) -> ExpressionError:
     shown, place = f"`{cut(name)}`", template.place(name)
     match names.get(name):
         case None:
@@ -505,7 +505,7 @@ def _unknown_name(name: str, names: NameMeanings, template: Template, structure:
             return ExpressionError(f"the {what} {shown} is defined further down", *place, hint)
 
 
-def _varying_name(name: str, structure: str, template: Template) -> ExpressionError:
+def _make_varying_error(name: str, structure: str, template: Template) -> ExpressionError:
     if structure == PARAM_DEFAULT and name != "scene":
         hint = "a draw may read parameters: declare this one under `draws`"
         return ExpressionError(f"`{cut(name)}` is a draw: a parameter cannot read it", *template.place(name), hint)

@@ -103,6 +103,7 @@ class _Importer:
                 self._losses += [Loss("settings", f"{name} of <option>", element.location) for name in unread]
 
     def scene(self) -> ImportedScene:
+        """Returns the scene."""
         header = self._model.header
         gravity = [0.0, 0.0, 0.0] if "GRAVITY" in header["disabled"] else header["option"]["gravity"]
         document: dict[str, Any] = {

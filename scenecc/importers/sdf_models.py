@@ -395,6 +395,7 @@ class _Tree:
         self._used: set[str] = set()
 
     def add(self, wish: str) -> None:
+        """Adds the articulation to the document, under a free name like `wish`."""
         reader = self._reader
         if len(self._links) > _MAX_LINKS:
             model = reader.model

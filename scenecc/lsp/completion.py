@@ -14,7 +14,15 @@ from scenecc.expand.overrides import OVERRIDE_SECTIONS
 from scenecc.lsp.analysis import MAX_CHARACTERS, SceneText
 from scenecc.lsp.cursor import cursor_at
 from scenecc.lsp.language import is_mapping_key, keys_at, values_at
-from scenecc.lsp.references import SECTIONS_OF, Kind, named_kind, open_expression, overridden_path, plain_keys
+from scenecc.lsp.references import (
+    SECTIONS_OF,
+    Kind,
+    key_kind,
+    open_expression,
+    path_in_language,
+    prefab_texts,
+    value_kind,
+)
 from scenecc.spec.references import WORLD
 from scenecc.variation.operations import FUNCTIONS
 
@@ -47,14 +55,15 @@ class Offer(NamedTuple):
 _MOST_FILES: Final = 500
 """Maximum number of names read from one folder."""
 
-SUFFIXES: Final[dict[str, tuple[str, ...]]] = {
-    **dict.fromkeys(("use", "include"), (".yaml", ".yml")),
-    "urdf": (".urdf", ".xacro"),
-    "mjcf": (".xml", ".mjcf"),
-    "srdf": (".srdf",),
-    "file": (*MESH_SUFFIXES, *IMAGE_SUFFIXES),
+SUFFIXES: Final[dict[Kind, tuple[str, ...]]] = {
+    "scene file": (".yaml", ".yml"),
+    "URDF file": (".urdf", ".xacro"),
+    "MJCF file": (".xml", ".mjcf"),
+    "SRDF file": (".srdf",),
+    "mesh file": tuple(MESH_SUFFIXES),
+    "image file": tuple(IMAGE_SUFFIXES),
 }
-"""Key → suffixes of the files that it names. All other keys name images."""
+"""Kind of file → its suffixes."""
 
 _LONGEST_NAME: Final = 200
 """Longer names are not offered."""
@@ -95,30 +104,18 @@ class _Completer:
         return {**self._whole.scalars(path), **self._cursor.seen.get(path, {})}
 
     def _in_language(self, path: KeyPath) -> tuple[KeyPath, Siblings]:
-        """Returns the path by which the schema describes a node; for an override, the path in the prefab."""
-        inside = overridden_path(path)
-        if inside is None:
-            return path, self._siblings
-        prefab, start = self._prefab(path), len(path) - len(inside)
-
-        def siblings(below: KeyPath) -> Mapping[str, str | None]:
-            written: Mapping[str, str | None] = {}
-            for text in prefab:
-                written = written or text.scalars(below)
-            return {**written, **self._siblings(path[: start + len(below)])}
-
-        return inside, siblings
+        return path_in_language(self._view, self._text.path, path, self._siblings)
 
     def _keys(self) -> Iterator[Offer]:
         cursor = self._cursor
         if not cursor.keys:
             return
-        kind = named_kind((*cursor.path, ""), "key")
+        place, siblings = self._in_language(cursor.path)
+        kind = key_kind(place, siblings)
         if kind is not None:
             for offer in self._names(kind, (*cursor.path, ""), cursor.start):
                 yield offer._replace(text=f"{offer.text}: ", label=offer.text)
         present = self._siblings(cursor.path)
-        place, siblings = self._in_language(cursor.path)
         for word in keys_at(place, siblings):
             if word.text in present:
                 continue
@@ -132,8 +129,8 @@ class _Completer:
         if not cursor.values:
             return
         gap = " " if self._before.endswith(":") and not cursor.typed else ""
-        kind = named_kind(cursor.path, "value")
-        words = values_at(*self._in_language(cursor.path))
+        place, siblings = self._in_language(cursor.path)
+        kind, words = value_kind(place, siblings), values_at(place, siblings)
         offers: Iterable[Offer] = (Offer(word.text, "word", cursor.start, word.description) for word in words)
         if kind is not None:
             offers = (*self._names(kind, cursor.path, cursor.start), *offers)
@@ -144,20 +141,20 @@ class _Completer:
 
     def _names(self, kind: Kind, path: KeyPath, start: int) -> Iterator[Offer]:
         match kind:
-            case "object":
+            case "entity":
                 yield from self._objects(start, with_world=path[-1] in {"relative_to", "parent", "child"})
-            case "scene file" | "file":
-                yield from self._files(kind, path, start)
             case "argument":
                 yield from self._arguments(path, start)
-            case "inside":
-                yield from self._inside(path, start)
+            case "member":
+                yield from self._members(path, start)
             case "link" | "joint":
                 one = self._view.objects(self._text.path).get(str(path[1])) if path[:1] == ("entities",) else None
                 listed = () if one is None else one.links if kind == "link" else one.joints
                 yield from (Offer(name, "link", start) for name in listed)
             case "material" | "group" | "frame" | "variable":
                 yield from (Offer(name, "name", start, what) for name, what in self._list_names(SECTIONS_OF[kind]))
+            case _:
+                yield from self._files(kind, path, start)
 
     def _list_names(self, sections: tuple[str, ...]) -> Iterator[tuple[str, str]]:
         """Yields the names of sections, in this file and in included ones, with their source."""
@@ -169,7 +166,7 @@ class _Completer:
 
     def _objects(self, start: int, *, with_world: bool) -> Iterator[Offer]:
         known = self._view.objects(self._text.path)
-        found = {name: Offer(name, "name", start, what) for name, what in self._list_names(SECTIONS_OF["object"])}
+        found = {name: Offer(name, "name", start, what) for name, what in self._list_names(SECTIONS_OF["entity"])}
         for name, one in known.items():
             found.setdefault(name, Offer(name, "name", start, one.section))
         found.pop(str(self._cursor.path[1]) if len(self._cursor.path) > 1 else "", None)
@@ -189,12 +186,11 @@ class _Completer:
                 prefab = self._view.text(PREFAB_FOLDER / f"{name}.yaml")
                 described = None if prefab is None else prefab.scalar(("description",))
                 yield Offer(SHIPPED_PREFIX + name, "file", start, (described or "").partition("\n")[0])
-        suffixes = SUFFIXES.get(plain_keys(path)[-1], IMAGE_SUFFIXES)
         for name, is_folder in self._list_folder(folder):
             shown = f"{folder}/{name}" if slash else name
             if is_folder:
                 yield Offer(f"{shown}/", "folder", start)
-            elif name.lower().endswith(suffixes) and (kind == "file" or self._is_part(folder, name)):
+            elif name.lower().endswith(SUFFIXES[kind]) and (kind != "scene file" or self._is_part(folder, name)):
                 yield Offer(shown, "file", start)
 
     def _list_folder(self, folder: str) -> list[tuple[str, bool]]:
@@ -218,10 +214,7 @@ class _Completer:
         return file != self._text.path and self._view.is_scene(file)
 
     def _prefab(self, path: KeyPath) -> tuple[SceneText, ...]:
-        """Returns the files of the prefab whose instance contains a node."""
-        use = self._siblings(path[:2]).get("use")
-        file = None if not use else self._view.find_file(self._text.path, use)
-        return () if file is None else self._view.module(file)
+        return prefab_texts(self._view, self._text.path, path, self._siblings)
 
     def _arguments(self, path: KeyPath, start: int) -> Iterator[Offer]:
         present = self._siblings(path[:-1])
@@ -239,7 +232,7 @@ class _Completer:
                 words = ["true", "false"]
             yield from (Offer(word, "word", start) for word in words)
 
-    def _inside(self, path: KeyPath, start: int) -> Iterator[Offer]:
+    def _members(self, path: KeyPath, start: int) -> Iterator[Offer]:
         present = self._siblings(path[:-1])
         for text in self._prefab(path):
             for section in ("entities", *OVERRIDE_SECTIONS):

@@ -8,7 +8,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.lsp.completion import describe_param
 from scenecc.lsp.language import describe_key
 from scenecc.lsp.names import Definition, definition_of, mention_at
-from scenecc.lsp.references import overridden_path
+from scenecc.lsp.references import path_in_language
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,19 +45,15 @@ def hover_at(view: WorkspaceView, path: Path, line: int, column: int) -> HoverTe
     found = mention_at(view, path, line, column)
     told = None if found is None else _describe_name(view, *found)
     if told is None:
-        told = _describe_key(text, leaf.path), None
+        told = _describe_key(view, text, leaf.path), None
     return None if not told[0] else HoverText(told[0], leaf.line, leaf.start, leaf.end, told[1])
 
 
-def _describe_key(text: SceneText, path: KeyPath) -> str | None:
+def _describe_key(view: WorkspaceView, text: SceneText, path: KeyPath) -> str | None:
     """Returns the meaning of the innermost key of a path."""
     while path and not isinstance(path[-1], str):
         path = path[:-1]
-    inside = overridden_path(path)
-    if inside is None:
-        return describe_key(path, text.scalars)
-    start = len(path) - len(inside)
-    return describe_key(inside, lambda below: text.scalars(path[: start + len(below)]))
+    return describe_key(*path_in_language(view, text.path, path, text.scalars))
 
 
 def _describe_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention) -> tuple[str, str | None] | None:
@@ -67,7 +63,7 @@ def _describe_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Me
         return None
     name = mention.text
     where = "" if defined.file == text.path else f" — {defined.file.name}"
-    if mention.kind in {"file", "scene file"}:
+    if mention.kind.endswith("file"):
         other = view.text(defined.file) if mention.kind == "scene file" else None
         described = None if other is None else other.scalar(("description",))
         head = f"`{_escape_markdown(name)}` — {_escape_markdown(str(defined.file))}"

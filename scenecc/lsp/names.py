@@ -58,7 +58,7 @@ def mention_at(view: WorkspaceView, path: Path, line: int, column: int) -> tuple
     if text is None or leaf is None:
         return None
     place = leaf_location(text, leaf)
-    for mention in mentions(leaf):
+    for mention in mentions(view, text, leaf):
         part = locate_span(place, (mention.start, mention.end))
         if (part.column or 1) - 1 <= column <= (part.end_column or 1) - 1:
             return text, leaf, mention
@@ -96,7 +96,7 @@ class _Resolver:
             return Definition(self._text.path, leaf[:3], leaf.path, 0, len(leaf.text))
         found: Definition | None = None
         match mention.kind:
-            case "object":
+            case "entity":
                 found = self.object(mention.text)
             case "frame" | "material" | "group":
                 found = self.in_sections(mention.text, SECTIONS_OF[mention.kind])
@@ -104,15 +104,15 @@ class _Resolver:
                 found = self._variable(leaf.path, mention.text)
             case "argument":
                 found = self._argument(leaf.path, mention.text)
-            case "inside":
-                found = self._inside(leaf.path, mention.text)
+            case "member":
+                found = self._member(leaf.path, mention.text)
             case "link":
                 found = self._link(leaf.path, mention.text)
-            case "file" | "scene file":
-                file = self._view.find_file(self._text.path, mention.text)
-                found = None if file is None else Definition(file, _TOP, (), 0, len(mention.text))
             case "joint":
                 pass
+            case _:
+                file = self._view.find_file(self._text.path, mention.text)
+                found = None if file is None else Definition(file, _TOP, (), 0, len(mention.text))
         if found is None:
             return None
         return found._replace(start=mention.start + found.start, end=mention.start + found.end)
@@ -123,7 +123,7 @@ class _Resolver:
             return None
         known = self._view.objects(self._text.path)
         for end in _ends(name):
-            here = self.in_sections(name[:end], SECTIONS_OF["object"])
+            here = self.in_sections(name[:end], SECTIONS_OF["entity"])
             one = known.get(name[:end])
             if here is None and (one is None or one.place is None):
                 continue
@@ -172,7 +172,7 @@ class _Resolver:
         prefab = self._prefab(path[:-2])
         return None if prefab is None else prefab.in_sections(name, ("params",))
 
-    def _inside(self, path: KeyPath, name: str) -> Definition | None:
+    def _member(self, path: KeyPath, name: str) -> Definition | None:
         """Resolves the target of an override."""
         prefab = self._prefab(path[:-2])
         if prefab is None:
@@ -234,7 +234,7 @@ def uses_in(view: WorkspaceView, text: SceneText, wanted: Definition) -> Iterato
     name = str(wanted.path[-1]) if wanted.path else ""
     for leaf in text.leaves:
         # A copy's name begins like that of its original.
-        for mention in mentions(leaf) if not name or name in leaf.text else ():
+        for mention in mentions(view, text, leaf) if not name or name in leaf.text else ():
             found = definition_of(view, text, leaf, mention)
             if found is not None and found.key == wanted.key:
                 yield Use(text, leaf, found)

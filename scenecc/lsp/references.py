@@ -7,23 +7,24 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from scenecc.expand.overrides import OVERRIDE_SECTIONS
+from scenecc.spec.base import NameKind
+from scenecc.spec.keys import place_at
 from scenecc.spec.references import SHARED_NAMESPACE
 from scenecc.variation.expression import OBSERVATIONS
-from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics.diagnostic import At
-    from scenecc.diagnostics.diagnostic import Path as KeyPath
-    from scenecc.lsp.analysis import Leaf
+    from pathlib import Path
 
-Kind = Literal["object", "material", "group", "frame", "inside", "variable", "argument", "link", "joint", "scene file",
-               "file"]  # fmt: skip
-"""Kinds of named objects: an entity, frame or camera, or a link of one; a material, a collision group, a frame with a
-region; an object inside an instance; a parameter, draw or loop variable; a prefab parameter; a link or joint of the
-entity itself; a scene file; any other file."""
+    from scenecc.diagnostics.diagnostic import Path as KeyPath
+    from scenecc.lsp.analysis import Leaf, SceneText
+    from scenecc.lsp.language import Siblings
+    from scenecc.lsp.workspace import WorkspaceView
+
+Kind = NameKind | Literal["variable"]
+"""Kinds of named objects; a variable is a parameter, draw or loop variable."""
 
 SECTIONS_OF: Final[dict[Kind, tuple[str, ...]]] = {
-    "object": SHARED_NAMESPACE,
+    "entity": SHARED_NAMESPACE,
     "frame": ("frames",),
     "material": ("materials",),
     "group": ("collision_groups",),
@@ -31,53 +32,47 @@ SECTIONS_OF: Final[dict[Kind, tuple[str, ...]]] = {
 }
 """The sections that define names of a kind."""
 
-_VALUES: Final[dict[str, Kind]] = {
-    **dict.fromkeys(("relative_to", "on", "inside", "above", "facing", "mount", "parent", "child"), "object"),
-    "material": "material",
-    "collision_group": "group",
-    "region": "frame",
-    "use": "scene file",
-    "include": "scene file",
-    **dict.fromkeys(("urdf", "mjcf", "srdf", "file", "px", "nx", "py", "ny", "pz", "nz", "map", "texture"), "file"),
-    "to": "link",
-}
-"""Key → kind of its value."""
 
-_VALUES_IN: Final[dict[tuple[str, str], Kind]] = {
-    ("collision_groups", "ignore"): "group",
-    ("attach", "ignore"): "link",
-    ("expect", "except"): "object",
-    ("mimic", "joint"): "joint",
-}
-"""Kind of the value of keys that are names only below another key."""
+def path_in_language(view: WorkspaceView, file: Path, path: KeyPath, siblings: Siblings) -> tuple[KeyPath, Siblings]:
+    """Returns the path by which the language describes a node; for an override, the path in the prefab.
 
-_KEYS: Final[dict[str, Kind]] = {
-    "near": "object",
-    "override": "inside",
-    "with": "argument",
-    "links": "link",
-    **dict.fromkeys(("joints", "drives", "qpos", "qvel", "qf"), "joint"),
-}
-"""Key → kind of the keys of its mapping."""
+    Args:
+        view: the files.
+        file: the file of the node.
+        path: path of the node.
+        siblings: keys of the mappings of the file.
+    """
+    inside = overridden_path(path)
+    if inside is None:
+        return path, siblings
+    prefab, start = prefab_texts(view, file, path, siblings), len(path) - len(inside)
+
+    def merged(below: KeyPath) -> dict[str, str | None]:
+        written = (keys for text in prefab if (keys := text.scalars(below)))
+        return {**next(written, dict[str, str | None]()), **siblings(path[: start + len(below)])}
+
+    return inside, merged
 
 
-def named_kind(path: KeyPath, at: At) -> Kind | None:
-    """Returns the kind of a scalar or key; None if it is not a name. `path`: path of the node or entry."""
-    keys = plain_keys(path)
-    section, last = keys[:1], keys[-1:]
-    if at == "key":
-        return _KEYS.get(keys[-2]) if len(keys) > 1 and section[0] not in {"params", "draws"} else None
-    if not last or (section[0] in {"params", "draws", "materials"} and last[0] == "material"):
-        return None
-    for (where, key), kind in _VALUES_IN.items():
-        if last[0] == key and where in keys:
-            return kind
-    return "file" if last[0].endswith("_texture") else _VALUES.get(last[0])
+def prefab_texts(view: WorkspaceView, file: Path, path: KeyPath, siblings: Siblings) -> tuple[SceneText, ...]:
+    """Returns the files of the prefab whose instance contains a node."""
+    use = siblings(path[:2]).get("use")
+    found = None if not use else view.find_file(file, use)
+    return () if found is None else view.module(found)
 
 
-def plain_keys(path: KeyPath) -> tuple[str, ...]:
-    """Returns the keys of a path without those of forms, whose content replaces the value."""
-    return tuple(step for step in path if isinstance(step, str) and step not in FORM_KEYS)
+def value_kind(path: KeyPath, siblings: Siblings) -> Kind | None:
+    """Returns the kind of name that a scalar at a path in the language is; None if it is not a name."""
+    place = place_at(path, siblings)
+    while place.names is None and place.item is not None:
+        place = place.item
+    return place.names
+
+
+def key_kind(path: KeyPath, siblings: Siblings) -> Kind | None:
+    """Returns the kind of name that the keys of a mapping are; None if they are not names."""
+    key = place_at(path, siblings).key
+    return None if key is None else key.names
 
 
 def defined_kind(path: KeyPath) -> Kind | None:
@@ -110,15 +105,17 @@ _OBSERVATION: Final = re.compile(rf"\b({'|'.join(OBSERVATIONS)})\(([^()]*)\)")
 _TEXT: Final = re.compile(r"'([^']*)'|\"([^\"]*)\"")
 
 
-def mentions(leaf: Leaf) -> Iterator[Mention]:
-    """Yields the names in a leaf."""
+def mentions(view: WorkspaceView, text: SceneText, leaf: Leaf) -> Iterator[Mention]:
+    """Yields the names in a leaf of a text."""
     if "${" in leaf.text:
         for start, end in _expressions(leaf.text):
             yield from _in_expression(leaf, start, end)
         return
-    kind = named_kind(leaf.path, leaf.at)
-    if kind is None and leaf.at == "key":
-        kind = defined_kind(leaf.path)
+    if leaf.at == "value":
+        kind = value_kind(*path_in_language(view, text.path, leaf.path, text.scalars))
+    else:
+        parent = path_in_language(view, text.path, leaf.path[:-1], text.scalars)
+        kind = key_kind(*parent) or defined_kind(leaf.path)
     if kind is not None:
         yield Mention(kind, leaf.text, 0, len(leaf.text))
 
@@ -132,7 +129,7 @@ def _in_expression(leaf: Leaf, start: int, end: int) -> Iterator[Mention]:
     for call in _OBSERVATION.finditer(leaf.text, start, end):
         quoted = _TEXT.finditer(leaf.text, call.start(2), call.end(2))
         for argument, match in zip(OBSERVATIONS[call[1]], quoted, strict=False):
-            kind: Kind = "joint" if argument == "joint" else "object"
+            kind: Kind = "joint" if argument == "joint" else "entity"
             yield Mention(kind, match[0][1:-1], match.start() + 1, match.end() - 1)
 
 

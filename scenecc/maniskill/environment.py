@@ -360,18 +360,12 @@ def register_env(
     """
     _check_registration(name, scene_yaml, override=override)
     # The file is read several times, and the roots may be an iterator.
-    roots = tuple(asset_roots)
-    options: dict[str, Any] = {"params": params, "asset_roots": roots, "limits": limits}
-    options["allow_outside_assets"] = allow_outside_assets
-    made = _make_environment_class(
-        name,
-        compile_scene(scene_yaml, **options),
-        scene_yaml=scene_yaml,
-        scene_options={"seed": seed, **options, "params": dict(params or {})},
-        noise=robot_init_qpos_noise,
-        default_robot_uids=_robot_uids(robot_uids),
-        asked_control_freq=control_freq,
-    )
+    options: dict[str, Any] = {"params": params, "asset_roots": tuple(asset_roots)}
+    options |= {"allow_outside_assets": allow_outside_assets, "limits": limits}
+    plan = compile_scene(scene_yaml, **options)
+    scene = {"scene_yaml": scene_yaml, "scene_options": {"seed": seed, **options, "params": dict(params or {})}}
+    robot = {"default_robot_uids": _normalize_uids(robot_uids), "noise": robot_init_qpos_noise}
+    made = _make_environment_class(name, plan, **scene, **robot, asked_control_freq=control_freq)
     compat.register_env(name, max_episode_steps=max_episode_steps, override=override)(made)
     return made
 
@@ -390,7 +384,7 @@ def _make_environment_class(name: str, plan: ScenePlan, **attributes: object) ->
     return type("".join(filter(str.isidentifier, name)) or "SceneEnv", (YamlEnv,), {**own, **attributes})
 
 
-def _robot_uids(robot_uids: str | Sequence[str] | None) -> str | tuple[str, ...]:
+def _normalize_uids(robot_uids: str | Sequence[str] | None) -> str | tuple[str, ...]:
     if robot_uids is None:
         return "none"
     return robot_uids if isinstance(robot_uids, str) else tuple(robot_uids)

@@ -64,15 +64,15 @@ def _articulation_faults(one: ArticulationStructure) -> Iterator[Keys]:
         if not (is_child if index else is_root):
             yield ("links", index)
     joints = [link.joint for link in one.links if link.joint is not None]
-    for index in _repeated(link.name for link in one.links):
+    for index in _find_repeats(link.name for link in one.links):
         yield ("links", index, "name")
-    if any(_repeated(joint.name for joint in joints if joint.name)):
+    if any(_find_repeats(joint.name for joint in joints if joint.name)):
         yield ("links",)
     moving = {joint.name for joint in joints if joint.type != "fixed" and joint.name}
     for index, mimic in enumerate(one.mimics):
         if not {mimic.joint, mimic.source} <= moving or mimic.joint == mimic.source:
             yield ("mimics", index)
-    for index in _repeated(mimic.joint for mimic in one.mimics):
+    for index in _find_repeats(mimic.joint for mimic in one.mimics):
         yield ("mimics", index, "joint")
 
 
@@ -86,11 +86,11 @@ def _entity_faults(entity: Entity) -> Iterator[Keys]:
 
 def _drive_faults(drive: Drive) -> Iterator[Keys]:
     for name in ("limits", "drives"):
-        for index in _repeated(one.axis for one in getattr(drive, name)):
+        for index in _find_repeats(one.axis for one in getattr(drive, name)):
             yield (name, index, "axis")
 
 
-def _repeated(items: Iterable[Hashable]) -> Iterator[int]:
+def _find_repeats(items: Iterable[Hashable]) -> Iterator[int]:
     """Indices of the items that equal an earlier one."""
     first: dict[Hashable, int] = {}
     return (index for index, item in enumerate(items) if first.setdefault(item, index) != index)
@@ -99,7 +99,7 @@ def _repeated(items: Iterable[Hashable]) -> Iterator[int]:
 def _plan_faults(plan: ScenePlan) -> Iterator[Keys]:
     for sections in _NAMESPACES:
         named = [(section, index, one.name) for section in sections for index, one in enumerate(getattr(plan, section))]
-        for number in _repeated(name for *_, name in named):
+        for number in _find_repeats(name for *_, name in named):
             yield (*named[number][:2], "name")
     entities = {entity.name: entity for entity in plan.entities}
     for section, key in _MOUNT_KEYS:

@@ -230,8 +230,8 @@ class _Comparison:
         """Compares two lists by name, or by index. If lengths differ, the equal head and tail are skipped."""
         named = any(isinstance(item.key, str) for item in (*x, *y))
         if not named and len(x) != len(y):
-            head = self._equal_items(x, y)
-            tail = self._equal_items(x[head:][::-1], y[head:][::-1])
+            head = self._count_equal_items(x, y)
+            tail = self._count_equal_items(x[head:][::-1], y[head:][::-1])
             x, y = x[head : len(x) - tail], y[head : len(y) - tail]
         first, second = ({item.key if named else n: item for n, item in enumerate(items)} for items in (x, y))
         places = {key: place for place, key in enumerate(second)}
@@ -248,7 +248,7 @@ class _Comparison:
             if key not in first:
                 yield FieldDifference("added", item.path, None, self._summary(item, 1))
 
-    def _equal_items(self, x: list[_Item], y: list[_Item]) -> int:
+    def _count_equal_items(self, x: list[_Item], y: list[_Item]) -> int:
         """Number of equal items at the start."""
         pairs = enumerate(zip(x, y, strict=False))
         unequal = (n for n, (a, b) in pairs if any(self._trees(a.tree, b.tree, a.path)))
@@ -261,13 +261,13 @@ class _Comparison:
         second = {} if y is None else self._columns(path, y, 1, split=split)
         for name in dict.fromkeys((*first, *second)):
             a, b = first.get(name, _ABSENT), second.get(name, _ABSENT)
-            rows = _differing(list(map(repr, a.rows)), list(map(repr, b.rows)), len(self._scenes))
+            rows = _find_differences(list(map(repr, a.rows)), list(map(repr, b.rows)), len(self._scenes))
             if rows:
                 taken = [[one.rows[n] if len(one.rows) > 1 else one.rows[0] for n in rows] for one in (a, b)]
                 words = format_row_pair(name, taken[0], taken[1], self._scenes[rows].tolist())
                 yield FieldDifference("changed", name, *words, len(rows))
                 continue
-            drawn = _differing(a.recipes, b.recipes, len(self._scenes), self._pair.same_recipe)
+            drawn = _find_differences(a.recipes, b.recipes, len(self._scenes), self._pair.same_recipe)
             if drawn:
                 n = drawn[0]
                 drawn_by = [one.recipes[n] if len(one.recipes) > 1 else one.recipes[0] for one in (a, b)]
@@ -343,7 +343,7 @@ class _Comparison:
                     pass
 
 
-def _differing(a: list[Any], b: list[Any], count: int, same: Any = None) -> list[int]:
+def _find_differences(a: list[Any], b: list[Any], count: int, same: Any = None) -> list[int]:
     """Positions of the scenes in which two columns differ."""
     if len(a) == len(b) == 1:
         return [] if (a[0] == b[0] if same is None else same(a[0], b[0])) else list(range(count))
@@ -363,11 +363,11 @@ def _object_tree(
         if isinstance(kind, ListKind) and isinstance(kind.item, ListKind):
             tree[where] = _Grid(item)
         elif slot.name == "structures" and not several:
-            tree |= _typed(item[0], base, where)
+            tree |= _make_typed_tree(item[0], base, where)
         elif isinstance(kind, ListKind) and isinstance(kind.item, ObjectKind | UnionKind):
             tree[where or "variants"] = _items(item, _join(base, where))
         elif isinstance(kind, UnionKind):
-            tree |= _typed(item, base, where)
+            tree |= _make_typed_tree(item, base, where)
         elif isinstance(kind, ObjectKind):
             tree |= _object_tree(item, base, where)
         else:
@@ -375,7 +375,7 @@ def _object_tree(
     return tree
 
 
-def _typed(item: Any, base: str, path: str) -> dict[str, Any]:
+def _make_typed_tree(item: Any, base: str, path: str) -> dict[str, Any]:
     word = structure_type(item) if isinstance(item, _STRUCTURES) else type_name(item.__class__)
     return {_join(path, "type"): _Typed(item.__class__, word, _object_tree(item, base, path))}
 
@@ -384,7 +384,7 @@ def _items(items: tuple[Any, ...], path: str) -> list[_Item]:
     found: list[_Item] = []
     for index, item in enumerate(items):
         place = item_path(path, index, item, count=2)
-        tree = _typed(item, place, "") if isinstance(item, _STRUCTURES) else _object_tree(item, place)
+        tree = _make_typed_tree(item, place, "") if isinstance(item, _STRUCTURES) else _object_tree(item, place)
         if isinstance(item, Link) and item.parent is not None:
             tree["parent"] = items[item.parent].name
         key = ITEM_KEYS.get(item.__class__)
@@ -519,7 +519,7 @@ def _compare_objects(section: Section, a: _Object, b: _Object, pair: _Pair) -> I
     counts = [plan.num_scenes for plan in pair.plans]
     scenes = np.array(a.scene_idxs, np.int64)
     if a.scene_idxs != b.scene_idxs:
-        rows = _common_rows(a.scene_idxs, b.scene_idxs)
+        rows = _match_rows(a.scene_idxs, b.scene_idxs)
         if [len(a.scene_idxs), len(b.scene_idxs)] != counts:
             first, second = _describe_scenes(a.scene_idxs, counts[0]), _describe_scenes(b.scene_idxs, counts[1])
             yield Difference("changed", section, a.name, "scene_idxs", first, second)
@@ -559,7 +559,7 @@ def _describe_scenes(scene_idxs: tuple[int, ...], num_scenes: int) -> str:
     return f"scene {shown}" if len(scene_idxs) == 1 else f"scenes {shown}"
 
 
-def _common_rows(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _match_rows(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows of the scenes that both objects are in."""
     _, first, second = np.intersect1d(a, b, assume_unique=True, return_indices=True)
     return first, second

@@ -147,7 +147,7 @@ def format_color(item: tuple[float, ...], digits: int = DIGITS) -> str:
 
 def format_pair(a: Sequence[Any], b: Sequence[Any], show: Callable[[Any, int], str] = format_item) -> tuple[str, str]:
     """Formats two sequences with enough digits to distinguish them."""
-    first, second = _unique_items(a), _unique_items(b)
+    first, second = _drop_repeats(a), _drop_repeats(b)
     both = ("", "")
     for digits in _MORE_DIGITS:
         both = _format_set(first, digits, show), _format_set(second, digits, show)
@@ -156,7 +156,7 @@ def format_pair(a: Sequence[Any], b: Sequence[Any], show: Callable[[Any, int], s
     return both
 
 
-def _unique_items(items: Sequence[Any]) -> list[Any]:
+def _drop_repeats(items: Sequence[Any]) -> list[Any]:
     return list({repr(item): item for item in items}.values())
 
 

@@ -56,27 +56,6 @@ if TYPE_CHECKING:
 PLAN_VERSION = 2
 """The value of a plan's `scenecc_plan` key. Version 1, without file hashes, can still be read."""
 
-_OMITTED_WHEN_EMPTY = frozenset(
-    (
-        "constraints",
-        "lights",
-        "cameras",
-        "draws",
-        "mimics",
-        "hidden",
-        "names",
-        "optional_names",
-        "placements",
-        "carriers",
-        "near",
-        "expectations",
-        "excepted",
-        "readings",
-        "because",
-    )
-)
-"""Lists and strings omitted if empty, and flags omitted if false."""
-
 _MAX_INLINE_HEIGHTS = 10_000
 
 _WIDTH = 100
@@ -122,14 +101,14 @@ def _object_data(node: object) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for slot in plan_fields(node.__class__):
         item = getattr(node, slot.name)
-        if item is not None and (item or slot.name not in _OMITTED_WHEN_EMPTY):
+        if item is not None and (item or not slot.is_omitted_if_empty):
             data[slot.name] = _WRITERS[slot.kind.__class__](slot.kind, item)
     return data
 
 
 def _scalar_data(kind: ScalarKind, item: Any) -> Any:
     # The field's type decides: a plan with the integer 1 equals one with 1.0, and -0.0 equals 0.0.
-    return _finite(item + 0.0) if kind.type is float else int(item) if kind.type is int else item
+    return _check_finite(item + 0.0) if kind.type is float else int(item) if kind.type is int else item
 
 
 def _union_data(kind: UnionKind, item: Any) -> dict[str, Any]:
@@ -146,7 +125,7 @@ def _list_data(kind: ListKind, item: Any) -> Any:
 def _value_data(kind: Quantity, value: Value) -> Any:
     data = value.data.tolist()
     if not kind.infinite and not math.isfinite(value.data.sum()) and not np.isfinite(value.data).all():
-        _finite(math.nan)
+        _check_finite(math.nan)
     if not value.varies and value.recipe is None:
         return data[0]
     written = {"per_scene": data} if value.varies else {"value": data[0]}
@@ -165,7 +144,7 @@ def _template_data(_: TemplateKind, template: Template) -> dict[str, Any]:
     return template_to_data(template)
 
 
-def _finite(number: float) -> float:
+def _check_finite(number: float) -> float:
     if not math.isfinite(number):
         raise ValueError("a number of the plan is not finite, and not JSON compliant")
     return number
@@ -181,7 +160,7 @@ def _heights_name(heights: Heights) -> str:
 
 
 def _rows_data(heights: Heights) -> list[list[float]]:
-    return [[_finite(number + 0.0) for number in row] for row in heights]
+    return [[_check_finite(number + 0.0) for number in row] for row in heights]
 
 
 def _selection_data(_: SceneSelectionKind, scene_idxs: tuple[int, ...]) -> str | list[int]:
@@ -200,7 +179,7 @@ _WRITERS: Final[dict[type, Callable[[Any, Any], Any]]] = {
     ScalarKind: _scalar_data,
     ChoiceKind: lambda _, item: item,
     BytesKind: lambda _, item: b64encode(item).decode("ascii"),
-    VectorKind: lambda _, item: [_finite(number + 0.0) for number in item],
+    VectorKind: lambda _, item: [_check_finite(number + 0.0) for number in item],
     SceneSelectionKind: _selection_data,
     ListKind: _list_data,
     ObjectKind: lambda _, item: _object_data(item),
@@ -292,11 +271,11 @@ class _Decoder:
                 "SC712", f"`num_scenes` is {self._num_scenes}, more than {self._limits.scenes}", Location(self._file)
             )
         for table in ("files", "physical_materials", "visual_materials"):
-            self._table_sizes[table] = len(_checked(data.get(table, []), list, (table,)))
-        for name, item in _checked(data.get("draws", {}), dict, ("draws",)).items():
+            self._table_sizes[table] = len(_check_type(data.get(table, []), list, (table,)))
+        for name, item in _check_type(data.get("draws", {}), dict, ("draws",)).items():
             path: Keys = ("draws", name)
             self._draws[name], self._draw_shapes[name] = _read_recipe(item, self._draw_shapes, path)
-        for name, rows in _checked(data.pop("heights", {}), dict, ("heights",)).items():
+        for name, rows in _check_type(data.pop("heights", {}), dict, ("heights",)).items():
             self._heights[name] = _read_heights(rows, ("heights", name))
         return self._object(ScenePlan, data, ())
 
@@ -304,7 +283,7 @@ class _Decoder:
         return self._readers[kind.__class__](kind, data, path)
 
     def _object(self, cls: type, data: Any, path: Keys) -> Any:
-        _checked(data, dict, path)
+        _check_type(data, dict, path)
         rows_around, values = self._row_count, dict[str, Any]()
         if cls is Environment:
             self._row_count = self._num_scenes
@@ -341,7 +320,7 @@ class _Decoder:
             raise _StopError("SC711", f"'{uri}' cannot be kept in the cache folder: {error}", origin) from error
 
     def _union(self, kind: UnionKind, data: Any, path: Keys) -> Any:
-        name = _checked(data, dict, path).get("type")
+        name = _check_type(data, dict, path).get("type")
         if "type" not in data and kind.untyped is not None:
             return self._object(kind.untyped, data, path)
         for word, cls in kind.by_type:
@@ -352,12 +331,12 @@ class _Decoder:
     def _list(self, kind: ListKind, data: Any, path: Keys) -> tuple[Any, ...]:
         if isinstance(kind.item, ListKind):
             return self._heights[data] if isinstance(data, str) and data in self._heights else _read_heights(data, path)
-        return tuple([self._read(kind.item, one, (*path, i)) for i, one in enumerate(_checked(data, list, path))])
+        return tuple([self._read(kind.item, one, (*path, i)) for i, one in enumerate(_check_type(data, list, path))])
 
     def _scalar(self, kind: ScalarKind, data: Any, path: Keys) -> Any:
         if kind.type is float and data.__class__ is int and abs(data) <= FLOAT32_MAX:
             data = float(data)
-        _checked(data, kind.type, path)
+        _check_type(data, kind.type, path)
         if data.__class__ in {int, float} and not (math.isfinite(data) and kind.bounds.allow(data)):
             raise PlanFormatError(path)
         return data
@@ -369,12 +348,12 @@ class _Decoder:
 
     def _bytes(self, _kind: BytesKind, data: Any, path: Keys) -> bytes:
         try:
-            return b64decode(_checked(data, str, path), validate=True)
+            return b64decode(_check_type(data, str, path), validate=True)
         except ValueError:  # not base64
             raise PlanFormatError(path) from None
 
     def _vector(self, kind: VectorKind, data: Any, path: Keys) -> tuple[float, ...]:
-        if len(_checked(data, list, path)) != kind.count:
+        if len(_check_type(data, list, path)) != kind.count:
             raise PlanFormatError(path)
         return tuple([self._scalar(ScalarKind(float, kind.bounds), one, (*path, i)) for i, one in enumerate(data)])
 
@@ -404,7 +383,7 @@ class _Decoder:
             return Value(self._rows(kind, [data], path))
         recipe: Any = data.get("recipe")
         if data.keys() - {"recipe"} == {"per_scene"}:
-            rows = _checked(data["per_scene"], list, path)
+            rows = _check_type(data["per_scene"], list, path)
             if len(rows) != (self._row_count or len(rows)):
                 raise PlanFormatError((*path, "per_scene"))
         elif data.keys() == {"value", "recipe"}:
@@ -444,7 +423,7 @@ class _StopError(Exception):
     """A file is missing or a limit is exceeded. Arguments are those of `Sink.report`; empty if already reported."""
 
 
-def _checked(data: Any, cls: type, path: Keys) -> Any:
+def _check_type(data: Any, cls: type, path: Keys) -> Any:
     """Returns the data if they have exactly this type."""
     if data.__class__ is not cls:
         raise PlanFormatError(path)
@@ -457,7 +436,7 @@ def _has_origin(cls: type[Any]) -> bool:
 
 
 def _read_heights(data: Any, path: Keys) -> Heights:
-    rows = [_checked(row, list, path) for row in _checked(data, list, path)]
+    rows = [_check_type(row, list, path) for row in _check_type(data, list, path)]
     for row in rows:
         if not {*map(type, row)} <= {int, float} or not all(-FLOAT32_MAX <= number <= FLOAT32_MAX for number in row):
             raise PlanFormatError(path)
@@ -471,7 +450,7 @@ def _read_selection(data: Any, path: Keys) -> Sequence[int]:
         if match is None:
             raise PlanFormatError(path)
         return range(int(match[1]), int(match[2]), int(match[3] or 1))
-    if not {*map(type, _checked(data, list, path))} <= {int} or any(a >= b for a, b in pairwise(data)):
+    if not {*map(type, _check_type(data, list, path))} <= {int} or any(a >= b for a, b in pairwise(data)):
         raise PlanFormatError(path)
     return data
 
@@ -533,7 +512,7 @@ def plan_from_json(
         limits: None uses the defaults.
     """
     try:
-        return _read_plan(text, file, limits or Limits(), resolve or _relative_resolver(base, sink))
+        return _read_plan(text, file, limits or Limits(), resolve or _make_resolver(base, sink))
     except PlanFormatError as error:
         keys = tuple(key[:80] if isinstance(key, str) else key for key in error.keys)
         message = f"this is not a plan of this version of scenecc: {_describe_fault(keys)}"
@@ -547,9 +526,9 @@ def plan_from_json(
 def _read_plan(text: str, file: str | None, limits: Limits, resolve: Resolver) -> ScenePlan:
     if len(text) > limits.text_bytes:
         raise _StopError("SC712", f"the plan has {len(text)} characters, more than {limits.text_bytes}", Location(file))
-    data = _checked(_parse_json(text), dict, ())
+    data = _check_type(_parse_json(text), dict, ())
     version: Keys = ("scenecc_plan",)
-    if _checked(data.pop("scenecc_plan", None), int, version) not in (1, PLAN_VERSION):
+    if _check_type(data.pop("scenecc_plan", None), int, version) not in (1, PLAN_VERSION):
         raise PlanFormatError(version)
     return _Decoder(file, limits, resolve).plan(data)
 
@@ -568,7 +547,7 @@ def _describe_fault(keys: Keys) -> str:
     return f"`{dotted(keys)}` is missing or invalid" if keys else "it is not an object of valid JSON"
 
 
-def _relative_resolver(base: Path, sink: Sink) -> Resolver:
+def _make_resolver(base: Path, sink: Sink) -> Resolver:
     def resolve(uri: str, origin: Origin) -> Path | None:
         if "://" not in uri and "\0" not in uri:
             return base.absolute() / uri

@@ -131,7 +131,7 @@ _PART_CLASSES = {"shape": "CollisionShape", **dict.fromkeys(("joint", "drive", "
 """Part → the class with its fields; `BodyStructure` for the others."""
 
 
-def _same_key(
+def _make_property(
     field: str,
     part: Part,
     bounds: Bounds,
@@ -150,28 +150,28 @@ def _velocity(field: str, unit: str) -> Property:
 
 
 PROPERTIES: tuple[Property, ...] = (
-    _same_key("mass", "mass", POSITIVE, "kg", reset=True),
+    _make_property("mass", "mass", POSITIVE, "kg", reset=True),
     Property("disable_gravity", "body", "gravity", ANY, "bool", untouched=False, reset=True),
     Property("locked_motion_axes", "body", "locked_axes", ANY, "bool", (6,), untouched=(False,) * 6),
-    _same_key("linear_damping", "body", NON_NEGATIVE, "1/s", reset=True),
-    _same_key("angular_damping", "body", NON_NEGATIVE, "1/s", reset=True),
-    _same_key("max_linear_velocity", "body", SPEED, "m/s"),
-    _same_key("max_angular_velocity", "body", SPEED, "rad/s"),
-    _same_key("max_depenetration_velocity", "body", POSITIVE, "m/s"),
-    _same_key("max_contact_impulse", "body", POSITIVE, "N·s"),
-    _same_key("sleep_threshold", "body", NON_NEGATIVE, "m²/s²"),
-    _same_key("solver_position_iterations", "body", POSITION_ITERATIONS, dtype="int64"),
-    _same_key("solver_velocity_iterations", "body", VELOCITY_ITERATIONS, dtype="int64"),
+    _make_property("linear_damping", "body", NON_NEGATIVE, "1/s", reset=True),
+    _make_property("angular_damping", "body", NON_NEGATIVE, "1/s", reset=True),
+    _make_property("max_linear_velocity", "body", SPEED, "m/s"),
+    _make_property("max_angular_velocity", "body", SPEED, "rad/s"),
+    _make_property("max_depenetration_velocity", "body", POSITIVE, "m/s"),
+    _make_property("max_contact_impulse", "body", POSITIVE, "N·s"),
+    _make_property("sleep_threshold", "body", NON_NEGATIVE, "m²/s²"),
+    _make_property("solver_position_iterations", "body", POSITION_ITERATIONS, dtype="int64"),
+    _make_property("solver_velocity_iterations", "body", VELOCITY_ITERATIONS, dtype="int64"),
     _velocity("linear_velocity", "m/s"),
     _velocity("angular_velocity", "rad/s"),
     Property("collision_groups", "groups", "collision_bits", Bounds(0, 2**32 - 1), "int64", (4,), (1, 1, 0, 0)),
-    _same_key("visibility", "look", UNIT_INTERVAL),
-    _same_key("shading_mode", "look", Bounds(0, 255), dtype="int64"),
-    _same_key("density", "shape", NON_NEGATIVE, "kg/m³", untouched=DEFAULT_DENSITY),
-    _same_key("patch_radius", "shape", NON_NEGATIVE, "m", untouched=0.0),
-    _same_key("min_patch_radius", "shape", NON_NEGATIVE, "m", untouched=0.0),
-    _same_key("contact_offset", "shape", POSITIVE, "m"),
-    _same_key("rest_offset", "shape", ANY, "m"),
+    _make_property("visibility", "look", UNIT_INTERVAL),
+    _make_property("shading_mode", "look", Bounds(0, 255), dtype="int64"),
+    _make_property("density", "shape", NON_NEGATIVE, "kg/m³", untouched=DEFAULT_DENSITY),
+    _make_property("patch_radius", "shape", NON_NEGATIVE, "m", untouched=0.0),
+    _make_property("min_patch_radius", "shape", NON_NEGATIVE, "m", untouched=0.0),
+    _make_property("contact_offset", "shape", POSITIVE, "m"),
+    _make_property("rest_offset", "shape", ANY, "m"),
 )
 """Properties of bodies and shapes, in the order in which they are set: a body's after its shapes and mass."""
 
@@ -181,12 +181,12 @@ def _joint_state(field: str, key: str, unit: str) -> Property:
 
 
 JOINT_PROPERTIES: tuple[Property, ...] = (
-    _same_key("friction", "joint", NON_NEGATIVE, reset=True),
-    _same_key("armature", "joint", NON_NEGATIVE, reset=True),
-    _same_key("max_velocity", "joint", POSITIVE, "rad/s", reset=True),
-    _same_key("stiffness", "drive", NON_NEGATIVE, untouched=0.0, reset=True),
-    _same_key("damping", "drive", NON_NEGATIVE, untouched=0.0, reset=True),
-    _same_key("force_limit", "drive", NON_NEGATIVE, untouched=FLOAT32_MAX, reset=True),
+    _make_property("friction", "joint", NON_NEGATIVE, reset=True),
+    _make_property("armature", "joint", NON_NEGATIVE, reset=True),
+    _make_property("max_velocity", "joint", POSITIVE, "rad/s", reset=True),
+    _make_property("stiffness", "drive", NON_NEGATIVE, untouched=0.0, reset=True),
+    _make_property("damping", "drive", NON_NEGATIVE, untouched=0.0, reset=True),
+    _make_property("force_limit", "drive", NON_NEGATIVE, untouched=FLOAT32_MAX, reset=True),
     _joint_state("qpos", "qpos", "rad"),
     _joint_state("qvel", "qvel", "rad/s"),
     _joint_state("drive_target", "target", "rad"),
@@ -269,7 +269,7 @@ _PROPERTIES = {
 }
 
 
-def _like(cls: str, *fields: str) -> dict[str, Quantity]:
+def _copy_rows(cls: str, *fields: str) -> dict[str, Quantity]:
     """Rows of some fields of a class, for another class with the same field names."""
     return {field: _PROPERTIES[f"{cls}.{field}"] for field in fields}
 
@@ -279,8 +279,8 @@ _SPRING = {"stiffness": _NON_NEGATIVE, "damping": _NON_NEGATIVE}
 _FIELDS: dict[str, dict[str, Quantity]] = {
     "Entity": {"pose": _DRAWN_POSE, "pick": _WHOLE_INDEX},
     "ArticulationStructure": {
-        **_like("BodyStructure", "linear_velocity", "angular_velocity", "sleep_threshold"),
-        **_like("BodyStructure", "solver_position_iterations", "solver_velocity_iterations"),
+        **_copy_rows("BodyStructure", "linear_velocity", "angular_velocity", "sleep_threshold"),
+        **_copy_rows("BodyStructure", "solver_position_iterations", "solver_velocity_iterations"),
         "file": _FILE,
     },
     "Link": {"file": _FILE},
@@ -291,12 +291,12 @@ _FIELDS: dict[str, dict[str, Quantity]] = {
     },
     "Mimic": {"multiplier": _NONZERO, "offset": _NUMBER},
     "Inertial": {
-        **_like("BodyStructure", "mass"),
+        **_copy_rows("BodyStructure", "mass"),
         "com": _DRAWN_POSE,
         "inertia": Quantity(shape=(3,), bounds=POSITIVE, reset=True),
     },
     "CollisionShape": {
-        **_like("BodyStructure", "collision_groups"),
+        **_copy_rows("BodyStructure", "collision_groups"),
         "pose": _POSE,
         "material": Quantity("int64", table="physical_materials"),
     },
@@ -326,7 +326,7 @@ _FIELDS: dict[str, dict[str, Quantity]] = {
     "Environment": {"ambient_light": _RADIANCE},
     "Constraint": {"pose_in_parent": _POSE, "pose_in_child": _POSE, "enabled": Quantity("bool", reset=True)},
     "AxisLimit": {"limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True), **_SPRING},
-    "AxisDrive": _like("Joint", "stiffness", "damping", "force_limit"),
+    "AxisDrive": _copy_rows("Joint", "stiffness", "damping", "force_limit"),
     "Distance": {"limits": Quantity(shape=(2,), bounds=Bounds(0), infinite=True), **_SPRING},
     "Gear": {"ratio": _NONZERO},
     "Drive": {

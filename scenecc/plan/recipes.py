@@ -42,11 +42,11 @@ def infer_shape(item: Any, draws: Shapes) -> Shape:
     if isinstance(item, NODES):
         return _NODE_SHAPES[type(item)](item, draws)
     if isinstance(item, tuple):
-        return _list_shape(len(item), _common_shape(item, draws))  # pyright: ignore[reportUnknownArgumentType]
+        return _list_shape(len(item), _infer_common_shape(item, draws))  # pyright: ignore[reportUnknownArgumentType]
     return () if type(item) in {int, float, bool} else NO_NUMBERS
 
 
-def _common_shape(items: Sequence[Any], draws: Shapes) -> Shape:
+def _infer_common_shape(items: Sequence[Any], draws: Shapes) -> Shape:
     """The common shape of all items."""
     return _merge_shapes({infer_shape(one, draws) for one in items})
 
@@ -77,7 +77,7 @@ def _draw_shape(node: nodes.Drawn, draws: Shapes) -> Shape:
     return node.shape
 
 
-def _clamped(node: nodes.AffineClamp, draws: Shapes) -> Shape:
+def _clamp_shape(node: nodes.AffineClamp, draws: Shapes) -> Shape:
     for bound in (node.low, node.high, node.factor, node.offset):
         if infer_shape(bound, draws) not in (None, ()):
             raise RecipeShapeError("what holds or moves a number is not one number")
@@ -98,9 +98,9 @@ def _signature_shape(node: Node, draws: Shapes) -> Shape:
 _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
     **dict.fromkeys(SIGNATURES, _signature_shape),
     nodes.Const: lambda node, draws: infer_shape(node.data, draws),
-    nodes.Rows: lambda node, draws: _common_shape(node.items, draws),
-    nodes.Cycled: lambda node, draws: _common_shape(node.items, draws),
-    nodes.Chosen: lambda node, draws: _common_shape(node.items, draws),
+    nodes.Rows: lambda node, draws: _infer_common_shape(node.items, draws),
+    nodes.Cycled: lambda node, draws: _infer_common_shape(node.items, draws),
+    nodes.Chosen: lambda node, draws: _infer_common_shape(node.items, draws),
     nodes.Shuffled: lambda node, draws: infer_shape((*node.items, *node.rest), draws),
     nodes.Drawn: _draw_shape,
     nodes.RandomRotated: lambda _node, _draws: (4,),
@@ -110,7 +110,7 @@ _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
     nodes.Shared: lambda node, draws: draws[node.name],
     nodes.Placed: lambda _node, _draws: (7,),
     nodes.Radians: lambda node, draws: infer_shape(node.degrees, draws),
-    nodes.AffineClamp: _clamped,
+    nodes.AffineClamp: _clamp_shape,
 }
 
 _DRAWN = frozenset(("kind", "operands"))
@@ -209,7 +209,7 @@ class RecipeReader:
         self._readers: dict[str, Callable[[Any, Keys, int], Any]] = {
             "Any": self._item,
             "tuple[Any, ...]": self._items,
-            "Key": lambda data, path, depth: self._made(Key, data, path, depth),
+            "Key": lambda data, path, depth: self._read_object(Key, data, path, depth),
             "Template": self.template,
             "tuple[tuple[str, str], ...]": self._items,
         }
@@ -221,7 +221,9 @@ class RecipeReader:
             raise PlanFormatError((*path, "type"))
         cls: type[Any] = _NODE_TYPES[data["type"]]
         given = {key: item for key, item in data.items() if key != "type"}
-        made: Any = self._drawn(given, path, depth) if cls is nodes.Drawn else self._made(cls, given, path, depth)
+        made: Any = (
+            self._read_draw(given, path, depth) if cls is nodes.Drawn else self._read_object(cls, given, path, depth)
+        )
         names = made.draws_by_name.values() if cls is nodes.Computed else [made.name] if cls is nodes.Shared else ()
         if not all(name in self._draws for name in names):
             raise PlanFormatError(path)
@@ -244,7 +246,7 @@ class RecipeReader:
         except ExpressionError:
             raise PlanFormatError((*path, "text")) from None
 
-    def _drawn(self, data: dict[str, Any], path: Keys, depth: int) -> nodes.Drawn:
+    def _read_draw(self, data: dict[str, Any], path: Keys, depth: int) -> nodes.Drawn:
         """Reads a draw, whose operands have the names that its distribution defines."""
         kind = data.get("kind")
         if not isinstance(kind, str) or kind not in DISTRIBUTIONS or "operands" in data:
@@ -256,9 +258,9 @@ class RecipeReader:
         if missing is not None or len(edges) not in {0, 2}:
             raise PlanFormatError((*path, missing or str(drawn.companion)))
         operands = [self._item(data[name], (*path, name), depth) for name in drawn.members]
-        return self._made(nodes.Drawn, rest, path, depth, operands=(*operands, *edges))
+        return self._read_object(nodes.Drawn, rest, path, depth, operands=(*operands, *edges))
 
-    def _made(self, cls: type[Any], data: Any, path: Keys, depth: int, **given: Any) -> Any:
+    def _read_object(self, cls: type[Any], data: Any, path: Keys, depth: int, **given: Any) -> Any:
         if data.__class__ is not dict:
             raise PlanFormatError(path)
         values = given

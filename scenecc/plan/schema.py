@@ -11,7 +11,7 @@ import types
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NewType, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from scenecc import plan as _plan
 from scenecc.diagnostics.diagnostic import Origin
@@ -115,12 +115,20 @@ FieldKind = (
 
 @dataclass(frozen=True, slots=True)
 class PlanField:
-    """One field of a dataclass. `nullable`: it may be None, which the JSON omits."""
+    """One field of a dataclass.
+
+    Attributes:
+        name, kind: its name and kind.
+        required: whether it has no default.
+        nullable: whether it may be None, which the JSON omits.
+        is_omitted_if_empty: whether the JSON omits an empty list or string, or false.
+    """
 
     name: str
     kind: FieldKind
     required: bool
     nullable: bool
+    is_omitted_if_empty: bool
 
 
 PIXEL_BOUNDS = Bounds(1, 16384)
@@ -151,10 +159,33 @@ SCALAR_BOUNDS = {f"{cls}.{field}": bounds for cls, rows in _BOUNDS.items() for f
 
 _Row = TypeVar("_Row")
 
-_KINDS_BY_NAME: dict[str, FieldKind] = {
-    "scene_idxs": SceneSelectionKind(),
-    "draws": SharedDrawsKind(),
-    "that": TemplateKind(),
+_WRITTEN_IF_EMPTY = frozenset(
+    (
+        "ScenePlan.description",
+        "ScenePlan.files",
+        "ScenePlan.physical_materials",
+        "ScenePlan.visual_materials",
+        "BodyStructure.collisions",
+        "BodyStructure.visuals",
+        "Plane.every_scene",
+        "TriangleMesh.sdf",
+        "ArticulationStructure.fix_root_link",
+        "Joint.name",
+        "Gear.enable_hinges",
+        "Drive.limits",
+        "Drive.drives",
+    )
+)
+"""Fields that the JSON always has, although they are empty by default, for compatibility."""
+
+# Stand-ins: a plan without recipes loads neither `variation.nodes` nor `variation.forms`.
+_Node, _Template = NewType("_Node", object), NewType("_Template", object)
+
+_KINDS_BY_HINT: dict[Any, FieldKind] = {
+    bytes: BytesKind(),
+    tuple[int, ...]: SceneSelectionKind(),
+    tuple[tuple[str, _Node], ...]: SharedDrawsKind(),
+    _Template: TemplateKind(),
 }
 
 _TYPE_NAMES = {
@@ -174,8 +205,8 @@ _TYPE_HINT_NAMES: dict[str, Any] = {
     "Path": Path,
     "State": tuple,
     "Vec3": Vec3,
-    "Node": object,
-    "Template": object,
+    "Node": _Node,
+    "Template": _Template,
 }
 
 
@@ -183,11 +214,7 @@ _TYPE_HINT_NAMES: dict[str, Any] = {
 def plan_fields(cls: type) -> tuple[PlanField, ...]:
     """The fields of a plan dataclass that are part of its identity (without origins and file paths)."""
     hints = get_type_hints(cls, localns=_TYPE_HINT_NAMES)
-    return tuple(
-        _plan_field(cls, item.name, hints[item.name], required=item.default is MISSING)
-        for item in fields(cls)
-        if item.compare
-    )
+    return tuple(_plan_field(cls, item.name, hints[item.name], item.default) for item in fields(cls) if item.compare)
 
 
 @cache
@@ -196,11 +223,18 @@ def type_name(cls: type) -> str:
     return _TYPE_NAMES.get(cls.__name__) or re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
 
 
-def _plan_field(cls: type, name: str, hint: Any, *, required: bool) -> PlanField:
+def _plan_field(cls: type, name: str, hint: Any, default: Any) -> PlanField:
     members = get_args(hint) if get_origin(hint) in {Union, types.UnionType} else (hint,)
     some = tuple(member for member in members if member is not type(None))
-    kind = _union_kind(some) if len(some) > 1 else _KINDS_BY_NAME.get(name) or _field_kind(cls, name, next(iter(some)))
-    return PlanField(name, kind, required, nullable=len(some) < len(members))
+    kind = _union_kind(some) if len(some) > 1 else _field_kind(cls, name, next(iter(some)))
+    is_empty = default in ("", ()) or default is False
+    return PlanField(
+        name,
+        kind,
+        required=default is MISSING,
+        nullable=len(some) < len(members),
+        is_omitted_if_empty=is_empty and f"{cls.__name__}.{name}" not in _WRITTEN_IF_EMPTY,
+    )
 
 
 def _union_kind(classes: tuple[type, ...]) -> UnionKind:
@@ -214,8 +248,8 @@ def _field_kind(cls: type, name: str, hint: Any) -> FieldKind:
         kind = _lookup(QUANTITIES, cls, name)
     elif hint in {bool, str, int, float}:
         kind = ScalarKind(hint, _lookup(SCALAR_BOUNDS, cls, name, default=COUNT if hint is int else ANY))
-    elif hint is bytes:
-        kind = BytesKind()
+    elif hint in _KINDS_BY_HINT:
+        kind = _KINDS_BY_HINT[hint]
     elif get_origin(hint) is Literal:
         kind = ChoiceKind(get_args(hint))
     elif get_origin(hint) is tuple and get_args(hint)[1] is ...:

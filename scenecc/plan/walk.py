@@ -24,7 +24,7 @@ def walk_fields(node: Any, place: str = "") -> Iterator[tuple[str, FieldKind, An
         node: a dataclass of the plan.
         place: its path below its entity, constraint, light or camera; "" for one of these.
     """
-    for slot in _ordered_fields(node.__class__):
+    for slot in _sort_fields(node.__class__):
         item, path = getattr(node, slot.name), field_path(place, slot.name, node.__class__)
         if item is None:
             continue
@@ -38,5 +38,5 @@ def walk_fields(node: Any, place: str = "") -> Iterator[tuple[str, FieldKind, An
 
 
 @cache
-def _ordered_fields(cls: type) -> tuple[PlanField, ...]:
+def _sort_fields(cls: type) -> tuple[PlanField, ...]:
     return tuple(sorted(plan_fields(cls), key=lambda slot: _PARTS.index(slot.name) + 1 if slot.name in _PARTS else 0))

@@ -1,4 +1,4 @@
-"""Pictures and films of a scene for `scenecc render`: build, simulate, take pictures."""
+"""Pictures and videos of a scene for `scenecc render`: build, simulate, take pictures."""
 
 from scenecc.render.choices import RenderChoices
 from scenecc.render.recorder import Picture

@@ -17,7 +17,7 @@ from scenecc.pipeline import select_scenes
 from scenecc.plan.light_rigs import DEFAULT_PRESET, LIGHT_RIGS, Preset, is_unlit
 from scenecc.plan.rendering import RAY_TRACING_SHADERS, SHADERS_WITHOUT_NORMALS, ShaderName
 from scenecc.plan.schema import PIXEL_BOUNDS
-from scenecc.render.images import Film, What, sheet_size
+from scenecc.render.images import VideoFormat, What, sheet_size
 from scenecc.render.plan_cameras import resize_camera
 
 if TYPE_CHECKING:
@@ -56,8 +56,8 @@ class RenderChoices(TypedDict, total=False):
         frames: draw the axes of entities and links, x red, y green, z blue.
         contacts: draw the contact points of the last step, and forces as arrows.
         steps: steps to simulate before the picture.
-        film: record a film of these steps, "mp4" or "gif".
-        every: steps between two frames of the film. None: about 30 frames per second. It plays in real time.
+        video: record a video of these steps, "mp4" or "gif".
+        every: steps between two frames of the video. None: about 30 frames per second. It plays in real time.
         collision: show collision shapes instead of visuals.
         hidden: also show `hidden` entities. None: only if the camera is not from the file.
         progress: called with (finished, all) scenes, steps, frames or pictures, one after the other.
@@ -82,7 +82,7 @@ class RenderChoices(TypedDict, total=False):
     frames: bool
     contacts: bool
     steps: int
-    film: Film | None
+    video: VideoFormat | None
     every: int | None
     collision: bool
     hidden: bool | None
@@ -119,7 +119,7 @@ def check_choices(given: Mapping[str, Any]) -> None:
         ChoiceError: an argument is out of range, or another makes it useless.
     """
     _check_numbers(given)
-    what, film, camera = given.get("what", "color"), given.get("film"), given.get("camera")
+    what, video, camera = given.get("what", "color"), given.get("video"), given.get("camera")
     for name in _OF_FRAMING:
         if given.get(name) is not None and camera is not None:
             raise ChoiceError(name, "is for the camera that frames the scene, not for one of the file")
@@ -130,8 +130,8 @@ def check_choices(given: Mapping[str, Any]) -> None:
         raise ChoiceError("shader", f"`{given['shader']}` cannot render normals")
     if given.get("legend") and what not in {"depth", "segmentation"}:
         raise ChoiceError("legend", f"is for depth and segmentation, not for {what}")
-    if given.get("legend") and film is not None:
-        raise ChoiceError("legend", "is for a picture, not for a film")
+    if given.get("legend") and video is not None:
+        raise ChoiceError("legend", "is for a picture, not for a video")
     if given.get("contacts") and not given.get("steps"):
         raise ChoiceError("contacts", "needs steps: a scene that was not simulated has no contacts")
     if (text := given.get("background")) is not None and read_background(text) is None:
@@ -152,30 +152,30 @@ def _check_numbers(given: Mapping[str, Any]) -> None:
             raise ChoiceError(name, f"must be within {_FARTHEST:g} m of the origin")
     if eye is not None and look_at is not None and tuple(eye) == tuple(look_at):
         raise ChoiceError("look_at", "must not be the position of the camera")
-    steps, film, every = integer(given.get("steps", 0), "steps", 0), given.get("film"), given.get("every")
-    if steps == 0 and film is not None:
-        raise ChoiceError("film", "needs at least 1 step")
-    if every is not None and (film is None or integer(every, "every", 1) > steps):
-        raise ChoiceError("every", "needs a film, and must not exceed its steps")
+    steps, video, every = integer(given.get("steps", 0), "steps", 0), given.get("video"), given.get("every")
+    if steps == 0 and video is not None:
+        raise ChoiceError("video", "needs at least 1 step")
+    if every is not None and (video is None or integer(every, "every", 1) > steps):
+        raise ChoiceError("every", "needs a video, and must not exceed its steps")
 
 
-def written_film(file: Path, film: Film | None) -> Film | None:
-    """Returns the kind of film for a file's suffix, or None for `.png`, a picture.
+def written_video(file: Path, video: VideoFormat | None) -> VideoFormat | None:
+    """Returns the kind of video for a file's suffix, or None for `.png`, a picture.
 
     Raises:
-        ValueError: the suffix is unknown, or belongs to another kind of film than requested.
+        ValueError: the suffix is unknown, or belongs to another kind of video than requested.
     """
     suffix = file.suffix.lower()
     if suffix not in _WRITTEN:
         raise ValueError(f"{file.name} must end in one of {', '.join(_WRITTEN)}")
     found = _WRITTEN[suffix]
-    if found is not None and film not in {None, found}:
-        raise ValueError(f"film is {film!r}, but {file.name} has another suffix")
+    if found is not None and video not in {None, found}:
+        raise ValueError(f"video is {video!r}, but {file.name} has another suffix")
     return found
 
 
-_WRITTEN: Final[dict[str, Film | None]] = {".png": None, ".mp4": "mp4", ".gif": "gif"}
-"""Suffix of a file → the film in it. None: it holds a picture."""
+_WRITTEN: Final[dict[str, VideoFormat | None]] = {".png": None, ".mp4": "mp4", ".gif": "gif"}
+"""Suffix of a file → the video in it. None: it holds a picture."""
 
 _FARTHEST: Final = 1e6
 
@@ -198,7 +198,7 @@ _FRAMING_SAMPLES, _RAY_SAMPLES = 4, 32
 """Samples per pixel of this camera, and of one that traces rays (as in SAPIEN)."""
 
 _MOST_OF_A_PICTURE, _MOST_OF_A_FRAME, _MOST_OF_ALL_SAMPLES = 2**26, 2**23, 2**28
-"""Limits in pixels of a picture and of a film's frame, each of which takes some 300 bytes during the simulation; and
+"""Limits in pixels of a picture and of a video's frame, each of which takes some 300 bytes during the simulation; and
 limit of pixels times samples.
 """
 
@@ -268,8 +268,8 @@ def _background(plan: ScenePlan, choices: RenderChoices) -> tuple[int, int, int]
 
 def _check_size(whole: tuple[int, int], samples: int, choices: RenderChoices, sink: Sink) -> None:
     """Checks the number of pixels and samples. Raises SceneError."""
-    film, pixels = choices.get("film") is not None, whole[0] * whole[1]
-    kind, most = ("film", _MOST_OF_A_FRAME) if film else ("picture", _MOST_OF_A_PICTURE)
+    video, pixels = choices.get("video") is not None, whole[0] * whole[1]
+    kind, most = ("video", _MOST_OF_A_FRAME) if video else ("picture", _MOST_OF_A_PICTURE)
     if pixels > most:
         message = f"a {kind} of {whole[0]} × {whole[1]} pixels is larger than {most} pixels"
         hint = "take fewer scenes, or smaller pictures, such as 160 × 120"

@@ -36,11 +36,11 @@ _FARTHEST: Final = 65535
 
 def encoded(what: What, pixels: NDArray[Any]) -> NDArray[Any]:
     """Returns the pixels of a PNG: (H, W) uint16 for a depth [mm], otherwise (H, W, 3) uint8."""
-    return millimetres(pixels) if what == "depth" else film_pixels(what, pixels)
+    return millimetres(pixels) if what == "depth" else video_pixels(what, pixels)
 
 
-def film_pixels(what: What, pixels: NDArray[Any]) -> NDArray[np.uint8]:
-    """Returns the pixels of a film (H, W, 3): like `encoded`, with a depth in shades of grey."""
+def video_pixels(what: What, pixels: NDArray[Any]) -> NDArray[np.uint8]:
+    """Returns the pixels of a video's frame (H, W, 3): like `encoded`, with a depth in shades of grey."""
     if what == "color":
         # Truncated, not rounded, as in SAPIEN's examples and in ManiSkill.
         return (np.clip(pixels[..., :3], 0, 1) * 255).astype(np.uint8)
@@ -127,7 +127,7 @@ def _letters(text: str, width: int) -> NDArray[np.uint16]:
     return np.asarray(image, np.uint16)
 
 
-Film = Literal["gif", "mp4"]
+VideoFormat = Literal["gif", "mp4"]
 
 _MOST_IN_A_PALETTE: Final = 255
 _QUALITY: Final = "18"
@@ -158,8 +158,8 @@ def png_of_ids(ids: NDArray[Any]) -> bytes:
     return _encode_png(image)
 
 
-def encode_film(kind: Film, frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
-    """Encodes a film that plays `rate` frames per second.
+def encode_video(kind: VideoFormat, frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
+    """Encodes a video that plays `rate` frames per second.
 
     Args:
         kind: file format.
@@ -205,10 +205,10 @@ def mp4(frames: Iterable[NDArray[np.uint8]], rate: float) -> bytes:
 
 
 @contextmanager
-def _encoder(width: int, height: int, rate: float, film: int) -> Generator[Callable[[NDArray[np.uint8]], object]]:
-    """Runs ffmpeg and yields a function that takes frames. Unless something failed, the film is complete afterwards.
+def _encoder(width: int, height: int, rate: float, video: int) -> Generator[Callable[[NDArray[np.uint8]], object]]:
+    """Runs ffmpeg and yields a function that takes frames. Unless something failed, the video is complete afterwards.
 
-    `film` is the descriptor of an unnamed file, so that a killed process leaves no file.
+    `video` is the descriptor of an unnamed file, so that a killed process leaves no file.
     """
     ffmpeg: Any = import_module("imageio_ffmpeg")
     frame_rate = Fraction(rate).limit_denominator(1000)
@@ -218,17 +218,17 @@ def _encoder(width: int, height: int, rate: float, film: int) -> Generator[Calla
         program = ffmpeg.get_ffmpeg_exe()
     except RuntimeError as error:
         raise OSError(str(error)) from error
-    command = [program, "-v", "error", "-y", *given, *made, "-f", "mp4", f"/dev/fd/{film}"]
+    command = [program, "-v", "error", "-y", *given, *made, "-f", "mp4", f"/dev/fd/{video}"]
     with (
         tempfile.TemporaryFile() as said,
-        child(command, stdin=PIPE, stdout=DEVNULL, stderr=said, pass_fds=[film]) as process,
+        child(command, stdin=PIPE, stdout=DEVNULL, stderr=said, pass_fds=[video]) as process,
     ):
         assert process.stdin is not None
         try:
             with suppress(BrokenPipeError):  # it has ended, and its error says why
                 yield process.stdin.write
                 process.stdin.close()
-            if process.wait() != 0 or os.fstat(film).st_size == 0:
+            if process.wait() != 0 or os.fstat(video).st_size == 0:
                 said.seek(0)
                 words = said.read().decode(errors="replace").strip()
                 raise OSError(f"ffmpeg failed: {words or f'its process ended with status {process.returncode}'}")
@@ -249,7 +249,7 @@ def _encode_png(image: Images.Image) -> bytes:
     return file.getvalue()
 
 
-NO_ENCODER: Final = "a film in MP4 needs imageio-ffmpeg, which is not installed here"
+NO_ENCODER: Final = "a video in MP4 needs imageio-ffmpeg, which is not installed here"
 
 
 def has_encoder() -> bool:

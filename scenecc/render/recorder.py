@@ -10,8 +10,7 @@ import numpy as np
 
 from scenecc.plan.framing import cell_size
 from scenecc.render.ground import draw_ground
-from scenecc.render.images import Film, What, film_pixels, sheet
-from scenecc.render.images import encode_film as filmed
+from scenecc.render.images import VideoFormat, What, encode_video, sheet, video_pixels
 from scenecc.render.overlays import Overlay
 from scenecc.render.projection import Projection
 
@@ -48,7 +47,7 @@ def labelled(tiles: Sequence[NDArray[Any]], pictures: Sequence[Picture]) -> NDAr
 
 
 _FRAMES_A_SECOND: Final = 30
-"""Approximate default frame rate of a film [1/s]."""
+"""Approximate default frame rate of a video [1/s]."""
 
 _STRIDE: Final = 10
 """Steps between two progress reports."""
@@ -126,27 +125,27 @@ class FrameRecorder:
         return seconds * pictures * setup.width * setup.height / (width * height)
 
     def take(
-        self, steps: int, film: Film | None, every: int | None
+        self, steps: int, video: VideoFormat | None, every: int | None
     ) -> tuple[tuple[Picture, ...], tuple[bytes | None, int, float]]:
-        """Returns a picture of each scene after the steps, and the film: its bytes, number of frames and frame rate
+        """Returns a picture of each scene after the steps, and the video: its bytes, number of frames and frame rate
         [1/s].
 
         Raises:
             SceneError: the simulation diverges.
             RuntimeError: the renderer fails.
-            OSError: the film's encoder fails.
+            OSError: the video's encoder fails.
         """
-        if film is None:
+        if video is None:
             self._step(steps)
             return self._stills(), (None, 0, 0.0)
         stride = self.stride(steps, every)
         count, rate = 1 + steps // stride, 1 / (stride * self._batch.timestep)
-        data = filmed(film, self._frames(count, stride), rate, count)
+        data = encode_video(video, self._frames(count, stride), rate, count)
         self._batch.step(steps % stride, check=True)
         return self._stills(), (data, count, rate)
 
     def stride(self, steps: int, every: int | None) -> int:
-        """Returns the steps between two frames of a film."""
+        """Returns the steps between two frames of a video."""
         return every or min(steps, max(1, round(1 / (_FRAMES_A_SECOND * self._batch.timestep))))
 
     def _step(self, steps: int) -> None:
@@ -159,7 +158,7 @@ class FrameRecorder:
             self._progress(number, count)
             self._batch.step(stride if number else 0, check=True)
             pictures = [self._picture(index) for index in self._batch.scene_idxs]
-            tiles = [film_pixels(self._what, picture.pixels) for picture in pictures]
+            tiles = [video_pixels(self._what, picture.pixels) for picture in pictures]
             yield labelled(tiles, pictures) if self._setup.grid else tiles[0]
 
     def _stills(self) -> tuple[Picture, ...]:

@@ -1,4 +1,4 @@
-"""Pictures and films of a scene, from a source to files: `render_scene` and its result.
+"""Pictures and videos of a scene, from a source to files: `render_scene` and its result.
 
 The arguments are checked against the plan before anything is built.
 """
@@ -21,7 +21,7 @@ from scenecc.options import Options
 from scenecc.pipeline import Source, build_batch, compile_or_raise
 from scenecc.plan.rendering import RAY_TRACING_SHADERS
 from scenecc.render.choices import RenderArguments, RenderChoices, check_choices, choose_pictures, raise_errors
-from scenecc.render.images import NO_ENCODER, What, colors, encoded, film_pixels, has_encoder, png, png_of_ids
+from scenecc.render.images import NO_ENCODER, What, colors, encoded, has_encoder, png, png_of_ids, video_pixels
 from scenecc.render.legends import depth_colors, depth_range, with_depth_bar, with_names
 from scenecc.render.plan_cameras import restrict_to_camera
 from scenecc.render.recorder import FrameRecorder, Picture, labelled
@@ -63,8 +63,8 @@ class Rendering:
         what: what the pictures show.
         grid: whether they are written as one sheet.
         pictures: one for each scene, by ascending index, after the simulation.
-        film: the bytes of the film's file. None: no film.
-        frames, rate: number of frames of the film, and frames per second [1/s]; 0 without one. In a GIF, equal
+        video: the bytes of the video's file. None: no video.
+        frames, rate: number of frames of the video, and frames per second [1/s]; 0 without one. In a GIF, equal
             successive frames are one longer frame.
         explained: whether depths or ids are written as colours with a legend.
         cell: the side of a cell of the ground grid [m]. None: no grid.
@@ -77,7 +77,7 @@ class Rendering:
     what: What
     grid: bool
     pictures: tuple[Picture, ...]
-    film: bytes | None = None
+    video: bytes | None = None
     frames: int = 0
     rate: float = 0.0
     explained: bool = False
@@ -116,7 +116,9 @@ class Rendering:
         """Returns the picture or sheet in colours, (H, W, 3), with its legend on the right."""
         found = [picture.pixels for picture in self.pictures]
         low, high = depth_range(found) if self.what == "depth" else (0.0, 1.0)
-        tiles = [depth_colors(one, low, high) if self.what == "depth" else film_pixels(self.what, one) for one in found]
+        tiles = [
+            depth_colors(one, low, high) if self.what == "depth" else video_pixels(self.what, one) for one in found
+        ]
         whole = labelled(tiles, self.pictures) if self.grid else tiles[0]
         if self.what == "depth":
             return with_depth_bar(whole, low, high)
@@ -142,7 +144,7 @@ def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:
     own = {name: value for name, value in given.items() if name in RenderChoices.__annotations__}
     choices = cast("RenderChoices", own)
     sink = Sink()
-    if choices.get("film") == "mp4" and not has_encoder():
+    if choices.get("video") == "mp4" and not has_encoder():
         sink.report("SC812", NO_ENCODER, Location("scenecc"), hint=install_hint("pictures"))
     raise_errors(sink)
     found = compile_or_raise(source, asked, sink)
@@ -169,16 +171,16 @@ def _take(plan: ScenePlan, batch: SceneBatch, setup: RenderSetup, sink: Sink) ->
     """Takes the pictures. Raises SceneError."""
     choices = setup.choices
     camera, focus, hidden = choices.get("camera"), choices.get("focus"), choices.get("hidden")
-    steps, film, every = choices.get("steps", 0), choices.get("film"), choices.get("every")
+    steps, video, every = choices.get("steps", 0), choices.get("video"), choices.get("every")
     try:
         recorder = FrameRecorder(
             batch, setup, choices.get("progress"), human=camera is None if hidden is None else hidden
         )
         estimate = choices.get("estimate")
         if setup.traced and estimate is not None:
-            frames = 1 if film is None else 2 + steps // recorder.stride(steps, every)
+            frames = 1 if video is None else 2 + steps // recorder.stride(steps, every)
             estimate(recorder.estimate(frames * len(batch)))
-        pictures, made = recorder.take(steps, film, every)
+        pictures, made = recorder.take(steps, video, every)
         cell = recorder.cell
     except SceneError as error:
         raise SceneError([*sink.diagnostics(), *error.diagnostics]) from error

@@ -367,6 +367,7 @@ class _UrdfReader:
         self._looks = UrdfMaterials(root, files, findings)
 
     def read(self, srdf: ResolvedFile | Literal["sibling"] | None) -> RobotDescription | None:
+        """Returns the robot, or None after an error."""
         findings = self._findings
         for tag in ("link", "joint"):
             if (count := sum(1 for _ in self._root.all(tag))) > MAX_SHAPES:

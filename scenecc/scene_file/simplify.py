@@ -239,6 +239,7 @@ def _referred_to(document: Node) -> frozenset[str]:
     found: set[str] = set()
 
     def visit(node: Any) -> None:
+        """Collects the names in a node and below it."""
         if is_list_node(node):
             for item in node:
                 visit(item)

@@ -27,7 +27,7 @@ def find_yaml_silencings(lines: TextLines) -> list[Silencing]:
     """Returns the silencing comments of a YAML text. `#` in a string is not a comment."""
     if MARKER not in lines.text:
         return []
-    marked = _marked_lines(lines)
+    marked = _find_marked_lines(lines)
     starts, ends = _scalars(lines.text, {number for number, _ in marked})
 
     def is_text(place: tuple[int, int]) -> bool:
@@ -51,7 +51,7 @@ def find_xml_silencings(lines: TextLines) -> list[Silencing]:
         return []
 
     def comments() -> Iterator[tuple[Location, str, bool]]:
-        for number, line in _marked_lines(lines):
+        for number, line in _find_marked_lines(lines):
             for match in _XML_COMMENT.finditer(line):
                 place = lines.location(number, match.start(), match.end())
                 yield place, match["body"], match[0] == line.strip()
@@ -59,7 +59,7 @@ def find_xml_silencings(lines: TextLines) -> list[Silencing]:
     return silencings_of(comments())
 
 
-def _marked_lines(lines: TextLines) -> list[tuple[int, str]]:
+def _find_marked_lines(lines: TextLines) -> list[tuple[int, str]]:
     """Returns the 0-based lines that contain the marker."""
     every = lines.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     return [(number, line) for number, line in enumerate(every) if MARKER in line]

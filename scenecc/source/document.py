@@ -122,7 +122,7 @@ class PositionIndex:
                 node, key = node.items[step], None
             else:
                 break
-        return self._lines.location(*(key if at == "key" and key is not None else _first_line(node)))
+        return self._lines.location(*(key if at == "key" and key is not None else _find_first_line(node)))
 
 
 def find_duplicate_keys(text: str, last: Place) -> dict[Place, Span]:
@@ -132,7 +132,7 @@ def find_duplicate_keys(text: str, last: Place) -> dict[Place, Span]:
     return walk.firsts
 
 
-def _first_line(node: WrittenNode) -> Span:
+def _find_first_line(node: WrittenNode) -> Span:
     """Returns the span to underline for a node. The end mark of a block is useless, because it is after blank lines and
     comments.
     """
@@ -353,12 +353,12 @@ class _Copier:
             self._open.discard(id(value))
             self._copies[id(value)] = copy, value
         if len(path) + copy.height > self._limits.depth:
-            self._too_deep(path)
+            self._refuse_depth(path)
         return copy
 
     def _container(self, value: Any, path: Path) -> _CopiedValue:
         if len(path) >= self._limits.depth:
-            self._too_deep(path)
+            self._refuse_depth(path)
         if isinstance(value, Mapping):
             copies = dict(self._entries(cast("Mapping[Any, Any]", value), path))
             result: Any = {key: copy.value for key, copy in copies.items()}
@@ -368,7 +368,7 @@ class _Copier:
             result = [child.value for child in children]
         nodes = 1 + sum(child.nodes for child in children)
         if nodes > self._limits.text_bytes:
-            self._too_long(path)
+            self._refuse_length(path)
         return _CopiedValue(result, nodes, 1 + max((child.height for child in children), default=0))
 
     def _entries(self, mapping: Mapping[Any, Any], path: Path) -> Iterable[tuple[str, _CopiedValue]]:
@@ -390,7 +390,7 @@ class _Copier:
                 return value
             # Uses the base class's conversion, so that enumerations and other subclasses become plain values.
             case int():
-                return self._in_range(int.__int__(value), path)
+                return self._check_range(int.__int__(value), path)
             case float():
                 return float.__float__(value)
             case str():
@@ -401,10 +401,10 @@ class _Copier:
                 hint = "give it a value, or remove the key to get its default"
                 self._report("SC006", "None is not a valid value for any key", path, hint=hint)
             case _:
-                self._refuse(_with_article(type(value).__qualname__), path)
+                self._refuse(_add_article(type(value).__qualname__), path)
         return None
 
-    def _in_range(self, value: int, path: Path) -> int:
+    def _check_range(self, value: int, path: Path) -> int:
         if abs(value) >= _MAX_INTEGER:
             self._report("SC014", f"an integer of more than {MAX_INTEGER_CHARS} digits", path)
         return value
@@ -426,13 +426,13 @@ class _Copier:
         hint = "a scene contains dicts with string keys, lists, strings, numbers, booleans, numpy arrays and paths"
         self._report("SC015", f"{what} is not supported in a scene", path, hint=hint)
 
-    def _too_deep(self, path: Path) -> NoReturn:
+    def _refuse_depth(self, path: Path) -> NoReturn:
         message = f"more than {self._limits.depth} nested dicts and lists (limit depth)"
         hint = f"`limits={{'depth': N}}` raises the limit, to {MAX_DEPTH} at most"
         self._report("SC602", message, path[:8], hint=hint)
         raise _LimitReached
 
-    def _too_long(self, path: Path) -> NoReturn:
+    def _refuse_length(self, path: Path) -> NoReturn:
         message = f"more than {self._limits.text_bytes} values, shared ones counted each time (limit text_bytes)"
         hint = "`limits={'text_bytes': N}` raises the limit"
         self._report("SC601", message, path, hint=hint)
@@ -446,10 +446,10 @@ def _text_key(key: object, path: Path) -> str | None:
     return str.__str__(key) if isinstance(key, str) else None
 
 
-def _with_article(name: str) -> str:
+def _add_article(name: str) -> str:
     return f"{'an' if name[:1].lower() in tuple('aeiou') else 'a'} {name}"
 
 
 def _format_key(key: object) -> str:
     """Returns a key in Python notation, if that is short and printable."""
-    return repr(key)[:40] if isinstance(key, (int, float, bytes, type(None))) else _with_article(type(key).__qualname__)
+    return repr(key)[:40] if isinstance(key, (int, float, bytes, type(None))) else _add_article(type(key).__qualname__)

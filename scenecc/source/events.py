@@ -206,10 +206,10 @@ def scalar_value(event: NodeEvent) -> Scalar | None:
         NodeError: the tag is unknown or does not fit, or the number is out of range.
     """
     if event.tag is not None:
-        return _tagged_scalar_value(event, event.tag)
+        return _read_tagged_scalar(event, event.tag)
     if not event.implicit[0]:
         return event.value
-    return _plain_scalar_value(event.value)
+    return _read_plain_scalar(event.value)
 
 
 def check_collection_tag(event: NodeEvent) -> None:
@@ -240,7 +240,7 @@ def format_scalar(event: NodeEvent) -> str:
     return text if len(text) <= 40 else f"{text[:37]}..."
 
 
-def _plain_scalar_value(text: str) -> Scalar | None:
+def _read_plain_scalar(text: str) -> Scalar | None:
     try:
         return resolve_scalar(text)
     except OverflowError as error:
@@ -248,7 +248,7 @@ def _plain_scalar_value(text: str) -> Scalar | None:
         raise NodeError("SC014", f"the number {shown} is {error}", "quote it if it is meant as a string") from None
 
 
-def _tagged_scalar_value(event: NodeEvent, tag: str) -> Scalar | None:
+def _read_tagged_scalar(event: NodeEvent, tag: str) -> Scalar | None:
     """Returns the value of a tagged scalar by the rule of its tag, quoted or not."""
     shown, text = format_tag(tag), event.value
     kind = tag.removeprefix(_CORE_TAG_PREFIX) if tag.startswith(_CORE_TAG_PREFIX) else ""
@@ -258,7 +258,7 @@ def _tagged_scalar_value(event: NodeEvent, tag: str) -> Scalar | None:
         raise NodeError("SC008", f"the tag `{shown}` cannot be on a single value", "remove the tag")
     if kind not in _SCALAR_TAGS:
         raise NodeError("SC008", f"the tag `{shown}` is not one of YAML's core schema", _TAG_HINT)
-    value = _plain_scalar_value(text)
+    value = _read_plain_scalar(text)
     if kind == "float" and isinstance(value, int) and not isinstance(value, bool):
         return float(value)  # at most 100 digits, always in the range of a double
     fits = {

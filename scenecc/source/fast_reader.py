@@ -161,7 +161,7 @@ class _LineParser(dict[str, "_Line | None"]):
         blanks, dash, key, text, double, single, brackets = match.groups()
         value = self._plain[text] if text is not None else double if double is not None else single
         if brackets is not None:
-            value = self._in_brackets(brackets)
+            value = self._read_brackets(brackets)
         if key is None and value is None:
             if dash or text is not None:
                 raise _UnsupportedSyntax
@@ -175,7 +175,7 @@ class _LineParser(dict[str, "_Line | None"]):
             self[line] = said
         return said
 
-    def _in_brackets(self, text: str) -> Any:
+    def _read_brackets(self, text: str) -> Any:
         decimals = _DECIMALS(text)
         if decimals is not None:
             return list(map(float, decimals[1].split(",")))
@@ -220,7 +220,7 @@ class _LineParser(dict[str, "_Line | None"]):
         while mark == ",":
             value, end = self._value(text, end, depth)
             node.append(value)
-            mark, end = _next_mark(text, end)
+            mark, end = _find_mark(text, end)
         if mark != "]":
             raise _UnsupportedSyntax
         return node, end
@@ -234,7 +234,7 @@ class _LineParser(dict[str, "_Line | None"]):
             if not token or not key or key in node or self._keys[key] is None:
                 raise _UnsupportedSyntax
             node[key], end = self._value(text, token.end(), depth)
-            mark, end = _next_mark(text, end)
+            mark, end = _find_mark(text, end)
         if mark != "}":
             raise _UnsupportedSyntax
         return node, end
@@ -246,7 +246,7 @@ def _match_closing(text: str, start: int, bracket: str) -> tuple[str, int] | Non
     return (bracket, token.end()) if token is not None and token[1] == bracket else None
 
 
-def _next_mark(text: str, start: int) -> tuple[str | None, int]:
+def _find_mark(text: str, start: int) -> tuple[str | None, int]:
     """Returns the next comma or bracket, and the offset after it."""
     token = _TOKEN(text, start)
     if token is None:

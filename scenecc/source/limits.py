@@ -57,7 +57,7 @@ def make_limits(changes: Mapping[str, object] | None = None) -> Limits:
     checked: dict[str, int] = {}
     for name, value in changes.items():
         if name not in known:
-            raise ValueError(_unknown(name, known))
+            raise ValueError(_describe_unknown(name, known))
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise ValueError(f"the limit {name} must be a positive integer, not {value!r}")
         if name == "depth" and value > MAX_DEPTH:
@@ -66,7 +66,7 @@ def make_limits(changes: Mapping[str, object] | None = None) -> Limits:
     return replace(Limits(), **checked)
 
 
-def _unknown(name: object, known: list[str]) -> str:
+def _describe_unknown(name: object, known: list[str]) -> str:
     near = get_close_matches(str(name), known, n=1, cutoff=0.5)
     advice = f"did you mean {near[0]!r}?" if near else "the limits are " + ", ".join(known)
     return f"there is no limit named {name!r}; {advice}"

@@ -136,7 +136,7 @@ def open_pack(name: str, sink: Sink) -> Pack | None:
             archive = _open_archive(stream)
             manifest, digest = _read_manifest(archive)
             try:
-                folder = _extracted(archive, manifest, digest)
+                folder = _find_or_extract(archive, manifest, digest)
             except OSError as error:
                 hint = f"packs are extracted to '{cache_folder(PACKS)}'; set XDG_CACHE_HOME for another place"
                 message = f"the pack cannot be extracted to the cache: {error.strerror or error}"
@@ -254,7 +254,7 @@ def _blocks(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Iterator[bytes]:
         raise InvalidPackError(f"the archive is damaged: {error}", _AGAIN) from None
 
 
-def _extracted(archive: zipfile.ZipFile, manifest: Manifest, digest: str) -> Path:
+def _find_or_extract(archive: zipfile.ZipFile, manifest: Manifest, digest: str) -> Path:
     """Returns the folder of an extracted pack, and extracts it if it is missing or incomplete."""
     above = cache_folder(PACKS)
     folder = above / digest

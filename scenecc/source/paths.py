@@ -299,7 +299,7 @@ def resolve_path(uri: str, *, base: Path, scope: AssetScope) -> ResolvedFile | R
 
 def has_package(name: str, scope: AssetScope) -> bool:
     """Returns whether the package of `pkg://NAME/…` exists. It is found as in `resolve_path`, and not imported."""
-    return isinstance(_cached_package(f"pkg://{name}", scope), _Package)
+    return isinstance(_look_up_package(f"pkg://{name}", scope), _Package)
 
 
 def resolve_asset_reference(
@@ -321,7 +321,7 @@ def resolve_asset_reference(
         return refusal
     if reference.startswith("/"):
         return Refusal("SC402", f"the path `{shorten_uri(reference)}` is absolute", "use a path relative to the asset")
-    package = _cached_package(owner_uri, scope) if owner_uri.startswith("pkg://") else None
+    package = _look_up_package(owner_uri, scope) if owner_uri.startswith("pkg://") else None
     extra = (package.folder,) if isinstance(package, _Package) else ()
     return _check_path(owner.parent / reference, None, reference, extra, scope)
 
@@ -331,7 +331,7 @@ def _resolve_uncached(uri: str, base: Path, scope: AssetScope) -> ResolvedFile |
     if refusal is not None:
         return refusal
     if uri.startswith("pkg://"):
-        package = _cached_package(uri, scope)
+        package = _look_up_package(uri, scope)
         if isinstance(package, Refusal):
             return package
         inner = uri[len("pkg://") + len(package.name) + 1 :]
@@ -341,7 +341,7 @@ def _resolve_uncached(uri: str, base: Path, scope: AssetScope) -> ResolvedFile |
     return _check_path(base / uri, None, uri, (), scope)
 
 
-def _cached_package(uri: str, scope: AssetScope) -> _Package | Refusal:
+def _look_up_package(uri: str, scope: AssetScope) -> _Package | Refusal:
     name = uri[len("pkg://") :].split("/", 1)[0]
     found = scope.memory.packages.get(name)
     if found is None:
@@ -352,7 +352,7 @@ def _cached_package(uri: str, scope: AssetScope) -> _Package | Refusal:
 
 def _find_packed(name: str, packages: Mapping[str, Path]) -> _Package | Refusal:
     if name in packages:
-        return _Package(_real_path(packages[name]), name)
+        return _Package(_resolve_links(packages[name]), name)
     return Refusal("SC405", f"the pack contains no Python package `{shorten_uri(name)}`", _PACK_HINT)
 
 
@@ -382,7 +382,7 @@ def _find_package(name: str) -> _Package | Refusal:
     if spec.origin is None or not spec.submodule_search_locations or not spec.has_location:
         # A folder without __init__.py would depend on where Python was started: `pkg://home/…` in `/`.
         return Refusal("SC405", f"`{name}` is not a package with an __init__.py", "use asset:// and --asset-root")
-    return _Package(_real_path(Path(spec.origin).parent), name)
+    return _Package(_resolve_links(Path(spec.origin).parent), name)
 
 
 def _resolve_in_roots(uri: str, scope: AssetScope) -> ResolvedFile | Refusal:
@@ -414,15 +414,13 @@ def _check_path(
 ) -> ResolvedFile | Refusal:
     """Checks an explicit path. `uri`: its canonical URI; None: the URI follows from the path."""
     try:
-        real = _real_path(joined)
-        if not scope.allow_outside and not any(
-            real.is_relative_to(tree) for tree in (*_readable_folders(scope), *extra)
-        ):
+        real = _resolve_links(joined)
+        if not scope.allow_outside and not any(real.is_relative_to(tree) for tree in (*_list_folders(scope), *extra)):
             places, hint = (
                 ("folders that this scene may read", _OUTSIDE_HINT) if scope.packages is None else ("pack", None)
             )
             return Refusal("SC402", f"`{shorten_uri(written)}` leaves the {places}", hint)
-        kept = real if joined.name == ".." else _real_path(joined.parent) / joined.name
+        kept = real if joined.name == ".." else _resolve_links(joined.parent) / joined.name
         # As written: `nowhere/../mug.obj` exists only after normalization, and SAPIEN would search elsewhere.
         status = joined.stat()
     except OSError as error:
@@ -435,15 +433,15 @@ def _check_path(
         return Refusal("SC404", f"`{shorten_uri(written)}` ends in a slash", "name a file")
     if not os.access(kept, os.R_OK):
         return Refusal("SC407", f"`{shorten_uri(written)}` may not be read", "change the file's permissions")
-    return ResolvedFile(kept, uri if uri is not None else _canonical_uri(kept, scope))
+    return ResolvedFile(kept, uri if uri is not None else _format_uri(kept, scope))
 
 
 def _refuse_unreachable(error: OSError, joined: Path, written: str, scope: AssetScope) -> Refusal:
     if error.errno == errno.ELOOP:
         return Refusal("SC407", f"`{shorten_uri(written)}` is a link to itself", "fix the link")
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
-        scope.memory.missing.add(_real_path(joined))
-        hint = scope.memory.near.hint(_real_path(joined), written) if scope.packages is None else _PACK_HINT
+        scope.memory.missing.add(_resolve_links(joined))
+        hint = scope.memory.near.hint(_resolve_links(joined), written) if scope.packages is None else _PACK_HINT
         if written.startswith("$"):
             hint = "variables are not expanded: write a path relative to the scene, or use asset://"
         hint = keyboard_hint(written) or hint
@@ -456,8 +454,8 @@ def _refuse_unreachable(error: OSError, joined: Path, written: str, scope: Asset
     )
 
 
-def _canonical_uri(path: Path, scope: AssetScope) -> str:
-    root = _readable_folders(scope)[0]
+def _format_uri(path: Path, scope: AssetScope) -> str:
+    root = _list_folders(scope)[0]
     return (path.relative_to(root) if path.is_relative_to(root) else path).as_posix()
 
 
@@ -466,7 +464,7 @@ def name_of_file(path: Path, scope: AssetScope) -> str:
     for package in scope.memory.packages.values():
         if isinstance(package, _Package) and path.is_relative_to(package.folder):
             return f"pkg://{package.name}/{path.relative_to(package.folder).as_posix()}"
-    root, *others = _readable_folders(scope)
+    root, *others = _list_folders(scope)
     folder = None if path.is_relative_to(root) else next((one for one in others if path.is_relative_to(one)), None)
     if folder is None:
         return Path(os.path.relpath(path, root)).as_posix()
@@ -477,13 +475,13 @@ def _root_folder(scope: AssetScope) -> Path:
     return (scope.root if scope.root is not None else Path()).absolute()
 
 
-def _readable_folders(scope: AssetScope) -> tuple[Path, ...]:
+def _list_folders(scope: AssetScope) -> tuple[Path, ...]:
     """Returns the folders that may be read, without links; the first is the top scene's."""
     if scope.memory.trees is None:
-        scope.memory.trees = tuple(_real_path(folder) for folder in (_root_folder(scope), *scope.asset_roots))
+        scope.memory.trees = tuple(_resolve_links(folder) for folder in (_root_folder(scope), *scope.asset_roots))
     return scope.memory.trees
 
 
-def _real_path(path: Path) -> Path:
+def _resolve_links(path: Path) -> Path:
     # Up to Python 3.12, Path.resolve raises RuntimeError for circular links; here stat reports them.
     return Path(os.path.realpath(path))

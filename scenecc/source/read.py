@@ -165,7 +165,7 @@ class _StrictReader:
         get, plain, keys, type_of = self._get, self._plain, self._keys, _TYPE_OF
         node: dict[str, Any] = {}
         if start.anchor is not None or start.tag is not None or len(self._open) >= self._depth:
-            self._odd_start(start, node, under)
+            self._read_odd_start(start, node, under)
         self._open.append((under, node))
         while True:
             key_event = get()
@@ -181,7 +181,7 @@ class _StrictReader:
                 self._open.pop()
                 return node
             if key is None or key in node:
-                self._odd_entry(key_event, node)
+                self._read_odd_entry(key_event, node)
                 continue
             event = get()
             type_ = type_of(event)
@@ -200,7 +200,7 @@ class _StrictReader:
         get, plain, type_of = self._get, self._plain, _TYPE_OF
         node: list[Any] = []
         if start.anchor is not None or start.tag is not None or len(self._open) >= self._depth:
-            self._odd_start(start, node, under)
+            self._read_odd_start(start, node, under)
         self._open.append((under, node))
         while True:
             event = get()
@@ -232,7 +232,7 @@ class _StrictReader:
     def _follow(self, event: NodeEvent, under: str | int) -> Any:
         return self._aliases.follow(event, [node for _, node in self._open], self._path(under))
 
-    def _odd_start(self, event: NodeEvent, node: Container, under: str | int) -> None:
+    def _read_odd_start(self, event: NodeEvent, node: Container, under: str | int) -> None:
         """Handles a collection's anchor, tag and depth."""
         path = self._path(under)
         if len(self._open) >= self._depth:
@@ -258,7 +258,7 @@ class _StrictReader:
                 hint = "give it a value, or remove the key to get its default"
                 if isinstance(under, str) and ":" in under.strip(":"):
                     hint = "a space must follow the colon of a key: write `key: value`"
-                elif self._next_line(key_event).startswith("-{"):
+                elif self._find_next_line(key_event).startswith("-{"):
                     hint = "write a space after the `-` of each item: `- {…}`"
                 elif colour := _COMMENTED_COLOUR.match(self._rest_of_line(key_event)):
                     hint = f'`#` starts a comment, so quote it: `{under}: "{colour[1]}"`'
@@ -271,11 +271,11 @@ class _StrictReader:
         """Returns the rest of the line after an event."""
         return self._faults.lines.line(event.end_mark.line)[event.end_mark.column :]
 
-    def _next_line(self, event: NodeEvent) -> str:
+    def _find_next_line(self, event: NodeEvent) -> str:
         """Returns the line below an event, without indentation."""
         return self._faults.lines.line(event.end_mark.line + 1).lstrip()
 
-    def _odd_entry(self, event: NodeEvent, node: dict[str, Any]) -> None:
+    def _read_odd_entry(self, event: NodeEvent, node: dict[str, Any]) -> None:
         """Reads an entry whose key is not simply a new string."""
         if isinstance(event, ScalarEvent) and event.value == "<<" and event.implicit[0]:
             self._merges.merge(self._value("<<", event), event, node, self._path("<<"))

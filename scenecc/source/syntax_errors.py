@@ -179,18 +179,18 @@ def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
 
 
 def _find_advice(problem: _Problem) -> _Advice:
-    if advice := _commented_colour(problem):
+    if advice := _find_commented_colour(problem):
         return advice
     for beginning, advise in _ADVICE_BY_PROBLEM.items():
         if problem.problem.startswith(beginning):
-            return _tab(problem) or advise(problem)
-    return _tab(problem) or _Advice(f"bad YAML: {problem.problem}")
+            return _find_tab(problem) or advise(problem)
+    return _find_tab(problem) or _Advice(f"bad YAML: {problem.problem}")
 
 
 _COMMENTED_COLOUR = re.compile(r":[ \t]+(?P<colour>#[0-9A-Fa-f]{3,8})\b")
 
 
-def _commented_colour(problem: _Problem) -> _Advice | None:
+def _find_commented_colour(problem: _Problem) -> _Advice | None:
     """Finds an unquoted colour, which hides the brackets after it, in the error's line or up to two lines before."""
     for line in range(problem.mark.line, max(problem.mark.line - 3, -1), -1):
         if found := _COMMENTED_COLOUR.search(problem.lines.line(line)):
@@ -200,7 +200,7 @@ def _commented_colour(problem: _Problem) -> _Advice | None:
     return None
 
 
-def _tab(problem: _Problem) -> _Advice | None:
+def _find_tab(problem: _Problem) -> _Advice | None:
     text = problem.text
     column = text.find("\t", 0, len(text) - len(text.lstrip(" \t")))
     if column < 0:
@@ -208,7 +208,7 @@ def _tab(problem: _Problem) -> _Advice | None:
     return _Advice("a tab in the indentation", "indent YAML only with spaces", column=column)
 
 
-def _brackets(problem: _Problem) -> _Advice:
+def _explain_brackets(problem: _Problem) -> _Advice:
     """Handles a flow collection that continues with neither a comma nor its end."""
     before = problem.mark.column - 1
     expression = _EXPRESSION.match(problem.text, before) if before >= 0 else None
@@ -227,20 +227,20 @@ def _brackets(problem: _Problem) -> _Advice:
     return _Advice(f"a comma or `{closing}` is missing", hint, related=f"the {what} starts here")
 
 
-def _colon(problem: _Problem) -> _Advice:
+def _explain_colon(problem: _Problem) -> _Advice:
     """Handles a colon where a key is not allowed."""
     line, column = problem.mark.line, problem.mark.column
-    above = _line_above(problem)
+    above = _find_line_above(problem)
     if above is not None:
         match = _KEY_WITHOUT_BLANK.match(problem.lines.line(above))
         if match is not None:
-            return _no_blank(match, above)
+            return _explain_missing_blank(match, above)
     before = problem.text[:column]
     if re.search(r":\s", before):
         hint = "quote the value if the colon belongs to it; otherwise start a new line for the second key"
         return _Advice("a second `: ` in one line", hint)
     if column - (len(before) - len(before.lstrip())) > _MAX_KEY:
-        return _long_key(problem.mark)
+        return _explain_long_key(problem.mark)
     hint = "indent it as far as the keys it belongs with"
     if above is not None:
         hint += f" (line {above + 1} above already has a value)"
@@ -248,11 +248,11 @@ def _colon(problem: _Problem) -> _Advice:
     return _Advice("a key is not allowed here", hint, line, start, max(column - start, 1))
 
 
-def _long_key(place: Mark) -> _Advice:
+def _explain_long_key(place: Mark) -> _Advice:
     return _Advice(f"a key of more than {_MAX_KEY} characters", "shorten it", place.line, 0)
 
 
-def _no_blank(match: re.Match[str], line: int) -> _Advice:
+def _explain_missing_blank(match: re.Match[str], line: int) -> _Advice:
     key = match["key"]
     return _Advice(
         f"the space is missing after the colon of `{key}`",
@@ -263,7 +263,7 @@ def _no_blank(match: re.Match[str], line: int) -> _Advice:
     )
 
 
-def _line_above(problem: _Problem) -> int | None:
+def _find_line_above(problem: _Problem) -> int | None:
     """Returns the last line before the error that has more than blanks and a comment."""
     for line in range(problem.mark.line - 1, max(problem.mark.line - 100, -1), -1):
         text = problem.lines.line(line).strip()
@@ -272,21 +272,21 @@ def _line_above(problem: _Problem) -> int | None:
     return None
 
 
-def _no_colon(problem: _Problem) -> _Advice:
+def _explain_missing_colon(problem: _Problem) -> _Advice:
     """Handles a line that should be a key."""
     place = problem.context or problem.mark
     text = problem.lines.line(place.line)
     match = _KEY_WITHOUT_BLANK.match(text)
     if match is not None:
-        return _no_blank(match, place.line)
+        return _explain_missing_blank(match, place.line)
     if len(text) > _MAX_KEY and ":" in text:
-        return _long_key(place)
+        return _explain_long_key(place)
     length = max(len(text.rstrip()) - place.column, 1)
     hint = "write `key: value`; a string over several lines is indented further than its key"
     return _Advice("this line has no colon, so it is not a key", hint, place.line, place.column, length)
 
 
-def _key(problem: _Problem) -> _Advice:
+def _explain_key(problem: _Problem) -> _Advice:
     """Handles a block mapping that continues with something other than a key."""
     before = problem.text[: problem.mark.column].strip()
     if problem.rest[:1] in ("]", "}"):
@@ -301,16 +301,16 @@ def _key(problem: _Problem) -> _Advice:
     return _Advice("bad indentation", hint, length=problem.rest_length, related="the mapping starts here")
 
 
-def _dash(_: _Problem) -> _Advice:
+def _explain_dash(_: _Problem) -> _Advice:
     hint = "indent it further to make it part of the item above, or start it with `- `"
     return _Advice("a list continues with a line that is not an item", hint, related="the list starts here")
 
 
-def _dash_in_line(_: _Problem) -> _Advice:
+def _explain_dash_in_line(_: _Problem) -> _Advice:
     return _Advice("a list item cannot start here", "start the list on a line of its own, or write `[…]`")
 
 
-def _content(problem: _Problem) -> _Advice:
+def _explain_content(problem: _Problem) -> _Advice:
     found = problem.rest[:1]
     if found == ",":
         return _Advice("a value is missing before this comma", "remove the comma, or put a value before it")
@@ -318,34 +318,34 @@ def _content(problem: _Problem) -> _Advice:
     return _Advice(f"expected a value, not {what}", "check for a missing or extra bracket")
 
 
-def _first_character(problem: _Problem) -> _Advice:
+def _explain_first_character(problem: _Problem) -> _Advice:
     found = problem.rest[:1]
     return _Advice(f"a string cannot start with `{found}`", f'quote it: "{found}…"')
 
 
-def _anchor(problem: _Problem) -> _Advice:
+def _explain_anchor(problem: _Problem) -> _Advice:
     place = problem.context or problem.mark
     found = problem.lines.line(place.line)[place.column : place.column + 1]
     hint = f'quote it: "{found}…"'
     return _Advice(f"a string cannot start with `{found}`, which marks or names a node", hint, place.line, place.column)
 
 
-def _open_quote(problem: _Problem) -> _Advice:
+def _explain_open_quote(problem: _Problem) -> _Advice:
     place = problem.context or problem.mark
     return _Advice("this quote is never closed", None, place.line, place.column)
 
 
-def _escape(_: _Problem) -> _Advice:
+def _explain_escape(_: _Problem) -> _Advice:
     hint = "in double quotes a backslash starts an escape: double it, or use single quotes"
     return _Advice("unknown escape sequence", hint)
 
 
-def _after_end(problem: _Problem) -> _Advice:
+def _explain_extra_text(problem: _Problem) -> _Advice:
     hint = "check for a first line without a key, or a bracket that is closed too early"
     return _Advice("there is extra text after the end of the document", hint, length=problem.rest_length)
 
 
-def _too_deep(_: _Problem) -> _Advice:
+def _explain_depth(_: _Problem) -> _Advice:
     """Reports libyaml's own depth limit (since 0.2.6). The parser looks ahead, so it can fail before `Limits.depth`."""
     message = f"more than {MAX_DEPTH} nested mappings and lists"
     hint = f"use fewer levels: the YAML parser supports only {MAX_DEPTH}, whatever the limits"
@@ -353,21 +353,21 @@ def _too_deep(_: _Problem) -> _Advice:
 
 
 _ADVICE_BY_PROBLEM: dict[str, Callable[[_Problem], _Advice]] = {
-    "exceeded maximum nesting depth": _too_deep,
-    "did not find expected ',' or": _brackets,
-    "mapping values are not allowed": _colon,
-    "could not find expected ':'": _no_colon,
-    "did not find expected key": _key,
-    "did not find expected '-'": _dash,
-    "block sequence entries are not allowed": _dash_in_line,
-    "did not find expected node content": _content,
-    "found character that cannot start any token": _first_character,
-    "did not find expected alphabetic or numeric character": _anchor,
-    "found unexpected end of stream": _open_quote,
-    "found unknown escape character": _escape,
-    "found invalid Unicode character escape code": _escape,
-    "did not find expected hexdecimal number": _escape,
-    "did not find expected <document start>": _after_end,
+    "exceeded maximum nesting depth": _explain_depth,
+    "did not find expected ',' or": _explain_brackets,
+    "mapping values are not allowed": _explain_colon,
+    "could not find expected ':'": _explain_missing_colon,
+    "did not find expected key": _explain_key,
+    "did not find expected '-'": _explain_dash,
+    "block sequence entries are not allowed": _explain_dash_in_line,
+    "did not find expected node content": _explain_content,
+    "found character that cannot start any token": _explain_first_character,
+    "did not find expected alphabetic or numeric character": _explain_anchor,
+    "found unexpected end of stream": _explain_open_quote,
+    "found unknown escape character": _explain_escape,
+    "found invalid Unicode character escape code": _explain_escape,
+    "did not find expected hexdecimal number": _explain_escape,
+    "did not find expected <document start>": _explain_extra_text,
 }
 """The beginnings of libyaml's problem texts → the function that gives advice."""
 

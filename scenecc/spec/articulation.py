@@ -16,6 +16,7 @@ from scenecc.spec.base import (
     Iterations,
     Maybe,
     Name,
+    NameRole,
     NonNegative,
     Positive,
     SpecModel,
@@ -60,6 +61,10 @@ def _check_pattern(text: str) -> str:
 Pattern = Annotated[str, AfterValidator(_check_pattern), MAPPING_KEY, PATTERN]
 """A regular expression that matches whole names."""
 
+LinkPattern = Annotated[Pattern, NameRole("link")]
+
+JointPattern = Annotated[Pattern, NameRole("joint")]
+
 _Limit = Annotated[float, Field(ge=-inf, allow_inf_nan=True)]
 
 LimitPair = Annotated[tuple[_Limit, _Limit], Strict(strict=False)]
@@ -75,7 +80,7 @@ JointNumbers = TypeAliasType(
     Leaf[
         Annotated[
             Annotated[list[Finite], Field(min_length=0, max_length=MAX_JOINTS), Tag(COMPONENTS)]
-            | Annotated[dict[Annotated[str, MAPPING_KEY], Leaf[Finite]], Tag(MAPPING)],
+            | Annotated[dict[Annotated[str, MAPPING_KEY, NameRole("joint")], Leaf[Finite]], Tag(MAPPING)],
             union_by_kind("a list of one number for each joint that moves, or a mapping of their names"),
         ]
     ],
@@ -134,7 +139,7 @@ TreeJointType = Literal["fixed", "revolute", "revolute_unwrapped", "continuous",
 class MimicKeys(SpecModel):
     """A joint that follows another joint."""
 
-    joint: Fixed[Name] = Field(description="The other joint.")
+    joint: Fixed[Annotated[Name, NameRole("joint")]] = Field(description="The other joint.")
     multiplier: Maybe[Leaf[Finite]] = key("Factor of its position.", default=1)
     offset: Maybe[Leaf[Finite]] = key("Offset added to the product [m or rad].", default=0)
 
@@ -195,9 +200,9 @@ else:
 class JointPatterns(SpecModel):
     """Keys for links, joints and drives, by name pattern."""
 
-    links: dict[Pattern, LinkKeys] = names_key("Pattern of names → properties of the matching links.")
-    joints: dict[Pattern, JointKeys] = names_key("Pattern of names → properties of the matching joints.")
-    drives: dict[Pattern, DriveKeys] = names_key(
+    links: dict[LinkPattern, LinkKeys] = names_key("Pattern of names → properties of the matching links.")
+    joints: dict[JointPattern, JointKeys] = names_key("Pattern of names → properties of the matching joints.")
+    drives: dict[JointPattern, DriveKeys] = names_key(
         "Pattern of names → drives of the matching joints.",
         examples=[{"panda_joint.*": {"stiffness": 1000, "damping": 100, "force_limit": 100}}],
     )
@@ -277,10 +282,10 @@ VisualGroups = Annotated[
 class UrdfKeys(SpecModel):
     """A URDF and its loader options."""
 
-    urdf: Annotated[Leaf[Text], Excludes(("mjcf", "root"))] = Field(
+    urdf: Annotated[Leaf[Annotated[Text, NameRole("URDF file")]], Excludes(("mjcf", "root"))] = Field(
         description="The file.", examples=["robots/arm.urdf"]
     )
-    srdf: Maybe[Leaf[Text]] = key(
+    srdf: Maybe[Leaf[Annotated[Text, NameRole("SRDF file")]]] = key(
         "SRDF with the pairs of links that do not collide, or `none`. Default: the SRDF beside the URDF."
     )
     package_dir: Maybe[Leaf[Text]] = key("Folder that resolves `package://` in the file.")
@@ -308,7 +313,7 @@ class Urdf(UrdfKeys, ArticulationKeys):
 class MjcfKeys(SpecModel):
     """An MJCF and its loader options."""
 
-    mjcf: Annotated[Leaf[Text], Excludes(("urdf", "root"))] = Field(
+    mjcf: Annotated[Leaf[Annotated[Text, NameRole("MJCF file")]], Excludes(("urdf", "root"))] = Field(
         description="The file.", examples=["robots/ant.xml"]
     )
     keyframe: Maybe[Leaf[Text]] = key("The keyframe of the file that gives initial positions; `qpos` replaces it.")

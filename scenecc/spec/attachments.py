@@ -6,7 +6,7 @@ from pydantic import Field, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 
 from scenecc.spec.articulation import JointNumbers, JointPatterns, MjcfKeys, TreeJoint, TreeKeys, UrdfKeys
-from scenecc.spec.base import MAPPING_KEY, ErrorCollector, Maybe, Name, Text, custom_error, key, list_key, names_key
+from scenecc.spec.base import MAPPING_KEY, ErrorCollector, LinkName, Maybe, Name, custom_error, key, list_key, names_key
 from scenecc.spec.instances import Prefix
 from scenecc.spec.nodes import PART_LABELS, WRONG_KIND, LazyType, ModelChoice, is_mapping
 from scenecc.spec.pose import Pose
@@ -71,7 +71,7 @@ Part = Annotated[Any, PartAnnotation()]
 class PartKeys(JointPatterns):
     """Keys of any part. Links and joints have the part's own names in it."""
 
-    to: Fixed[Text] = Field(
+    to: Fixed[LinkName] = Field(
         description="Link that it is attached to, of the articulation or of an earlier part (`gripper/palm`)."
     )
     pose: Maybe[Pose] = key("Pose of its root in the frame of `to`; a fixed joint holds it there.", default=[0, 0, 0])
@@ -79,7 +79,7 @@ class PartKeys(JointPatterns):
     prefix: Maybe[Fixed[Prefix]] = key(
         'Prefix of the names of its links and joints; default: the name of the part and "/".', examples=[""]
     )
-    ignore: list[Fixed[Text]] = list_key("Links of the articulation that never collide with it.")
+    ignore: list[Fixed[LinkName]] = list_key("Links of the articulation that never collide with it.")
     qpos: Maybe[JointNumbers] = key(
         "Initial positions of its joints [m or rad]; the `qpos` of the articulation overrides them."
     )

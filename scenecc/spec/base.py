@@ -192,14 +192,15 @@ class Excludes:
     keys: tuple[str, ...]
 
 
-NameKind = Literal["entity", "frame", "material", "group"]
+NameKind = Literal["entity", "frame", "material", "group", "link", "joint", "member", "argument", "scene file",
+                   "URDF file", "MJCF file", "SRDF file", "mesh file", "image file"]  # fmt: skip
+"""Kinds of named objects: an entity, frame or camera, or a link of one; a frame with a region; a material; a collision
+group; a link or joint of the entity itself; an object inside an instance; a parameter of a prefab; files."""
 
 
 @dataclass(frozen=True)
 class NameRole:
-    """Annotation of a string that refers to an `entity` (or frame, camera or link), a `frame` with a region, a
-    `material` or a `group`.
-    """
+    """Annotation of a string that is the name of something."""
 
     kind: NameKind
 
@@ -389,3 +390,9 @@ FrameName = Annotated[Reference, ScopedName(whole=True), NameRole("frame")]
 
 BodyName = Annotated[Text, NameRole("entity")]
 """ENTITY or ENTITY/LINK, resolved by lowering."""
+
+LinkName = Annotated[Text, NameRole("link")]
+
+SceneName = Annotated[Text, NameRole("scene file")]
+
+ImageName = Annotated[Text, NameRole("image file")]

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, WithJsonSchema
 
-from scenecc.spec.base import AnyText, Maybe, NewName, NonNegativeInt, PositiveInt, SpecModel, Text, key
+from scenecc.spec.base import AnyText, Maybe, NewName, NonNegativeInt, PositiveInt, SceneName, SpecModel, Text, key
 from scenecc.spec.entities import Entity
 from scenecc.spec.nodes import LazyType
 from scenecc.spec.repetition import NewVariable, Variable
@@ -54,7 +54,7 @@ class SceneFile(SpecModel):
     draws: dict[NewVariable, Draw] = Field(
         default_factory=dict, description="Values that differ from scene to scene, for any `${…}` of the file."
     )
-    include: list[Fixed[Text]] = Field(
+    include: list[Fixed[SceneName]] = Field(
         default_factory=list, description="Files merged in before this one, in order.", examples=[["common.yaml"]]
     )
     physics: Maybe[PhysicsSpec] = key("Settings of the simulation.")

@@ -63,7 +63,7 @@ class ExpectSpec(SpecModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _by_part(cls, node: Any, validate: ModelWrapValidatorHandler[Self]) -> Any:
+    def _validate_parts(cls, node: Any, validate: ModelWrapValidatorHandler[Self]) -> Any:
         """In an expanded document, validates the expectations of each file and instance separately, by name."""
         if not EXPANDED.get():
             return validate(node)

@@ -384,14 +384,14 @@ class FormReader:
             self._mistakes.add(custom_error("SC111", message, at="key"), node, *loc, other)
         for other in node:
             if other not in FORM_KEYS and other != COMPANIONS.get(key) and not other.startswith(NOTE_PREFIX):
-                self._mistakes.add(_misplaced_key_error(other, key), node, *loc, other)
+                self._mistakes.add(_make_key_error(other, key), node, *loc, other)
         if others:
             return None
         if key == forms.ONCE:
             return self._once(node[key], domain, plain, (*loc, key))
         if key in DISTRIBUTIONS and not self._is_expression(node[key]):
             return read_distribution(self, key, node, domain, plain, loc)
-        return self._listed(key, node, domain, plain, loc)
+        return self._read_list_form(key, node, domain, plain, loc)
 
     def _once(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
         """Reads the value in `once`. In an expanded document a plain value is returned unchanged."""
@@ -407,7 +407,7 @@ class FormReader:
             self.mistake("SC117", message, node, loc, "remove `once`")
         return found
 
-    def _listed(self, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
+    def _read_list_form(self, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
         """Reads a form with listed values, or any form whose list is an expression."""
         given, at = node[key], (*loc, key)
         if self._is_expression(given):
@@ -519,7 +519,7 @@ def wrong_length_error(domain: Domain, count: int) -> PydanticCustomError:
     return custom_error("SC106", f"{VALUE_NAME} must have {most} values, not {count}")
 
 
-def _misplaced_key_error(other: str, key: str) -> PydanticCustomError:
+def _make_key_error(other: str, key: str) -> PydanticCustomError:
     """Returns the error for a key that is not allowed beside a form."""
     owners = [f"`{form}`" for form, companion in COMPANIONS.items() if other == companion]
     if owners:

@@ -4,7 +4,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints, Tag
 
-from scenecc.spec.base import MAPPING_KEY, PREFIX_PATTERN, Maybe, NonNegativeInt32, Reference, Text, key, names_key
+from scenecc.spec.base import (
+    MAPPING_KEY,
+    PREFIX_PATTERN,
+    Maybe,
+    NameRole,
+    NonNegativeInt32,
+    Reference,
+    SceneName,
+    key,
+    names_key,
+)
 from scenecc.spec.body import BodyKeys, BodySpec, EntityKeys
 from scenecc.spec.nodes import MAPPING, WORD, union_by_kind
 from scenecc.spec.repetition import RepeatKeys, Variable
@@ -24,15 +34,17 @@ Override = Fixed[
 class Instance(EntityKeys, RepeatKeys):
     """A scene file used as a part of this one."""
 
-    use: Fixed[Text] = Field(
+    use: Fixed[SceneName] = Field(
         description="The prefab: a path from this file's folder, pkg://PACKAGE/PATH, asset://PATH or scenecc:NAME.",
         examples=["prefabs/leg.yaml", "scenecc:table"],
     )
-    with_: dict[Variable, Any] = names_key("Its parameters; values may differ from scene to scene.", alias="with")
+    with_: dict[Annotated[Variable, NameRole("argument")], Any] = names_key(
+        "Its parameters; values may differ from scene to scene.", alias="with"
+    )
     prefix: Maybe[Fixed[Prefix]] = key(
         'Prefix of the names inside; default: the instance\'s name and "/".', examples=[""]
     )
-    override: dict[Annotated[Reference, MAPPING_KEY], Override] = names_key(
+    override: dict[Annotated[Reference, MAPPING_KEY, NameRole("member")], Override] = names_key(
         "Object inside, by its name in the prefab (`lights/NAME`, `cameras/`, `constraints/`, `frames/`, "
         "`materials/` too) → keys that are merged into it, or `remove`.",
         examples=[{"cube": {"color": "#f0f0f0"}, "goal": "remove"}],

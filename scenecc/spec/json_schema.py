@@ -60,12 +60,12 @@ def _operands(description: str, count: int = 2) -> dict[str, Any]:
     return {"description": description, "anyOf": [listed, EXPRESSION_REF]}
 
 
-def _drawn(drawn: Distribution) -> dict[str, Any]:
+def _draw_schema(drawn: Distribution) -> dict[str, Any]:
     keys = {drawn.key: _operands(drawn.description, len(drawn.operands))}
     return {**keys, drawn.companion: _operands(drawn.companion_description)} if drawn.companion else keys
 
 
-_NUMBER_FORMS = {key: schema for drawn in DISTRIBUTIONS.values() for key, schema in _drawn(drawn).items()}
+_NUMBER_FORMS = {key: schema for drawn in DISTRIBUTIONS.values() for key, schema in _draw_schema(drawn).items()}
 
 _INTEGER_FORMS = {drawn.key: _NUMBER_FORMS[drawn.key] for drawn in DISTRIBUTIONS.values() if drawn.whole}
 
@@ -95,7 +95,7 @@ def _form_schema(description: str, keys: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _varying_schema(form: str) -> dict[str, Any]:
+def _allow_form(form: str) -> dict[str, Any]:
     return {"anyOf": [EXPRESSION_REF, {REF_KEY: form}]}
 
 
@@ -110,9 +110,9 @@ DEFINITIONS: dict[str, Any] = {
     "NumberForm": _form_schema("Numbers that differ from scene to scene.", {**_LIST_FORMS, **_NUMBER_FORMS}),
     "IntegerForm": _form_schema("Whole numbers that differ from scene to scene.", {**_LIST_FORMS, **_INTEGER_FORMS}),
     "ValueForm": _form_schema("A value that differs from scene to scene.", _LIST_FORMS),
-    "VaryingNumber": _varying_schema("NumberForm"),
-    "VaryingInteger": _varying_schema("IntegerForm"),
-    "VaryingValue": _varying_schema("ValueForm"),
+    "VaryingNumber": _allow_form("NumberForm"),
+    "VaryingInteger": _allow_form("IntegerForm"),
+    "VaryingValue": _allow_form("ValueForm"),
     "Parameter": {
         "description": "A default, from which the type follows, or a mapping.",
         "anyOf": [

@@ -13,7 +13,7 @@ from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import NOTE_PREFIX, PATTERN, WHOLE, NameRole
 from scenecc.spec.document import SceneFile
-from scenecc.spec.nodes import LazyType, ModelChoice, child_at, is_mapping, is_sequence
+from scenecc.spec.nodes import LazyType, LazyUnion, ModelChoice, is_mapping, is_sequence
 from scenecc.spec.repetition import Repeat
 from scenecc.spec.values import VaryingAnnotation
 from scenecc.variation.forms import FORM_KEYS, ONCE
@@ -32,7 +32,7 @@ class KeyPlace:
     """The values that are allowed at a place of a document.
 
     Attributes:
-        names: kind of object that a string refers to.
+        names: kind of object that a string names.
         varies: whether a form is allowed.
         whole: whether an override replaces a mapping instead of merging it.
         pattern: whether a string is a name pattern.
@@ -59,6 +59,9 @@ class KeyPlace:
         if not isinstance(step, str):
             return self.item or NOWHERE
         model = self.model(node)
+        if model is None and isinstance(self.choice, LazyUnion):  # without a `type`, any model that has the key
+            models = map(self.choice.model, self.choice.types())
+            return next((place for one in models if (place := model_places(one).get(step))), NOWHERE)
         if model is None:
             return self.entry or NOWHERE
         return model_places(model).get(step) or (_REPEAT if step == "repeat" else NOWHERE)
@@ -124,22 +127,25 @@ def _take_type(place: KeyPlace, annotation: Any) -> None:
         place.choice = annotation
 
 
-_DOCUMENT = KeyPlace(choice=SceneFile)
-
 _REPEAT = _take(KeyPlace(), Repeat)
 """Place of `repeat` in shapes. Their models lack the key, because expansion removes it."""
 
 
-def place_at(data: Any, path: Path) -> KeyPlace:
-    """Returns the place at a path of a document. An alternative in a form has the place of the form."""
-    place, node, steps = _DOCUMENT, data, iter(path)
-    for step in steps:
+def place_at(path: Path, node_at: Callable[[Path], Any]) -> KeyPlace:
+    """Returns the place at a path of a document. An alternative in a form has the place of the form.
+
+    Args:
+        path: the path.
+        node_at: returns the node at a path. It is called where the place depends on the keys of a mapping.
+    """
+    place, done = KeyPlace(choice=SceneFile), 0
+    while done < len(path):
+        node = node_at(path[:done]) if place.varies or isinstance(place.choice, ModelChoice) else None
         if is_mapping(node) and place.is_form(node):
-            node = child_at(node, step)
-            step = None if step == ONCE else next(steps, None)  # noqa: PLW2901 - the place is that of the form
+            done += 1 if path[done] == ONCE else 2
         else:
-            place = place.below(node, step)
-        node = node if step is None else child_at(node, step)
+            place = place.below(node, path[done])
+            done += 1
     return place
 
 

@@ -39,12 +39,12 @@ class TruncatedDocument:
     def _copy(self, node: Any) -> Any:
         self._left -= 1
         if is_mapping(node):
-            return {key: self._copy(item) for key, item in node.items() if self._kept(node, key)}
+            return {key: self._copy(item) for key, item in node.items() if self._keep_item(node, key)}
         if is_sequence(node):
-            return [self._copy(item) for item in node if self._kept(node, None)]
+            return [self._copy(item) for item in node if self._keep_item(node, None)]
         return node
 
-    def _kept(self, container: Any, key: str | None) -> bool:
+    def _keep_item(self, container: Any, key: str | None) -> bool:
         if self._left > 0 or len(container) <= _MAX_UNCUT_ITEMS or key in self._known:
             return True
         self.whole = False

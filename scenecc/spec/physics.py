@@ -10,6 +10,7 @@ from scenecc.spec.base import (
     Iterations,
     Maybe,
     Name,
+    NameRole,
     NonNegative,
     Positive,
     Positive3,
@@ -97,6 +98,6 @@ class InertialSpec(SpecModel):
 class CollisionGroup(SpecModel):
     """The groups that this group does not collide with."""
 
-    ignore: list[Fixed[Name]] = Field(
+    ignore: list[Fixed[Annotated[Name, NameRole("group")]]] = Field(
         default_factory=list, description="Names of groups to ignore; may include the group itself."
     )

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from scenecc.spec.base import Finite, Maybe, Positive, Positive2, Positive3, SpecModel, Text, Vec3, key
+from scenecc.spec.base import Finite, ImageName, Maybe, Positive, Positive2, Positive3, SpecModel, Vec3, key
 from scenecc.spec.pose import AxisName
 from scenecc.spec.shapes import CollisionKeys, ShapeBothKeys, VisualKeys
 from scenecc.spec.values import Fixed, Leaf
@@ -72,7 +72,7 @@ class HeightfieldKeys(SpecModel):
 
     type: Literal["heightfield"]
     size: Leaf[Positive3] = Field(description="Extents along x and y, and the height of the value 1 or of white [m].")
-    file: Maybe[Fixed[Text]] = key("A grey PNG of 8 or 16 bits, its top at +y; black is 0 and white 1.")
+    file: Maybe[Fixed[ImageName]] = key("A grey PNG of 8 or 16 bits, its top at +y; black is 0 and white 1.")
     heights: Maybe[Fixed[list[Fixed[HeightRow]]]] = key(
         "Rows of heights from +y to -y, each from -x to +x.", excludes=("file",)
     )

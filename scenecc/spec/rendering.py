@@ -9,13 +9,13 @@ from scenecc.plan import rendering as plan
 from scenecc.spec.base import (
     BodyName,
     Finite,
+    ImageName,
     Maybe,
     NonNegative3,
     OpeningAngle,
     OpeningDegrees,
     Positive,
     SpecModel,
-    Text,
     Vec3,
     key,
 )
@@ -140,12 +140,12 @@ Light = Annotated[Any, LazyUnion("LightSpec", {"rendering": LIGHT_TYPES}), REPEA
 class CubeMapKeys(SpecModel):
     """Six images around the scene, one along each axis."""
 
-    px: Leaf[Text] = Field(description="Image towards +x.")
-    nx: Leaf[Text] = Field(description="Image towards -x.")
-    py: Leaf[Text] = Field(description="Image towards +y.")
-    ny: Leaf[Text] = Field(description="Image towards -y.")
-    pz: Leaf[Text] = Field(description="Image towards +z.")
-    nz: Leaf[Text] = Field(description="Image towards -z.")
+    px: Leaf[ImageName] = Field(description="Image towards +x.")
+    nx: Leaf[ImageName] = Field(description="Image towards -x.")
+    py: Leaf[ImageName] = Field(description="Image towards +y.")
+    ny: Leaf[ImageName] = Field(description="Image towards -y.")
+    pz: Leaf[ImageName] = Field(description="Image towards +z.")
+    nz: Leaf[ImageName] = Field(description="Image towards -z.")
 
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ else:
 
 EnvironmentMap = Leaf[
     Annotated[
-        Annotated[Text, Tag(WORD)] | Annotated[_LazyCubeMap, Tag(MAPPING)],
+        Annotated[ImageName, Tag(WORD)] | Annotated[_LazyCubeMap, Tag(MAPPING)],
         union_by_kind("a file, or a mapping with px, nx, py, ny, pz, nz"),
     ]
 ]

@@ -13,6 +13,7 @@ from scenecc.spec.base import (
     NOTE_SCHEMA,
     WHOLE,
     Finite,
+    ImageName,
     Maybe,
     NameRole,
     NonNegative,
@@ -71,7 +72,7 @@ class Physical(SpecModel):
 class TextureMapping(SpecModel):
     """An image and how it is sampled."""
 
-    file: Leaf[Text] = Field(description="The image.")
+    file: Leaf[ImageName] = Field(description="The image.")
     mipmap_levels: Maybe[Fixed[Annotated[int, Field(ge=1, le=32)]]] = key("Levels of detail.", default=1)
     filter_mode: Maybe[Fixed[Literal["nearest", "linear"]]] = key("Filter between texels.", default="linear")
     address_mode: Maybe[Fixed[Literal["repeat", "border", "edge", "mirror"]]] = key("Outside 0..1.", default="repeat")
@@ -87,7 +88,7 @@ Texture = TypeAliasType(
     "Texture",
     Leaf[
         Annotated[
-            Annotated[Text, Tag(WORD)] | Annotated[_LazyTextureMapping, Tag(MAPPING)],
+            Annotated[ImageName, Tag(WORD)] | Annotated[_LazyTextureMapping, Tag(MAPPING)],
             union_by_kind("a file, or a mapping with `file`"),
         ]
     ],
@@ -214,7 +215,7 @@ class ShapeBothKeys(CollisionKeys, VisualKeys):
 class MeshFileKeys(SpecModel):
     """A mesh file."""
 
-    file: Leaf[Text] = Field(
+    file: Leaf[Annotated[Text, NameRole("mesh file")]] = Field(
         description="The mesh: a path from this file's folder, pkg://PACKAGE/PATH or asset://PATH."
     )
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from scenecc.diagnostics.messages import cut, is_slip_of, keyboard_hint, listed, nearest, show, suggest
@@ -191,7 +192,7 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         return
     known, free = known_keys(path, data)
     word = snake_case(key)
-    hint = _misplaced_key_hint(word, known)
+    hint = _suggest_place(word, known)
     if hint is None and "use" in known and _is_key_of_entities(key):
         hint = INSTANCE_HINT.format(key=key)
     fix: tuple[Literal["key"], str] | None = None
@@ -211,7 +212,7 @@ _SAME_WORD: Final = 0.8
 """Smallest `difflib` ratio of two spellings of the same word."""
 
 
-def _misplaced_key_hint(word: str, known: tuple[str, ...]) -> str | None:
+def _suggest_place(word: str, known: tuple[str, ...]) -> str | None:
     rows = (row for row in MISPLACED_KEYS if word in row[1].split())
     return next((hint for beside, _, hint in rows if not set(beside.split()).isdisjoint(known)), None)
 
@@ -245,7 +246,7 @@ def suggest_key(key: str, known: tuple[str, ...], free: tuple[str, ...] | None =
 def known_keys(path: Path, data: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Returns the keys that the mapping of an unknown key may have, and the unused ones among them."""
     owner = value_at(data, path[:-1])
-    model = place_at(data, path[:-1]).model(owner)
+    model = place_at(path[:-1], partial(value_at, data)).model(owner)
     if model is None:
         return (), ()
     # `repeat`, `if` and `name` turn a plain body into another model.
@@ -285,7 +286,7 @@ def _report_length(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -
 def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, sink: Sink) -> None:
     found, context = error["input"], error.get("ctx", {})
     if error["type"] == "literal_error":
-        choices = _quoted_words(context["expected"].replace(" or ", ", "))
+        choices = _split_words(context["expected"].replace(" or ", ", "))
         if not isinstance(found, str):
             _report_wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
             return
@@ -295,7 +296,7 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
     if not is_mapping(found):
         _report_wrong_kind("a mapping", path, found, place, sink)
     elif "type" not in found:
-        union = place_at(data, path).choice
+        union = place_at(path, partial(value_at, data)).choice
         choices = union.types() if isinstance(union, LazyUnion) else ()
         hint = next((f"write `{{type: {key}, …}}`" for key in found if key in choices), None)
         message = f"{value_name(path)} lacks the key `type`"
@@ -307,13 +308,13 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
     elif not isinstance(tag, str):
         _report_wrong_kind("a text", (*path, "type"), tag, place.child("type"), sink)
     else:
-        choices = _quoted_words(context["expected_tags"])
+        choices = _split_words(context["expected_tags"])
         hint = SHAPE_LIST_HINTS.get(tag) or _suggest_value(tag, choices)
         kind = _TYPED_SECTIONS.get(str(path[0]), "shape")
         sink.report("SC105", f"there is no {kind} type {show(tag)} here", place.child("type"), hint=hint)
 
 
-def _quoted_words(text: str) -> list[str]:
+def _split_words(text: str) -> list[str]:
     return [word.strip("'") for word in text.split(", ")]
 
 

@@ -100,7 +100,7 @@ class Domain:
         if role == "value":
             return self
         if role not in self._of_roles:
-            self._of_roles[role] = _with_numbers(self, core_schema.float_schema(**_ROLE_BOUNDS[role]))
+            self._of_roles[role] = _replace_numbers(self, core_schema.float_schema(**_ROLE_BOUNDS[role]))
         return self._of_roles[role]
 
     @cached_property
@@ -122,10 +122,10 @@ class Domain:
         return LazyValidator(schema).validate
 
 
-def _with_numbers(domain: Domain, schema: CoreSchema) -> Domain:
+def _replace_numbers(domain: Domain, schema: CoreSchema) -> Domain:
     """Returns a domain with the same shapes and another schema of numbers."""
     number = None if domain.number is None else schema
-    return replace(domain, number=number, item=domain.item and _with_numbers(domain.item, schema), nonzero=False)
+    return replace(domain, number=number, item=domain.item and _replace_numbers(domain.item, schema), nonzero=False)
 
 
 def domain_of(schema: CoreSchema, resolve: Callable[[CoreSchema], CoreSchema]) -> Domain:
@@ -182,10 +182,10 @@ class VaryingAnnotation:
             plain = ordered_union(choices, core_schema.no_info_plain_validator_function(_make_refuser(refuse)))
         read = _make_reader(domain, LazyValidator(plain), refuse, self.refused)
         union = ordered_union(choices, core_schema.no_info_plain_validator_function(read))
-        union["metadata"] = {"expected": expected, "varying": self._varying(domain)}
+        union["metadata"] = {"expected": expected, "varying": self._choose_definition(domain)}
         return union
 
-    def _varying(self, domain: Domain) -> str:
+    def _choose_definition(self, domain: Domain) -> str:
         """Returns the JSON Schema definition of the forms and expressions that may replace the value."""
         if self.refused is not None:
             return "Expression"

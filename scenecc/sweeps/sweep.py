@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.util import find_spec
 from os import PathLike, fspath
 from pathlib import Path
@@ -129,49 +130,36 @@ def sweep(
         ValueError: an argument is out of range.
         TypeError: an argument has the wrong type.
     """
-    given = {
-        "do": do,
-        "seeds": seeds,
-        "settle": settle,
-        "ray": ray,
-        "ray_address": ray_address,
-        "shard": shard,
-        "camera": camera,
-    }
-    check_types(sweep, {**given, "size": size, "progress": progress, "settings": settings}, _TYPES)
-    work = _plan_work(files, _chosen_seeds(seeds), _chosen(do), params, settle, camera, size, options)
-    if settings is not None:
-        work = replace(work, entries=tuple(replace(entry, settings=settings(entry.file)) for entry in work.entries))
+    given = {"do": do, "seeds": seeds, "settle": settle, "ray": ray, "ray_address": ray_address, "shard": shard}
+    given |= {"camera": camera, "size": size, "progress": progress, "settings": settings}
+    check_types(sweep, given, _TYPES)
+    work = _plan_work(files, _choose_seeds(seeds), _choose_actions(do), params, settle, camera, size, options, settings)
     units = work.units()
+    mine = _select_part(units, shard)
+    jobs = integer(jobs, "jobs", 1)
+    start = partial(on_ray, address=ray_address) if ray or ray_address else on_processes
+    with undoing() as undo:
+        folder = SweepFolder(path_argument(sweep, "output", output), work, shard, undo)
+        _run_units(work, folder, mine, lambda left: start(do_unit, work, left, jobs), progress)
+        return _write_result(folder, units, mine)
+
+
+def _select_part(units: Sequence[Unit], shard: tuple[int, int] | None) -> Sequence[Unit]:
+    """Returns the units of a part (I, N); all units without a part."""
     part, parts = shard or (1, 1)
     if not 1 <= part <= parts:
         raise ValueError(f"shard must be (I, N) with I from 1 to N, not {shard!r}")
-    mine = units[part - 1 :: parts]
-    jobs = integer(jobs, "jobs", 1)
-    with undoing() as undo:
-        folder = SweepFolder(path_argument(sweep, "output", output), work, shard, undo)
-        left = [unit for unit in mine if unit not in folder]
-        if left:
-            done = on_ray(do_unit, work, left, jobs, ray_address) if ray or ray_address else (
-                on_processes(do_unit, work, left, jobs)
-            )  # fmt: skip
-            _collect(work, folder, done, len(mine) - len(left), len(mine), progress)
-        finished = sum(unit in folder for unit in units)
-        if finished < len(units):
-            return Sweep(None, len(units), finished, folder.count(mine))
-        with folder.writing():
-            table, counts = folder.write_table(units)
-        return Sweep(table, len(units), finished, counts)
+    return units[part - 1 :: parts]
 
 
-def _chosen(do: Iterable[str]) -> tuple[Do, ...]:
+def _choose_actions(do: Iterable[str]) -> tuple[Do, ...]:
     asked, known = {*do}, get_args(Do)
     if not asked or not asked <= {*known}:
         raise ValueError(f"do must be any of {', '.join(known)}, not {sorted(asked)}")
     return tuple(one for one in known if one in asked)
 
 
-def _chosen_seeds(seeds: Iterable[int] | None) -> Sequence[int] | None:
+def _choose_seeds(seeds: Iterable[int] | None) -> Sequence[int] | None:
     if seeds is None:
         return None
     found = seeds if isinstance(seeds, range) and seeds.step == 1 else sorted({integer(s, "seeds", 0) for s in seeds})
@@ -189,6 +177,7 @@ def _plan_work(
     camera: str | None,
     size: tuple[int, int] | None,
     options: SweepOptions,
+    settings: Callable[[str], FindingSettings] | None,
 ) -> Work:
     """Compiles each file with each set of parameters, to find its scenes and all files that it uses."""
     if find_spec("pyarrow") is None:
@@ -198,13 +187,13 @@ def _plan_work(
     paths = [files] if isinstance(files, str | PathLike) else [*files]
     asked = Options.of_call(sweep, options, SweepOptions)
     alone = params is None or isinstance(params, Mapping)
-    settings = cast("Iterable[Mapping[str, Any]]", [params or {}] if alone else params)
+    every_params = cast("Iterable[Mapping[str, Any]]", [params or {}] if alone else params)
     entries: dict[tuple[str, str], Entry] = {}
     faults: dict[Diagnostic, None] = {}
     for path in dict.fromkeys(fspath(path_argument(sweep, "files", path)) for path in paths):
-        for setting in settings:
+        for chosen in every_params:
             sink = Sink()
-            entry = _entry(path, replace(asked, params=dict(setting)), seeds, sink)
+            entry = _make_entry(path, replace(asked, params=dict(chosen)), seeds, sink)
             faults |= dict.fromkeys(sink.diagnostics() if entry is None else ())
             if entry is not None:
                 entries[path, entry.parameters] = entry
@@ -212,11 +201,13 @@ def _plan_work(
         raise SceneError(faults)
     if not entries:
         raise ValueError("a sweep needs files and parameters")
-    ordered = tuple(entries[key] for key in sorted(entries))
-    return Work(ordered, do, float(settle), camera, size, os.getcwd())  # noqa: PTH109 - only compared, as text
+    ordered = [entries[key] for key in sorted(entries)]
+    if settings is not None:
+        ordered = [replace(entry, settings=settings(entry.file)) for entry in ordered]
+    return Work(tuple(ordered), do, float(settle), camera, size, os.getcwd())  # noqa: PTH109 - only compared, as text
 
 
-def _entry(file: str, options: Options, seeds: Sequence[int] | None, sink: Sink) -> Entry | None:
+def _make_entry(file: str, options: Options, seeds: Sequence[int] | None, sink: Sink) -> Entry | None:
     """Returns the entry; None if the file has errors, which are reported."""
     memory = PathCache()
     result = _compile_any_seed(file, options, seeds, sink, memory)
@@ -250,17 +241,20 @@ def _compile_any_seed(
     return None
 
 
-def _collect(
+def _run_units(
     work: Work,
     folder: SweepFolder,
-    done: Generator[Done],
-    before: int,
-    total: int,
+    units: Sequence[Unit],
+    start: Callable[[Sequence[Unit]], Generator[Done]],
     progress: Callable[[int, int], None] | None,
 ) -> None:
-    """Stores the outcomes of the units. `before`: number of units that already had results, of `total`."""
+    """Runs the units without a result, and stores their outcomes."""
+    left = [unit for unit in units if unit not in folder]
+    if not left:
+        return
+    count = len(units) - len(left)
     deaths: dict[Unit, int] = {}
-    with closing(done):
+    with closing(start(left)) as done:
         for unit, found in done:
             with folder.writing():
                 outcome = found
@@ -278,9 +272,19 @@ def _collect(
                     attempt = deaths.get(unit, 0) + 1
                     folder.log(unit, seconds=round(outcome.seconds, 4), attempt=attempt, worker=outcome.worker)
                 folder.keep(unit, outcome)
-            before += 1
+            count += 1
             if progress is not None:
-                progress(before, total)
+                progress(count, len(units))
+
+
+def _write_result(folder: SweepFolder, units: Sequence[Unit], mine: Sequence[Unit]) -> Sweep:
+    """Writes the table if all units have a result. `mine`: the units of this part."""
+    finished = sum(unit in folder for unit in units)
+    if finished < len(units):
+        return Sweep(None, len(units), finished, folder.count(mine))
+    with folder.writing():
+        table, counts = folder.write_table(units)
+    return Sweep(table, len(units), finished, counts)
 
 
 def _record_death(work: Work, unit: Unit) -> Outcome:

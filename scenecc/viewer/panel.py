@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.interrupt import interrupts_wait
 from scenecc.viewer.controls import add_control
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
+    from scenecc.viewer.actions import Actions
     from scenecc.viewer.nodes import Key
     from scenecc.viewer.options import ViewOptions
     from scenecc.viewer.page import Page
@@ -42,78 +43,6 @@ _WIDTH = 300
 
 _MOST_CAMERAS: Final = 32
 """Maximum number of camera buttons: in a grid, every scene has its own cameras."""
-
-
-class Actions(Protocol):
-    """Actions that a page can request."""
-
-    def look_at(self, look: ViewOptions) -> None:
-        """Changes what is shown."""
-        ...
-
-    def play(self) -> None:
-        """Starts or stops the simulation."""
-        ...
-
-    def step(self, n: int) -> None:
-        """Simulates some steps."""
-        ...
-
-    def reset(self, seed: int) -> None:
-        """Resets everything to its start."""
-        ...
-
-    def rebuild(self, seed: int) -> None:
-        """Rebuilds the scene with a seed."""
-        ...
-
-    def give(self, name: str, value: Any) -> None:
-        """Sets a parameter; `AS_WRITTEN`: to the file's own value."""
-        ...
-
-    def give_nothing(self) -> None:
-        """Resets all parameters to the file's values."""
-        ...
-
-    def select(self, key: Key) -> None:
-        """Selects a body and shows its properties."""
-        ...
-
-    def search(self) -> None:
-        """Lists the objects that match the search."""
-        ...
-
-    def hide(self, *, hidden: bool) -> None:
-        """Hides or shows the entity of the selected body."""
-        ...
-
-    def show_all(self) -> None:
-        """Shows all hidden entities."""
-        ...
-
-    def lock(self, *, locked: bool) -> None:
-        """Locks or unlocks the entity of the selected body against clicks and moves."""
-        ...
-
-    def move(self, *, on: bool) -> None:
-        """Adds a gizmo to the selected body, or removes it."""
-        ...
-
-    def undo(self) -> None:
-        """Undoes the last move."""
-        ...
-
-    def set_joint(self, number: int, position: float) -> None:
-        """Moves a joint of the selected articulation."""
-        ...
-
-    def check(self) -> None:
-        """Shows what `scenecc check` finds at the start."""
-        ...
-
-    def record(self, browser: viser.ClientHandle, seconds: float) -> None:
-        """Simulates for a time [s], and sends a browser a video of its view."""
-        ...
 
 
 class Panel:
@@ -308,7 +237,7 @@ class Panel:
             still.on_click(self._screenshot)
             self._seconds = self._gui.add_number("Seconds", initial_value=3.0, min=0.1, max=600.0, step=0.1)
             self._record = self._gui.add_button("Record", hint="An MP4 of the simulation in this browser's view")
-            self._record.on_click(self._film)
+            self._record.on_click(self._record_video)
 
     def _screenshot(self, event: viser.GuiEvent[Any]) -> None:
         from scenecc.render.images import png
@@ -318,7 +247,7 @@ class Panel:
             with suppress(ShotError):
                 event.client.send_file_download("scene.png", png(shot(event.client)), save_immediately=True)
 
-    def _film(self, event: viser.GuiEvent[Any]) -> None:
+    def _record_video(self, event: viser.GuiEvent[Any]) -> None:
         """Starts a recording. A second click ends it without waiting for it."""
         browser, seconds = event.client, self._seconds.value
         if self._record.label != "Record":

@@ -48,7 +48,7 @@ def shot(browser: viser.ClientHandle) -> NDArray[np.uint8]:
     return np.ascontiguousarray(found[..., :3])
 
 
-def record_film(browser: viser.ClientHandle, advance: Callable[[], bool]) -> bytes:
+def record_video(browser: viser.ClientHandle, advance: Callable[[], bool]) -> bytes:
     """Returns an MP4 of a browser's view, with `RATE` frames per second.
 
     Args:

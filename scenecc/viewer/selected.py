@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import viser
 
     from scenecc.inspect import Item
+    from scenecc.viewer.actions import Actions
     from scenecc.viewer.nodes import Key
-    from scenecc.viewer.panel import Actions
     from scenecc.viewer.tasks import TaskQueue
     from scenecc.viewer.world import JointPosition
 

@@ -265,7 +265,7 @@ class Session:
         world = self._world
         if world is None:
             return
-        from scenecc.viewer.recording import RATE, record_film
+        from scenecc.viewer.recording import RATE, record_video
 
         if self._playing:
             self.play()
@@ -283,7 +283,7 @@ class Session:
             return left > 0 and not self._panel.stop.is_set()
 
         try:
-            content = record_film(browser, advance)
+            content = record_video(browser, advance)
         finally:
             self._panel.tell_recording(recording=False)
         browser.send_file_download("scene.mp4", content, save_immediately=True)

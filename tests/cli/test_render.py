@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from plugins.films import decoded
+from plugins.videos import decoded
 
 SCENE = """\
 scenecc: 1
@@ -107,23 +107,23 @@ def test_a_segmentation_comes_with_its_legend(run, scene: Path, tmp_path: Path) 
 
 @pytest.mark.render
 def test_an_encoder_crash_is_an_error_of_the_machine(run, scene: Path, tmp_path: Path) -> None:
-    arguments = ["--camera", "eye", "--steps", "200", "--every", "1", "--video", "film.mp4"]
+    arguments = ["--camera", "eye", "--steps", "200", "--every", "1", "--video", "video.mp4"]
     done = run("render", scene, *arguments, IMAGEIO_FFMPEG_EXE="/bin/true")
     assert (done.returncode, done.stdout) == (3, "")
     assert "error SC814" in done.stderr
-    assert not (tmp_path / "film.mp4").exists()
+    assert not (tmp_path / "video.mp4").exists()
 
 
 @pytest.mark.render
 def test_a_sheet_and_a_video_are_written_together(run, scene: Path, tmp_path: Path) -> None:
-    arguments = ["--camera", "eye", "--grid", "--steps", "9", "--every", "3", "--video", "film.mp4", "-o", "out.png"]
+    arguments = ["--camera", "eye", "--grid", "--steps", "9", "--every", "3", "--video", "video.mp4", "-o", "out.png"]
     done = run("render", scene, *arguments)
     assert done.returncode == 0, done.stderr
     first, second, _ = done.stdout.splitlines()
     assert first == "out.png: color, 64 × 48, scenes 0, 1 of 3"
-    assert second == "film.mp4: color, 64 × 48, scenes 0, 1 of 3, 4 frames, 33.33 per second"
+    assert second == "video.mp4: color, 64 × 48, scenes 0, 1 of 3, 4 frames, 33.33 per second"
     sheet = np.asarray(Image.open(tmp_path / "out.png"))
-    _, frames = decoded(tmp_path / "film.mp4")
+    _, frames = decoded(tmp_path / "video.mp4")
     assert [frame.shape for frame in frames] == [sheet.shape] * 4
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import sapien
 from PIL import Image, ImageSequence
-from plugins.films import decoded
 from plugins.segmentation import ids_of
+from plugins.videos import decoded
 
 from scenecc import Rendering, SceneError, load_scene, render_scene
 from scenecc.render.images import BAR
@@ -219,24 +219,24 @@ def test_a_sheet_has_the_scenes_that_the_camera_is_in() -> None:
 
 
 @pytest.mark.parametrize(("every", "count", "rate"), [(None, 14, 100 / 3), (5, 9, 20.0)])
-def test_a_film_has_a_frame_every_few_steps(every: int | None, count: int, rate: float, tmp_path: Path) -> None:
+def test_a_video_has_a_frame_every_few_steps(every: int | None, count: int, rate: float, tmp_path: Path) -> None:
     source = document({"floor": FLOOR, "cube": CUBE})
-    found = render_scene(source, camera="eye", steps=41, film="mp4", every=every)
+    found = render_scene(source, camera="eye", steps=41, video="mp4", every=every)
     assert (found.frames, found.rate) == (count, pytest.approx(rate))
-    (tmp_path / "film.mp4").write_bytes(found.film or b"")
-    played, frames = decoded(tmp_path / "film.mp4")
+    (tmp_path / "video.mp4").write_bytes(found.video or b"")
+    played, frames = decoded(tmp_path / "video.mp4")
     assert played == pytest.approx(rate, abs=0.01)
     assert [frame.shape for frame in frames] == [(HEIGHT, WIDTH, 3)] * count
     start = pixels(render_scene(source, camera="eye")).astype(int)
     assert np.abs(frames[0] - start).mean() < 4 < np.abs(frames[-1] - start).mean(), "the first is of the start"
-    # The film does not change what is simulated.
+    # The video does not change what is simulated.
     assert np.array_equal(pixels(found), pixels(render_scene(source, camera="eye", steps=41)))
 
 
-def test_a_film_of_several_scenes_is_of_their_sheet() -> None:
+def test_a_video_of_several_scenes_is_of_their_sheet() -> None:
     source = document({"cube": {**CUBE, "pose": [0, 0, {"per_scene": [0.3, 0.6]}]}}, num_scenes=2)
-    found = render_scene(source, camera="eye", grid=True, steps=8, film="gif", every=2)
-    image: Any = Image.open(BytesIO(found.film or b""))
+    found = render_scene(source, camera="eye", grid=True, steps=8, video="gif", every=2)
+    image: Any = Image.open(BytesIO(found.video or b""))
     assert image.size == (2 * WIDTH, HEIGHT + BAR)
     assert sum(frame.info["duration"] for frame in ImageSequence.Iterator(image)) == 100
     assert image.n_frames == found.frames == 5

@@ -25,7 +25,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 
-_FILM = ("--steps", "8", "--every", "1", "-o", "picture.png", "--video", "film.mp4")
+_VIDEO = ("--steps", "8", "--every", "1", "-o", "picture.png", "--video", "video.mp4")
 
 COMMANDS: Mapping[str, tuple[str, ...]] = {
     "validate": ("validate", str(ROOT / "scenes")),
@@ -33,7 +33,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
     "build": ("build", "convex.yaml", "--no-render", "--steps", "20", "-o", "plan.json"),
     "emit": ("emit", str(ROOT / "scenes/materials.yaml"), "--to", "mjcf", "-o", "scene.xml"),
     "view": ("view", str(ROOT / "scenes/tabletop.yaml"), "--port", "0"),
-    "render": ("render", str(ROOT / "scenes/tabletop.yaml"), "--size", "160x120", *_FILM),
+    "render": ("render", str(ROOT / "scenes/tabletop.yaml"), "--size", "160x120", *_VIDEO),
     "fix": ("validate", "--fix", "wrong.yaml"),
     "import": ("import", "world.sdf", "-o", "world.yaml"),
     "pack": ("pack", str(ROOT / "scenes/robot_door.yaml"), "-o", "scene.scn"),

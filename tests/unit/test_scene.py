@@ -188,7 +188,7 @@ def test_wrong_arguments_of_scene_methods_raise(file: Path) -> None:
         ("render", {"size": (16,)}, "two integers"),
         ("render", {"size": (16, 1.5)}, "two integers"),
         ("render", {"what": ["color"]}, "one of color, depth, segmentation, normal"),
-        ("render", {"film": ["gif"]}, "one of gif, mp4"),
+        ("render", {"video": ["gif"]}, "one of gif, mp4"),
         ("render", {"path": 3}, "a string or a path"),
         ("build", {"audit": "full"}, "True or False"),
         ("build", {"render": "no"}, "True or False"),
@@ -384,8 +384,8 @@ def test_a_stream_closed_too_early_is_refused_with_a_hint(file: Path, mode: str)
     [
         ("picture.jpg", {}, "picture.jpg must end in one of .png, .mp4, .gif"),
         ("picture", {}, "picture must end in one of"),
-        ("film.mp4", {"film": "gif", "steps": 1}, "film is 'gif', but film.mp4 has another suffix"),
-        ("film.gif", {}, "film needs at least 1 step"),
+        ("video.mp4", {"video": "gif", "steps": 1}, "video is 'gif', but video.mp4 has another suffix"),
+        ("video.gif", {}, "video needs at least 1 step"),
     ],
 )
 def test_a_picture_suffix_must_fit_the_rendering(file: Path, name: str, choices: dict[str, Any], words: str) -> None:
@@ -397,9 +397,9 @@ def test_a_picture_suffix_must_fit_the_rendering(file: Path, name: str, choices:
 @pytest.mark.render
 def test_the_suffix_selects_picture_or_video(file: Path) -> None:
     scene = open_scene(file)
-    made = scene.render(file.parent / "picture.PNG", size=(16, 16), steps=2, film="gif")
+    made = scene.render(file.parent / "picture.PNG", size=(16, 16), steps=2, video="gif")
     assert (file.parent / "picture.PNG").read_bytes() == made.png()
-    assert made.film is not None
-    film = scene.render(file.parent / "film.gif", size=(16, 16), steps=2)
-    assert (file.parent / "film.gif").read_bytes() == film.film
-    assert made.film == film.film
+    assert made.video is not None
+    video = scene.render(file.parent / "video.gif", size=(16, 16), steps=2)
+    assert (file.parent / "video.gif").read_bytes() == video.video
+    assert made.video == video.video

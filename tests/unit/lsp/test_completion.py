@@ -43,6 +43,21 @@ CASES = {
     "files of a folder": (SCENE + "  b:\n    use: parts/¦", {"parts/leg.yaml"}, {"table.yaml", "parts/notes.yaml"}),
     "robots": (SCENE + "  b:\n    urdf: ¦", {"arm.urdf", "parts/"}, {"table.yaml"}),
     "robots that differ": (SCENE + "  b:\n    urdf: {cycle: [¦", {"arm.urdf"}, {"table.yaml"}),
+    "meshes": (SCENE + "    visuals: [{type: mesh, file: ¦", {"mug.obj"}, {"oak.png", "arm.urdf"}),
+    "images": (HEAD + "environment: {map: ¦", {"oak.png"}, {"mug.obj"}),
+    "images of a material": (HEAD + "materials: {a: {visual: {normal_texture: {file: ¦", {"oak.png"}, {"mug.obj"}),
+    "materials of shapes without a type": (SCENE + "    visuals: [{material: ¦", {"oak"}, {"cube"}),
+    "regions": (SCENE + "  b:\n    place: {on: ground, region: ¦", {"corner"}, {"cube"}),
+    "what a placed entity is near": (SCENE + "  b:\n    place: {near: {¦", {"cube"}, {"oak"}),
+    "groups to ignore": (HEAD + "collision_groups:\n  a: {}\n  b: {ignore: [¦", {"a"}, set()),
+    "names that vary": (SCENE + "    material: {choice: [¦", {"oak"}, {"cube"}),
+    "exceptions": (SCENE + "expect: {no_overlap: {except: [[cube, ¦", {"ground"}, {"oak"}),
+    "an overridden material": (
+        SCENE + "  b:\n    use: scenecc:bin\n    override: {bin: {shapes: {0: {material: ¦",
+        {"oak"},
+        {"cube"},
+    ),
+    "arguments of any name": (SCENE + "  b:\n    use: table.yaml\n    with: {parent: ¦", set(), {"cube"}),
     "parameters of a prefab": (SCENE + "  b:\n    use: table.yaml\n    with: {¦", {"length"}, {"size"}),
     "words of a parameter": (SCENE + "  b:\n    use: scenecc:table\n    with: {body_type: ¦", {"static"}, {"box"}),
     "inside of a prefab": (SCENE + "  b:\n    use: table.yaml\n    override: {¦", {"top", "leg"}, {"cube"}),
@@ -67,6 +82,8 @@ def editor(folder, text):
         "parts/leg.yaml": HEAD,
         "parts/notes.yaml": "notes: 1\n",
         "arm.urdf": ARM,
+        "mug.obj": "",
+        "oak.png": "",
     }
     return Editor(folder, {"a.yaml": text}, closed)
 

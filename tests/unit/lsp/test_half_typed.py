@@ -47,7 +47,7 @@ def ask_everything(view, scene, random):
             rename(view, scene, *place, "another")
     symbols_of(shown)
     for leaf in shown.leaves:
-        for mention in mentions(leaf):
+        for mention in mentions(view, shown, leaf):
             definition_of(view, shown, leaf, mention)
 
 

@@ -4,14 +4,9 @@ import re
 
 import pytest
 from plugins.editor import ARM, Editor
-from plugins.scene_models import all_keys
 
 from scenecc.lsp.edits import RefusedError, applied, rename
-from scenecc.lsp.references import named_kind
 from scenecc.lsp.symbols import symbols_of
-from scenecc.spec.document import SceneFile
-from scenecc.spec.expect import NoOverlapSpec, SettledSpec
-from scenecc.spec.keys import model_places
 
 HEAD = "scenecc: 1\n"
 BOX = "shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]"
@@ -215,26 +210,3 @@ def test_the_outline_lists_sections_and_names(tmp_path):
     assert names["ground"] == (3, 3, "static")
     assert names["desk"] == (4, 7, "use table.yaml")
     assert names["six"] == (18, 18, "")
-
-
-LSP_KINDS = {"entity": {"object", "inside"}, "frame": {"frame"}, "material": {"material"}, "group": {"group"}}
-
-
-def _names(place):
-    """The kinds of names that are the value at a place, or an item of it."""
-    found = {place.names} - {None}
-    return found | (_names(place.item) if place.item else set())
-
-
-def test_all_keys_that_name_something_are_known():
-    checked = set()
-    for model, field in all_keys(SceneFile):
-        key = model.model_fields[field].alias or field
-        place = model_places(model)[key]
-        section = "expect" if model in {SettledSpec, NoOverlapSpec} else "entities"
-        for kind in _names(place):
-            assert named_kind((section, "a", key), "value") in LSP_KINDS[kind], (model, key)
-            checked.add(kind)
-        if place.key is not None and place.key.names is not None:
-            assert named_kind((section, "a", key, "b"), "key") in LSP_KINDS[place.key.names], (model, key)
-    assert checked == LSP_KINDS.keys()

@@ -1,4 +1,4 @@
-"""Pictures as files: what a pixel says, sheets, and films."""
+"""Pictures as files: what a pixel says, sheets, and videos."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
-from plugins.films import decoded
 from plugins.segmentation import ids_of
+from plugins.videos import decoded
 
 from scenecc.render import images
 from scenecc.render.images import (
     BAR,
     colors,
     encoded,
-    film_pixels,
     gif,
     grid_of,
     mp4,
@@ -25,6 +24,7 @@ from scenecc.render.images import (
     png_of_ids,
     sheet,
     sheet_size,
+    video_pixels,
 )
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def opened(data: bytes) -> Any:
 def test_colours_are_cut_to_eight_bits_as_in_sapiens_examples() -> None:
     pixels = np.array([[[0.0, 0.4999, 1.5, 0.0], [-1.0, 1.0, 0.9999, 1.0]]], np.float32)
     assert encoded("color", pixels).tolist() == [[[0, 127, 255], [0, 255, 254]]]
-    assert np.array_equal(film_pixels("color", pixels), encoded("color", pixels))
+    assert np.array_equal(video_pixels("color", pixels), encoded("color", pixels))
 
 
 def test_a_depth_is_in_millimetres() -> None:
@@ -51,9 +51,9 @@ def test_a_depth_is_in_millimetres() -> None:
     assert found.tolist() == [[0, 0, 1234, 1235, 65535, 65535, 65535]]
 
 
-def test_a_depth_in_a_film_is_darker_farther_away() -> None:
+def test_a_depth_in_a_video_is_darker_farther_away() -> None:
     depth = np.array([[0, 1e-6, 1, 2, 1e9]], np.float32)[..., None]
-    assert film_pixels("depth", depth)[0].tolist() == [[0] * 3, [255] * 3, [128] * 3, [85] * 3, [0] * 3]
+    assert video_pixels("depth", depth)[0].tolist() == [[0] * 3, [255] * 3, [128] * 3, [85] * 3, [0] * 3]
 
 
 def test_a_normal_component_of_0_is_half_bright() -> None:
@@ -148,8 +148,8 @@ def test_equal_pictures_in_a_row_are_one_frame_of_a_gif_that_lasts_as_long(
 
 
 def test_an_mp4_has_its_frames(tmp_path: Path) -> None:
-    (tmp_path / "film.mp4").write_bytes(mp4(frames(20), 100 / 3))
-    rate, found = decoded(tmp_path / "film.mp4")
+    (tmp_path / "video.mp4").write_bytes(mp4(frames(20), 100 / 3))
+    rate, found = decoded(tmp_path / "video.mp4")
     assert rate == pytest.approx(100 / 3, abs=0.01)
     assert len(found) == 20
     for number, frame in enumerate(found):
@@ -158,8 +158,8 @@ def test_an_mp4_has_its_frames(tmp_path: Path) -> None:
 
 
 def test_an_mp4_of_odd_size_repeats_its_last_pixels(tmp_path: Path) -> None:
-    (tmp_path / "film.mp4").write_bytes(mp4((np.full((5, 7, 3), 200, np.uint8) for _ in range(2)), 10.0))
-    _, found = decoded(tmp_path / "film.mp4")
+    (tmp_path / "video.mp4").write_bytes(mp4((np.full((5, 7, 3), 200, np.uint8) for _ in range(2)), 10.0))
+    _, found = decoded(tmp_path / "video.mp4")
     assert [frame.shape for frame in found] == [(6, 8, 3)] * 2
     assert all(np.abs(frame.astype(int) - 200).max() < 10 for frame in found)
 

@@ -33,11 +33,11 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
     ("arguments", "words"),
     [
         ({"what": "colour"}, "what must be one of color, depth"),
-        ({"film": "avi", "steps": 1}, "film must be one of gif, mp4"),
-        ({"film": "mp4"}, "film needs at least 1 step"),
-        ({"every": 2}, "every needs a film"),
-        ({"film": "gif", "steps": 3, "every": 4}, "must not exceed its steps"),
-        ({"film": "gif", "steps": 3, "every": 0}, "every must be at least 1"),
+        ({"video": "avi", "steps": 1}, "video must be one of gif, mp4"),
+        ({"video": "mp4"}, "video needs at least 1 step"),
+        ({"every": 2}, "every needs a video"),
+        ({"video": "gif", "steps": 3, "every": 4}, "must not exceed its steps"),
+        ({"video": "gif", "steps": 3, "every": 0}, "every must be at least 1"),
         ({"size": (0, 4)}, "a size must be at least 1"),
         ({"size": (16385, 4)}, "1 to 16384 pixels a side"),
         ({"steps": -1}, "steps must be at least 0"),
@@ -52,7 +52,7 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
         ({"camera": "wide", "focus": "cube"}, "focus is for the camera that frames the scene"),
         ({"contacts": True}, "contacts needs steps"),
         ({"legend": True}, "legend is for depth and segmentation, not for color"),
-        ({"legend": True, "what": "depth", "film": "gif", "steps": 3}, "legend is for a picture, not for a film"),
+        ({"legend": True, "what": "depth", "video": "gif", "steps": 3}, "legend is for a picture, not for a video"),
         ({"shader": "minimal", "what": "normal"}, "`minimal` cannot render normals"),
         ({"preset": "stage"}, "preset must be one of studio, plain, dark"),
     ],
@@ -98,10 +98,10 @@ def test_eyes_are_read_from_the_command_line() -> None:
 def test_a_missing_encoder_is_named_with_the_way_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(render, "has_encoder", lambda: False)
     with pytest.raises(scenecc.SceneError) as caught:
-        scenecc.render_scene(SCENE, film="mp4", steps=3)
+        scenecc.render_scene(SCENE, video="mp4", steps=3)
     (found,) = caught.value.diagnostics
     assert (found.code, found.hint) == ("SC812", install_hint("pictures"))
-    assert found.message == "a film in MP4 needs imageio-ffmpeg, which is not installed here"
+    assert found.message == "a video in MP4 needs imageio-ffmpeg, which is not installed here"
     assert caught.value.at_fault == "machine"
 
 

@@ -204,7 +204,7 @@ def test_the_check_button_outlines_overlaps_and_links_to_lines(shown: Shown) -> 
 
 
 class Browser:
-    """Takes pictures and films, and keeps what it is given."""
+    """Takes pictures and videos, and keeps what it is given."""
 
     def __init__(self) -> None:
         self.camera = self

@@ -1,4 +1,4 @@
-"""Films read back, by ffmpeg itself."""
+"""Videos read back, by ffmpeg itself."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 
-def decoded(film: Path) -> tuple[float, list[np.ndarray[Any, Any]]]:
+def decoded(video: Path) -> tuple[float, list[np.ndarray[Any, Any]]]:
     """Frames a second, and the frames (H, W, 3) uint8."""
     program = import_module("imageio_ffmpeg").get_ffmpeg_exe()
-    command = [program, "-i", str(film), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    command = [program, "-i", str(video), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
     done = subprocess.run(command, capture_output=True, check=True, timeout=60)
     said = done.stderr.decode()
     stream = re.search(r"Video: .*?, (\d+)x(\d+)[ ,].*?([\d.]+) fps", said)
