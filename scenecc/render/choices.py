@@ -131,7 +131,7 @@ def check_choices(given: Mapping[str, Any]) -> None:
     if given.get("legend") and what not in {"depth", "segmentation"}:
         raise ChoiceError("legend", f"is for depth and segmentation, not for {what}")
     if given.get("legend") and film is not None:
-        raise ChoiceError("legend", "is for a picture, not for a film")
+        raise ChoiceError("legend", "is for a picture, not for a video")
     if given.get("contacts") and not given.get("steps"):
         raise ChoiceError("contacts", "needs steps: a scene that was not simulated has no contacts")
     if (text := given.get("background")) is not None and read_background(text) is None:
@@ -156,7 +156,7 @@ def _check_numbers(given: Mapping[str, Any]) -> None:
     if steps == 0 and film is not None:
         raise ChoiceError("film", "needs at least 1 step")
     if every is not None and (film is None or integer(every, "every", 1) > steps):
-        raise ChoiceError("every", "needs a film, and must not exceed its steps")
+        raise ChoiceError("every", "needs a video, and must not exceed its steps")
 
 
 def written_film(file: Path, film: Film | None) -> Film | None:
@@ -269,7 +269,7 @@ def _background(plan: ScenePlan, choices: RenderChoices) -> tuple[int, int, int]
 def _check_size(whole: tuple[int, int], samples: int, choices: RenderChoices, sink: Sink) -> None:
     """Checks the number of pixels and samples. Raises SceneError."""
     film, pixels = choices.get("film") is not None, whole[0] * whole[1]
-    kind, most = ("film", _MOST_OF_A_FRAME) if film else ("picture", _MOST_OF_A_PICTURE)
+    kind, most = ("video", _MOST_OF_A_FRAME) if film else ("picture", _MOST_OF_A_PICTURE)
     if pixels > most:
         message = f"a {kind} of {whole[0]} × {whole[1]} pixels is larger than {most} pixels"
         hint = "take fewer scenes, or smaller pictures, such as 160 × 120"

@@ -35,7 +35,7 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
         ({"what": "colour"}, "what must be one of color, depth"),
         ({"film": "avi", "steps": 1}, "film must be one of gif, mp4"),
         ({"film": "mp4"}, "film needs at least 1 step"),
-        ({"every": 2}, "every needs a film"),
+        ({"every": 2}, "every needs a video"),
         ({"film": "gif", "steps": 3, "every": 4}, "must not exceed its steps"),
         ({"film": "gif", "steps": 3, "every": 0}, "every must be at least 1"),
         ({"size": (0, 4)}, "a size must be at least 1"),
@@ -52,7 +52,7 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
         ({"camera": "wide", "focus": "cube"}, "focus is for the camera that frames the scene"),
         ({"contacts": True}, "contacts needs steps"),
         ({"legend": True}, "legend is for depth and segmentation, not for color"),
-        ({"legend": True, "what": "depth", "film": "gif", "steps": 3}, "legend is for a picture, not for a film"),
+        ({"legend": True, "what": "depth", "film": "gif", "steps": 3}, "legend is for a picture, not for a video"),
         ({"shader": "minimal", "what": "normal"}, "`minimal` cannot render normals"),
         ({"preset": "stage"}, "preset must be one of studio, plain, dark"),
     ],
@@ -101,7 +101,7 @@ def test_a_missing_encoder_is_named_with_the_way_to_get_it(monkeypatch: pytest.M
         scenecc.render_scene(SCENE, film="mp4", steps=3)
     (found,) = caught.value.diagnostics
     assert (found.code, found.hint) == ("SC812", install_hint("pictures"))
-    assert found.message == "a film in MP4 needs imageio-ffmpeg, which is not installed here"
+    assert found.message == "an MP4 video needs imageio-ffmpeg, which is not installed here"
     assert caught.value.at_fault == "machine"
 
 
