@@ -1,7 +1,7 @@
 """Trains a Panda to reach: its hand comes within 5 cm of a goal that is redrawn in every episode.
 
-The scene is a dict, the environments are `scenecc.gymnasium.SceneVectorEnv`, the method is PPO. The wheel of ManiSkill
-has the robot's URDF; ManiSkill is not imported.
+The scene is a dict, the environments are `scenecc.gymnasium.SceneVectorEnv`, and the method is PPO. The ManiSkill wheel
+contains the robot's URDF; ManiSkill is not imported.
 
     pip install torch 'scenecc[gymnasium,maniskill]'
     python examples/reach.py
@@ -23,13 +23,13 @@ from scenecc.gymnasium import SceneVectorEnv
 
 HAND = "panda_hand_tcp"
 REACHED = 0.05
-"""[m] from hand to goal: the episode ends well."""
+"""[m] from hand to goal: the episode ends in success."""
 
 STEPS = 50
 """Actions of an episode, at 20 Hz."""
 
 REST = (0, 0.4, 0, -1.96, 0, 2.36, 0.785)
-"""[rad] The arm's joints at the start, to within 0.1."""
+"""[rad] The arm's initial joint positions, before noise of up to 0.1."""
 
 SCENE = {
     "scenecc": 1,
@@ -56,7 +56,7 @@ def offset(batch: scenecc.SceneBatch) -> np.ndarray:
 
 
 def observe(batch: scenecc.SceneBatch) -> np.ndarray:
-    """(N, 13): the arm's joints, the goal, and the way to it."""
+    """(N, 13): the arm's joints, the goal, and the offset to it."""
     arm, goal = batch.articulations["panda"].qpos[:, :7], batch.entities["goal"].pose[:, :3]
     return np.hstack([arm, goal, offset(batch)])
 
@@ -68,12 +68,12 @@ def reward(batch: scenecc.SceneBatch) -> np.ndarray:
 
 
 def reached(batch: scenecc.SceneBatch) -> np.ndarray:
-    """(N,) bool."""
+    """(N,) bool: whether the hand is at the goal."""
     return np.linalg.norm(offset(batch), axis=1) < REACHED
 
 
 def act(batch: scenecc.SceneBatch, actions: np.ndarray) -> None:
-    """Moves the targets of the arm's drives by up to 0.15 rad from where its joints are."""
+    """Sets the arm's drive targets up to 0.15 rad from its joint positions."""
     panda = batch.articulations["panda"]
     target = panda.qpos.copy()
     target[:, :7] += 0.15 * np.clip(actions, -1, 1)
@@ -109,7 +109,7 @@ class Policy(nn.Module):
 
 
 class Rollout(NamedTuple):
-    """Data of T steps of N environments: (T, N, …)."""
+    """Data from T steps of N environments: (T, N, …)."""
 
     observed: torch.Tensor
     actions: torch.Tensor
@@ -124,7 +124,7 @@ def tensor(array: Any) -> torch.Tensor:
 
 @torch.no_grad()
 def collect(envs: SceneVectorEnv, policy: Policy, observed: np.ndarray, steps: int) -> tuple[Rollout, np.ndarray]:
-    """Acts for some steps; advantages are those of GAE (gamma 0.97, lambda 0.95)."""
+    """Acts for some steps, and estimates advantages by GAE (gamma 0.97, lambda 0.95)."""
     rows: list[tuple[torch.Tensor, ...]] = []
     for _ in range(steps):
         state = tensor(observed)
@@ -132,7 +132,7 @@ def collect(envs: SceneVectorEnv, policy: Policy, observed: np.ndarray, steps: i
         actions = chosen.sample()
         observed, rewards, terminated, truncated, infos = envs.step(actions.numpy())
         following = observed.copy()
-        for row in np.flatnonzero(truncated & ~terminated):  # a truncated episode would have gone on
+        for row in np.flatnonzero(truncated & ~terminated):  # a truncated episode would have continued
             following[row] = infos["final_obs"][row]
         ended, done = tensor(terminated | truncated), tensor(terminated)
         value, ahead = policy.value(state)[:, 0], policy.value(tensor(following))[:, 0]
@@ -147,7 +147,7 @@ def collect(envs: SceneVectorEnv, policy: Policy, observed: np.ndarray, steps: i
 
 
 def improve(policy: Policy, optimizer: torch.optim.Optimizer, rollout: Rollout) -> None:
-    """PPO's update, 8 times over all samples in parts of 512."""
+    """PPO's update: 8 epochs over all samples, in minibatches of 512."""
     flat = Rollout(*(each.flatten(0, 1) for each in rollout))
     for _ in range(8):
         for rows in torch.randperm(len(flat.observed)).split(512):
@@ -165,7 +165,7 @@ def improve(policy: Policy, optimizer: torch.optim.Optimizer, rollout: Rollout) 
 
 @torch.no_grad()
 def evaluate(envs: SceneVectorEnv, policy: Policy, seeds: range) -> float:
-    """The share of episodes that reach their goal: one in each environment for each seed, without noise."""
+    """Fraction of episodes that reach their goal: one per environment and seed, without exploration noise."""
     count = 0
     for seed in seeds:
         observed, _ = envs.reset(seed=seed)
@@ -179,7 +179,7 @@ def evaluate(envs: SceneVectorEnv, policy: Policy, seeds: range) -> float:
 
 
 def train(envs: SceneVectorEnv, iterations: int, seed: int, steps: int = 32) -> Policy:
-    """A policy after some rounds of acting and learning."""
+    """Trains a policy by alternating rollouts and updates."""
     torch.manual_seed(seed)
     policy = Policy()
     optimizer = torch.optim.Adam(policy.parameters(), lr=1e-3)
@@ -201,15 +201,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--scenes", type=int, default=64)
     parser.add_argument("--iterations", type=int, default=80, help="rounds of 32 steps in every scene")
-    parser.add_argument("--episodes", type=int, default=8, help="in every scene, to evaluate the policy")
+    parser.add_argument("--episodes", type=int, default=8, help="evaluation episodes in every scene")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
-    torch.set_num_threads(1)  # the simulation has the other core
+    torch.set_num_threads(1)  # the simulation uses the other core
     envs = make_envs(given.scenes)
-    held_out = range(2**31, 2**31 + given.episodes)  # those of training are below
+    held_out = range(2**31, 2**31 + given.episodes)  # training seeds are below
     print(f"untrained: {evaluate(envs, Policy(), held_out):.1%} of episodes reach their goal")
     policy = train(envs, given.iterations, given.seed)
-    print(f"trained: {evaluate(envs, policy, held_out):.1%}; {time.process_time():.0f} s of CPU time in all")
+    print(f"trained: {evaluate(envs, policy, held_out):.1%}; {time.process_time():.0f} s of CPU time in total")
     envs.close()
 
 

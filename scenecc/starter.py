@@ -34,9 +34,9 @@ class StarterTemplate:
 
 
 TEMPLATES: Final[dict[str, StarterTemplate]] = {
-    "pick_place": StarterTemplate("a cube on a table, and where to bring it", ("arm", "panda")),
+    "pick_place": StarterTemplate("a cube on a table, and a goal to move it to", ("arm", "panda")),
     "kitchen": StarterTemplate("a counter with drawers, a shelf and crockery", ("arm", "panda")),
-    "locomotion": StarterTemplate("ground with stones, for a robot that walks", ("quadruped",)),
+    "locomotion": StarterTemplate("a ground with stones, for a walking robot", ("quadruped",)),
     "empty": StarterTemplate("a ground and a cube", tuple(ROBOTS), needs_robot=False),
 }
 """Templates by name; each is a file in `templates/scenes`, and each robot one in `templates/robots`."""

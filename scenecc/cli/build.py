@@ -52,7 +52,7 @@ AuditOption = Annotated[
 ]
 Render = Annotated[
     bool | None,
-    typer.Option("--render/--no-render", help="Build visuals too.", show_default="if a render device exists"),
+    typer.Option("--render/--no-render", help="Also build visuals.", show_default="if a render device exists"),
 ]
 
 
@@ -72,8 +72,8 @@ def build(
 ) -> None:
     """Build a scene as parallel SAPIEN scenes.
 
-    Prints a table of the entities and their scenes, and the time of each stage. Of more than 30 entities, copies that
-    are the same share a row. The scenes are simulated on the CPU; thousands of scenes on a GPU run through
+    Prints a table of the entities and their scenes, and the time of each stage. If there are more than 30 entities,
+    identical copies share a row. The scenes are simulated on the CPU; thousands of scenes on a GPU run through
     scenecc.maniskill.
 
     \b

@@ -36,10 +36,10 @@ def decompile(
 ) -> None:
     """Write the scene of a ManiSkill task as a scene file.
 
-    The command builds and resets the task, and writes its live scene to a file: bodies, robots by their URDF with the
-    task's changes, lights and cameras. It then builds the file, and prints all differences from the task's scene. The
-    task runs its own code. The extra `maniskill` and a render device are needed. With `--num-envs`, the file has
-    parallel scenes: environments that are reset with the seeds N, N + 1, and so on.
+    The command builds and resets the task, and writes its live scene to a file: bodies, robots as their URDF with
+    the task's changes, lights and cameras. It then builds the file, and prints all differences from the task's scene.
+    The task runs its own code. The extra `maniskill` and a render device are needed. With `--num-envs`, the file has
+    parallel scenes: environments reset with the seeds N, N + 1, and so on.
 
     Exit status: 0 equal, 1 different or not everything can be expressed in a scene file, 2 wrong usage, 3 the task
     cannot be built here.

@@ -54,7 +54,7 @@ class DoctorCheck:
 def doctor(*, form: TableFormatOption = TableFormat.text) -> None:
     """Report what this machine supports and what is missing.
 
-    It looks for a render device, a GPU that simulates, the extras, and ManiSkill's assets. A missing item is not an
+    It looks for a render device, a GPU for simulation, the extras, and ManiSkill's assets. A missing item is not an
     error: scenes can be checked and built without any of them.
 
     \b

@@ -42,10 +42,10 @@ def import_(
     ] = None,
     options: dict[str, Any],
 ) -> None:
-    """Convert a world or robot of another format to a scene file.
+    """Convert a world or robot in another format to a scene file.
 
-    The formats are SDF (.sdf, .world), USD (.usd, .usda, .usdc), MJCF (.mjcf, .xml) and URDF (.urdf). Files that the
-    scene cannot reference relative to itself, by pkg:// or by asset:// are copied to the folder SCENE_assets beside it.
+    The formats are SDF (.sdf, .world), USD (.usd, .usda, .usdc), MJCF (.mjcf, .xml) and URDF (.urdf). Files that
+    the scene cannot reference by a relative path, pkg:// or asset:// are copied to the folder SCENE_assets beside it.
 
     For several files, or the files in a folder, each scene is written to the folder OUTPUT, under the name of its file.
 

@@ -53,7 +53,7 @@ def inspect(
 
     The tree lists sizes, masses, materials, joints, scenes, and all files with their hashes. Values
     that differ between scenes are shown as alternatives or ranges, or with --scene as the values of
-    that scene. Masses come from the engine, which needs no render device for this.
+    that scene. Masses come from the engine. No render device is needed.
 
     \b
     Examples:

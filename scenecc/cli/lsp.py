@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 def lsp(*, options: dict[str, Any]) -> None:
     """Run the language server for editors.
 
-    The editor starts this command and talks to it on standard input and output, with the Language Server Protocol;
-    docs/how-to/editor.md describes the setup. It shows findings while you type, completes keys, names, links, files and
-    parameters, shows units, sizes and masses, and finds, renames and corrects. `[tool.scenecc]` of the nearest
-    pyproject.toml applies as in `validate`.
+    The editor starts this command and communicates with it by the Language Server Protocol on standard input and
+    output; docs/how-to/editor.md describes the setup. It shows findings while you type, completes keys, names, links,
+    files and parameters, shows units, sizes and masses, finds and renames names, and applies fixes. `[tool.scenecc]` of
+    the nearest pyproject.toml applies as in `validate`.
 
     \b
     Examples:

@@ -46,13 +46,13 @@ def pack(
     form: TableFormatOption = TableFormat.text,
     options: dict[str, Any],
 ) -> None:
-    """Make one archive of a scene and all files that it uses.
+    """Pack a scene and all files that it uses into one archive.
 
     Every command and function that takes a scene also takes a pack. A pack needs no asset roots and no packages, and
     reads no outside files. The same files give the same bytes on any machine.
 
-    The pack has the files of all seeds, of the parameters' defaults and of --set. If file names depend on parameters of
-    the type choice or boolean, it has the files of all their values.
+    The pack contains the files for all seeds, the parameters' defaults and --set. If file names depend on parameters of
+    the type choice or boolean, it contains the files for all their values.
 
     \b
     Examples:

@@ -85,7 +85,7 @@ def render(
 
     Without --camera, a default camera frames the moving objects. Depth is written in millimetres with 16 bits per
     pixel. Segmentation is written as ids with a palette, and a table of the ids is printed. Rendering needs a GPU, or
-    Mesa's driver for the CPU. MP4 videos need the extra `pictures`.
+    Mesa's software driver. MP4 videos need the extra `pictures`.
 
     For several scenes, or the scenes in a folder, each picture is written to the folder OUTPUT, under the name of its
     scene.

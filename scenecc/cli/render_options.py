@@ -115,7 +115,7 @@ Background = Annotated[
     typer.Option("--background", metavar="COLOR", help="'#rrggbb' or a CSS colour name.", show_default="the preset's"),
 ]
 Ground = Annotated[bool, typer.Option("--ground", help="Draw a grid on the ground as a scale.")]
-Labels = Annotated[bool, typer.Option("--labels", help="Write the names of entities.")]
+Labels = Annotated[bool, typer.Option("--labels", help="Draw the names of entities.")]
 Frames = Annotated[bool, typer.Option("--frames", help="Draw the axes of entities and links.")]
 Contacts = Annotated[bool, typer.Option("--contacts", help="Draw contact points and forces of the last step.")]
 WhatOption = Annotated[What, typer.Option("--what", help="Content of the picture.")]

@@ -49,8 +49,8 @@ def validate(
     """Check scene files without building them.
 
     In a folder, the command checks all scenes: .yaml and .yml files with the key `scenecc` at the top level, and packs.
-    It counts and skips other .yaml and .yml files. A file named on the command line is always checked, or with
-    --scenes-only if it is a scene.
+    It counts and skips other .yaml and .yml files. A file named on the command line is always checked; with
+    --scenes-only, only if it is a scene.
 
     \b
     Examples:

@@ -21,15 +21,15 @@ Fault = Literal["scene", "usage", "machine"]
 
 BANDS: Final[dict[str, str]] = {
     "0": "reading YAML",
-    "1": "the language: the shape of the data",
+    "1": "the language: structure of the data",
     "2": "parameters, expressions, prefabs and includes",
     "3": "names and scene selections",
-    "4": "assets and files of robots",
+    "4": "assets and robot files",
     "5": "physics",
     "6": "limits",
     "7": "plans as JSON, and files of other programs",
     "8": "the engine and the machine",
-    "9": "use of the tool",
+    "9": "usage",
 }
 """The meaning of a code's first digit."""
 

@@ -68,8 +68,8 @@ _MARK = (
 
 _INTRODUCTION = """\
 Every finding has a code, a severity, a place in the file and often a hint. `scenecc explain CODE` prints the entry of a
-code. Errors stop the work after the stage that found them, so you see all errors of a stage at once. Warnings and notes
-do not stop it; with `--strict`, `validate` and `check` fail on warnings too. The first digit is the stage:
+code. Processing stops after a stage that finds errors, so you see all errors of a stage at once. Warnings and notes do
+not stop it; with `--strict`, `validate` and `check` also fail on warnings. The first digit is the stage:
 """
 
 _FORMATS = """\
@@ -77,8 +77,8 @@ _FORMATS = """\
 ## Formats
 
 Lines and columns count from 1, and columns count characters (Unicode code points). A scene given as a dict has no
-lines; its places are only paths. An error of the machine that no part of the scene causes has no file. Wrong usage has
-no file either; its path is the argument or option (`camera`, `--camera`).
+lines; its places are only paths. A machine error that no part of the scene causes has no file. Nor does wrong
+usage; its path is the argument or option (`camera`, `--camera`).
 
 `--format` of `validate` and `check` is one of:
 

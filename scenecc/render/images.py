@@ -249,7 +249,7 @@ def _encode_png(image: Images.Image) -> bytes:
     return file.getvalue()
 
 
-NO_ENCODER: Final = "a video in MP4 needs imageio-ffmpeg, which is not installed here"
+NO_ENCODER: Final = "an MP4 video needs imageio-ffmpeg, which is not installed here"
 
 
 def has_encoder() -> bool:

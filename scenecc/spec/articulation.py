@@ -182,8 +182,8 @@ class TreeLink(LinkKeys):
     name: Fixed[Name] = Field(description="Name of the link in `links` and mounts.")
     joint: Maybe[TreeJoint] = key("Joint to the parent link; for all links except the root.")
     shapes: list[ShapeSpec] = list_key("Shapes that collide and are visible.")
-    collisions: list[CollisionSpec] = list_key("Shapes that only collide.")
-    visuals: list[VisualSpec] = list_key("Shapes that are only visible.")
+    collisions: list[CollisionSpec] = list_key("Collision-only shapes.")
+    visuals: list[VisualSpec] = list_key("Visual-only shapes.")
     children: Children = list_key("Child links.")
 
 
@@ -234,7 +234,7 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
         "true: `qpos` may be outside the limits, which then push the joint back, and a drive may pull beyond them.",
         default=False,
     )
-    gravity: Maybe[Leaf[bool]] = key("false: gravity does not act on its links.", default=True)
+    gravity: Maybe[Leaf[bool]] = key("Whether gravity acts on its links.", default=True)
     material: Maybe[MaterialRef] = key("Material of its links.")
     density: Maybe[Leaf[NonNegative]] = key("Density of its links [kg/m³].", default=DEFAULT_DENSITY)
     patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
@@ -242,8 +242,7 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     collision_group: Maybe[Fixed[GroupName]] = key("A name from `collision_groups`, for its links.")
     disable_self_collisions: Maybe[Fixed[bool]] = key("true: its links do not collide with one another.", default=False)
     sapien_bits: Maybe[Fixed[bool]] = key(
-        "true: links that ignore one another also ignore those of other robots with this key, as in SAPIEN's loader "
-        "does.",
+        "true: links that ignore one another also ignore those of other robots with this key, as in SAPIEN's loader.",
         default=False,
     )
     solver_position_iterations: Maybe[Leaf[Iterations]] = key("1 to 255.", default=10)
@@ -291,12 +290,12 @@ class UrdfKeys(SpecModel):
     package_dir: Maybe[Leaf[Text]] = key("Folder that resolves `package://` in the file.")
     repair: Maybe[Fixed[Repairs]] = key(
         "What to repair in the file: `inertia` (impossible moments become those of the collision shapes), `limits` "
-        "(missing limits are infinite), `files` (missing textures, .mtl and visual meshes are left out), `shapes` "
-        "(collisions of size 0 are left out). Each repair is a note.",
+        "(missing limits are infinite), `files` (missing textures, .mtl and visual meshes are omitted), `shapes` "
+        "(collisions of size 0 are omitted). Each repair is a note.",
         examples=[["inertia", "limits", "files"]],
     )
     scale: Maybe[Leaf[Positive]] = key("Scale of all lengths.", default=1)
-    collision_is_visual: Maybe[Fixed[bool]] = key("Show the collision shapes too.", default=False)
+    collision_is_visual: Maybe[Fixed[bool]] = key("Also show the collision shapes.", default=False)
     load_multiple_collisions: Maybe[Fixed[bool]] = key(
         "Each connected part of a mesh collides by itself, instead of the convex hull of the mesh.", default=False
     )
@@ -317,7 +316,7 @@ class MjcfKeys(SpecModel):
         description="The file.", examples=["robots/ant.xml"]
     )
     keyframe: Maybe[Leaf[Text]] = key("The keyframe of the file that gives initial positions; `qpos` replaces it.")
-    visual_groups: Maybe[Fixed[VisualGroups]] = key("The groups of geoms that are visible.", default=[0, 1, 2])
+    visual_groups: Maybe[Fixed[VisualGroups]] = key("The visible geom groups.", default=[0, 1, 2])
 
 
 class Mjcf(MjcfKeys, ArticulationKeys):
@@ -331,4 +330,4 @@ class TreeKeys(SpecModel):
 
 
 class Tree(TreeKeys, ArticulationKeys):
-    """An articulation that is written as a tree of links."""
+    """An articulation written as a tree of links."""

@@ -98,4 +98,4 @@ class MjcfPart(PartKeys, MjcfKeys):
 
 
 class TreePart(PartKeys, TreeKeys):
-    """A part that is written as a tree of links."""
+    """A part written as a tree of links."""

@@ -65,12 +65,12 @@ class EntityKeys(SpecModel):
 class MotionKeys(SpecModel):
     """Gravity, damping and velocity limits of bodies and links."""
 
-    gravity: Maybe[Leaf[bool]] = key("false: gravity does not act on it.", default=True)
+    gravity: Maybe[Leaf[bool]] = key("Whether gravity acts on it.", default=True)
     linear_damping: Maybe[Leaf[NonNegative]] = key("Damping [1/s]; default: 0, for a link 0.05.")
     angular_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
     max_linear_velocity: Maybe[Leaf[Speed]] = key("[m/s]")
     max_angular_velocity: Maybe[Leaf[Speed]] = key("Maximum angular velocity [rad/s]; default: 100, for a link none.")
-    max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Maximum speed of resolving an overlap [m/s].")
+    max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Maximum speed at which an overlap is resolved [m/s].")
     max_contact_impulse: Maybe[Leaf[Positive]] = key("[N·s]")
 
 
@@ -95,12 +95,12 @@ class BodyKeys(RigidBodyKeys):
         description="dynamic: moved by forces; kinematic: moved by your program; static: fixed; none: only visible.",
     )
     shapes: list[ShapeSpec] = list_key("Shapes that collide and are visible.")
-    collisions: list[CollisionSpec] = list_key("Shapes that only collide.")
-    visuals: list[VisualSpec] = list_key("Shapes that are only visible.")
+    collisions: list[CollisionSpec] = list_key("Collision-only shapes.")
+    visuals: list[VisualSpec] = list_key("Visual-only shapes.")
     material: Maybe[MaterialRef] = key("Material of shapes without their own.")
     color: Maybe[Color] = key("Base colour of shapes without their own.")
     density: Maybe[Leaf[NonNegative]] = key(
-        "Density of shapes without one of their own or of their material [kg/m³].", default=DEFAULT_DENSITY
+        "Density of shapes without their own or their material's [kg/m³].", default=DEFAULT_DENSITY
     )
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the mass and inertia from the densities.")
     inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.", excludes=("mass",))

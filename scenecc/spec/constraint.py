@@ -108,7 +108,7 @@ class AxisSprings(SpecModel):
     x: Maybe[SpringKeys] = key("Of the limits along x.")
     y: Maybe[SpringKeys] = key("Of the limits along y.")
     z: Maybe[SpringKeys] = key("Of the limits along z.")
-    twist: Maybe[SpringKeys] = key("Of the limits of the turn about x.")
+    twist: Maybe[SpringKeys] = key("Of the limits of the rotation about x.")
 
 
 class AxisDrives(SpecModel):

@@ -52,12 +52,12 @@ class SceneFile(SpecModel):
         default_factory=dict, description="Parameters of the file: name → default, or a mapping."
     )
     draws: dict[NewVariable, Draw] = Field(
-        default_factory=dict, description="Values that differ from scene to scene, for any `${…}` of the file."
+        default_factory=dict, description="Values that differ from scene to scene, for any `${…}` in the file."
     )
     include: list[Fixed[SceneName]] = Field(
         default_factory=list, description="Files merged in before this one, in order.", examples=[["common.yaml"]]
     )
-    physics: Maybe[PhysicsSpec] = key("Settings of the simulation.")
+    physics: Maybe[PhysicsSpec] = key("Simulation settings.")
     environment: Maybe[EnvironmentSpec] = key("Ambient light and the environment map.")
     materials: dict[NewName, Material] = Field(default_factory=dict, description="Named materials.")
     collision_groups: dict[NewName, CollisionGroup] = Field(

@@ -50,7 +50,7 @@ class ConditionSpec(SpecModel):
         "`distance(a, b)`, `touching(a, b)` and `qpos(name, joint)`.",
         examples=["${position('cube')[2] > 0.01}"],
     )
-    because: Fixed[AnyText] = Field(default="", description="Explanation that the message gives if it does not hold.")
+    because: Fixed[AnyText] = Field(default="", description="Explanation for the message if it does not hold.")
     scene_idxs: Maybe[SceneIdxs] = key("The scenes in which it must hold; default: all.", examples=["::2"])
 
 

@@ -108,7 +108,7 @@ DEFINITIONS: dict[str, Any] = {
         "pattern": r"\$\{",
     },
     "NumberForm": _form_schema("Numbers that differ from scene to scene.", {**_LIST_FORMS, **_NUMBER_FORMS}),
-    "IntegerForm": _form_schema("Whole numbers that differ from scene to scene.", {**_LIST_FORMS, **_INTEGER_FORMS}),
+    "IntegerForm": _form_schema("Integers that differ from scene to scene.", {**_LIST_FORMS, **_INTEGER_FORMS}),
     "ValueForm": _form_schema("A value that differs from scene to scene.", _LIST_FORMS),
     "VaryingNumber": _allow_form("NumberForm"),
     "VaryingInteger": _allow_form("IntegerForm"),

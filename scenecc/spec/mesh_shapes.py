@@ -23,13 +23,13 @@ class ConvexMeshShape(ConvexMeshKeys, ShapeBothKeys):
 
 
 class ConvexMeshCollision(ConvexMeshKeys, CollisionKeys):
-    """A convex hull that only collides."""
+    """A collision-only convex hull."""
 
     scale: Scale = Field(default=1.0, description="One factor or [x, y, z].")
 
 
 class ConvexMeshVisual(ConvexMeshKeys, VisualKeys):
-    """A mesh that is only visible."""
+    """A visual-only mesh."""
 
     scale: MirrorScale = Field(default=1.0, description="One factor or [x, y, z]; negative mirrors.")
 
@@ -84,7 +84,7 @@ class TriangleMeshShape(TriangleMeshKeys, ShapeBothKeys):
 
 
 class TriangleMeshCollision(TriangleMeshKeys, CollisionKeys):
-    """A non-convex mesh that only collides."""
+    """A collision-only non-convex mesh."""
 
 
 class MeshVisual(MeshFileKeys, VisualKeys):

@@ -59,9 +59,9 @@ class GpuMemoryKeys(SpecModel):
 
 
 class PhysicsSpec(SpecModel):
-    """Settings of the simulation; the defaults are SAPIEN's."""
+    """Simulation settings; the defaults are SAPIEN's."""
 
-    timestep: Maybe[Fixed[Positive]] = key("Time of a step [s].", default=0.01)
+    timestep: Maybe[Fixed[Positive]] = key("Time step [s].", default=0.01)
     gravity: Maybe[Fixed[Vec3]] = key("World frame [m/s²].", default=[0, 0, -9.81])
     bounce_threshold: Maybe[Fixed[NonNegative]] = key(
         "Relative speed below which contacts do not bounce [m/s].", default=2

@@ -65,8 +65,8 @@ class PlaceSpec(SpecModel):
     relative_to: Maybe[Fixed[EntityName]] = key(
         "Object whose axes are used, rotated only by its heading. Default: the target."
     )
-    yaw: Maybe[Leaf[Finite]] = key("Turn about z [rad].", excludes=TURNS)
-    yaw_deg: Maybe[Leaf[Finite]] = key("Turn about z [degrees].", examples=[{"uniform": [0, 360]}], excludes=TURNS)
+    yaw: Maybe[Leaf[Finite]] = key("Rotation about z [rad].", excludes=TURNS)
+    yaw_deg: Maybe[Leaf[Finite]] = key("Rotation about z [degrees].", examples=[{"uniform": [0, 360]}], excludes=TURNS)
     q: Maybe[ExpressionOnly[Quaternion]] = key(
         "Rotation as a unit quaternion [w, x, y, z], or `uniform`.", excludes=TURNS
     )

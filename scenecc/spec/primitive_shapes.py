@@ -20,7 +20,7 @@ class BoxKeys(SpecModel):
     """A box."""
 
     type: Literal["box"]
-    half_size: Leaf[Positive3] = Field(description="Half of the edges along x, y, z [m].")
+    half_size: Leaf[Positive3] = Field(description="Half extents along x, y, z [m].")
 
 
 class SphereKeys(SpecModel):
@@ -62,7 +62,7 @@ class RingKeys(SpecModel):
 
     type: Literal["ring"]
     inner_radius: Leaf[Positive] = Field(description="Radius of the hole, at most 0.999 of `outer_radius` [m].")
-    outer_radius: Leaf[Positive] = Field(description="Radius of the outside [m].")
+    outer_radius: Leaf[Positive] = Field(description="Outer radius [m].")
     half_length: Leaf[Positive] = Field(description="Half of the length [m].")
     axis: Fixed[AxisName] = Field(default="x", description="The axis of the hole.")
 
@@ -112,8 +112,8 @@ class TiledPlaneVisual(VisualKeys):
 
 _ROLES: dict[str, tuple[type[SpecModel], str]] = {
     "Shape": (ShapeBothKeys, "A {}."),
-    "Collision": (CollisionKeys, "A {} that only collides."),
-    "Visual": (VisualKeys, "A {} that is only visible."),
+    "Collision": (CollisionKeys, "A collision-only {}."),
+    "Visual": (VisualKeys, "A visual-only {}."),
 }
 """Suffix of a model's name → the keys of its list, and its description."""
 

@@ -100,7 +100,7 @@ class DirectionalLightSpec(LightKeys, DirectionKeys, ShadowKeys):
     )
     shadow_far: Maybe[Leaf[Finite]] = key("Where they end [m].", default=plan.SHADOW_FAR)  # pyright: ignore[reportIncompatibleVariableOverride]
     shadow_scale: Maybe[Leaf[Positive]] = key(
-        "Half of the edge of the square that has shadows [m].", default=plan.SHADOW_HALF_SIZE
+        "Half the edge of the square with shadows [m].", default=plan.SHADOW_HALF_SIZE
     )
 
 
@@ -175,8 +175,8 @@ _Pixels = Annotated[int, Field(ge=1, le=16384)]
 class IntrinsicKeys(SpecModel):
     """The matrix of a pinhole camera."""
 
-    fx: Leaf[Positive] = Field(description="Focal length in widths of a pixel [px].")
-    fy: Leaf[Positive] = Field(description="Focal length in heights of a pixel [px].")
+    fx: Leaf[Positive] = Field(description="Focal length in pixel widths [px].")
+    fy: Leaf[Positive] = Field(description="Focal length in pixel heights [px].")
     cx: Maybe[Leaf[Finite]] = key("Principal point, from the left [px]; default: half the width.")
     cy: Maybe[Leaf[Finite]] = key("Principal point, from the top [px]; default: half the height.")
     skew: Maybe[Leaf[Finite]] = key("Skew of the pixels [px].", default=0)
@@ -199,9 +199,9 @@ class CameraSpec(RepeatKeys):
     )
     width: Maybe[Fixed[_Pixels]] = key("[px]", default=plan.WIDTH)
     height: Maybe[Fixed[_Pixels]] = key("[px]", default=plan.HEIGHT)
-    fovy: Maybe[Leaf[OpeningAngle]] = key("Angle of view from top to bottom [rad].", excludes=_LENSES)
+    fovy: Maybe[Leaf[OpeningAngle]] = key("Vertical field of view [rad].", excludes=_LENSES)
     fovy_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", default=plan.FOVY_DEGREES, excludes=_LENSES)
-    fovx: Maybe[Leaf[OpeningAngle]] = key("Angle of view from left to right [rad].", excludes=_LENSES)
+    fovx: Maybe[Leaf[OpeningAngle]] = key("Horizontal field of view [rad].", excludes=_LENSES)
     fovx_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", excludes=_LENSES)
     intrinsic: Maybe[IntrinsicKeys] = key("Intrinsic matrix, instead of an angle.", excludes=_LENSES)
     orthographic: Maybe[OrthographicKeys] = key("Orthographic projection, instead of an angle.", excludes=_LENSES)

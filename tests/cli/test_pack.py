@@ -16,7 +16,7 @@ from scenecc.diagnostics.codes import CODES
 
 SCENES = Path(__file__).parents[2] / "scenes"
 LISTED = """\
-802581254451480ea23e4103eb6273a33996afa6538997fb87812ac7e841a509  tray.yaml
+ad10bd58ed88a2dfeebecf949cf224d6f568268817f22bf7d3c3b6977be38463  tray.yaml
 c08c8259aa8171669323672cf7e8d437ab1ca2cd22c43bdd6b04c5e46c2073ee  assets/mug.obj
 """
 

@@ -89,7 +89,7 @@ def test_explain_prints_one_code_or_lists_all(run) -> None:
     everything = run("explain")
     assert everything.returncode == 0
     assert "SC901" in everything.stdout
-    assert "SC9: use of the tool" in everything.stdout
+    assert "SC9: usage" in everything.stdout
 
 
 def test_a_closed_pipe_ends_the_process_quietly() -> None:

@@ -17,7 +17,7 @@ HEAD = """\
 <!-- Generated from the help of the commands by `python tests/plugins/cli_page.py > docs/reference/cli.md`. -->
 
 `scenecc COMMAND --help` prints the same. [Exit statuses](../how-to/integration.md#in-any-other-pipeline) are the same
-for every command but `diff`.
+for every command except `diff`.
 
 """
 

@@ -34,9 +34,9 @@ UNLIKE = {
         r"/(PhysxArticulationLinkComponent\(\w+\)\.(linear|angular)_velocity|entity\(dummy_root_0\)\.pose"
         r"|articulation\(humanoid\)\.root_pose): ",
         r"^step \d+: (pose|velocity) of dummy_root_0\[\d\] is .*; 1 of 29 differ in the end, by up to 1\.19e-07$",
-        "ManiSkill turns the root after it has set the velocities of the joints. Until the first step the links have "
-        "the velocities of a robot that is not turned, and the root a quaternion that the engine has not normalised; "
-        "the 200 steps are equal but for that last bit of the root",
+        "ManiSkill rotates the root after it has set the joint velocities. Until the first step the links have "
+        "the velocities of an unrotated robot, and the root a quaternion that the engine has not normalised; "
+        "the 200 steps are equal except for the last bit of the root",
     )
 }
 """Tasks whose scene is not that of their file."""
@@ -62,8 +62,8 @@ def table(tasks: Mapping[str, Captured | LeftOut]) -> str:
         answer = f"no: {UNLIKE[name].why}" if name in UNLIKE else "yes"
         lines.append(f"| [{name}](../../scenes/maniskill/{name}.yaml) | {robots}{more} | {length} | {answer} |")
     left = {name: task for name, task in tasks.items() if isinstance(task, LeftOut)}
-    lines += ["", f"{len(built)} tasks build from the wheel, and {len(left)} do not:", ""]
-    lines += ["| task | what the wheel does not bring |", "|---|---|"]
+    lines += ["", f"{len(built)} tasks can be built from the wheel, and {len(left)} cannot:", ""]
+    lines += ["| task | what is missing |", "|---|---|"]
     lines += [f"| {name} | {_told(task)} |" for name, task in left.items()]
     return "\n".join(lines) + "\n"
 

@@ -37,7 +37,7 @@ last bit. ManiSkill need not be installed. ManiSkill's `name`, `scene_idxs` and 
     ),
     "ManiSkill's scenes": (
         """\
-A robot needs the files of ManiSkill (`pip install mani_skill`). ManiSkill is not imported. Tests compare the
+The robots need ManiSkill's files (`pip install mani_skill`). ManiSkill is not imported. Tests compare the
 built scene with the result of ManiSkill's own builder, name by name and to the last bit. The scenes of
 [ManiSkill's tasks](../how-to/maniskill.md#maniskills-tasks-as-files) use this prefab.""",
         ("table_scene",),
@@ -48,7 +48,7 @@ The table is from SAPIEN's tutorial "Create Actors"; the others are ours. All co
         ("table", "bin", "shelf", "stairs"),
     ),
     "Clutter": (
-        "A prefab that differs from scene to scene without any distribution in your file.",
+        "This prefab differs from scene to scene without any distribution in your file.",
         ("random_clutter",),
     ),
 }
@@ -58,7 +58,7 @@ HEAD = """\
 
 <!-- Generated from scenecc/prefabs/ by `python tests/plugins/prefab_page.py > docs/reference/prefabs.md`. -->
 
-A prefab is a scene file that another one uses. These ship with the package:
+A prefab is a reusable scene file. These ship with the package:
 
 ```yaml
 scenecc: 1
@@ -71,7 +71,7 @@ entities:
     pose: [0, 0, 0.03]
 ```
 
-![Prefabs that ship: a table, a shelf, stairs, a bin and objects as in ManiSkill's tasks](../pictures/prefabs.png)
+![Built-in prefabs: a table, a shelf, stairs, a bin and objects as in ManiSkill's tasks](../pictures/prefabs.png)
 
 `scenecc prefabs` lists them. The entities of an instance are named INSTANCE/NAME: the cube above is the entity
 `cube/cube`. `prefix: ""` leaves the names unchanged. A body has the name of its prefab; the bodies of `random_clutter`
@@ -83,7 +83,7 @@ which is the same in every scene.
 
 A prefab can have an edition for a Python package. `scenecc:NAME` is then `NAME.PACKAGE.yaml` if this package is
 installed, and `NAME.yaml` otherwise; the package is not imported for this. Editions differ in their defaults. This page
-gives the defaults of both; `scenecc prefabs NAME` says which edition is used on your machine.
+gives the defaults of both; `scenecc prefabs NAME` shows which edition your machine uses.
 """
 
 

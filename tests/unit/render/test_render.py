@@ -101,7 +101,7 @@ def test_a_missing_encoder_is_named_with_the_way_to_get_it(monkeypatch: pytest.M
         scenecc.render_scene(SCENE, video="mp4", steps=3)
     (found,) = caught.value.diagnostics
     assert (found.code, found.hint) == ("SC812", install_hint("pictures"))
-    assert found.message == "a video in MP4 needs imageio-ffmpeg, which is not installed here"
+    assert found.message == "an MP4 video needs imageio-ffmpeg, which is not installed here"
     assert caught.value.at_fault == "machine"
 
 
