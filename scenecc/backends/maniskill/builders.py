@@ -83,7 +83,7 @@ def _plane_varies(entity: Entity, structure: BodyStructure) -> bool:
 
 
 _BODY_TYPES = {"none": "static"}
-"""ManiSkill's name for a body type that it does not have: a static one."""
+"""Plan's body type → ManiSkill's, where they differ. ManiSkill has no bodies without physics."""
 
 
 class PlannedActorBuilder(ActorBuilder):
@@ -96,7 +96,7 @@ class PlannedActorBuilder(ActorBuilder):
     def __init__(self, prepared: PreparedActor) -> None:
         super().__init__()  # pyright: ignore[reportUnknownMemberType]
         self._prepared = prepared
-        # Shapes come only from the plan. The add_* methods append to these, and must not do so silently.
+        # Shapes come only from the plan, so the add_* methods, which append to these, must fail.
         self.collision_records = self.visual_records = ()
         structure = prepared.parts[0].structure
         self.physx_body_type = _BODY_TYPES.get(structure.body_type, structure.body_type)
@@ -150,7 +150,7 @@ def _refuse_mixed_types(prepared: PreparedActor) -> None:
 
 
 def _shapes_differ(prepared: PreparedActor) -> bool:
-    """Returns whether the mesh of one scene's body would be wrong for another's."""
+    """Returns whether bodies of different scenes need different meshes."""
     if len(prepared.scene_idxs) == 1:
         return False
     first, *others = (without_planes(part.structure) for part in prepared.parts)
@@ -167,7 +167,7 @@ class PlannedArticulationBuilder(ArticulationBuilder):
     """ManiSkill's builder, with links made by a `PreparedArticulation`, scene by scene.
 
     ManiSkill's `build` adds them to their sub-scenes and registers the articulation. A `PreparedArticulation` makes
-    links, joints and mimics, because ManiSkill drops frictions and its mimics mean something else.
+    links, joints and mimics, because ManiSkill drops frictions and defines mimics differently.
     """
 
     def __init__(self, prepared: PreparedArticulation, scene_idxs: Sequence[int]) -> None:
@@ -286,7 +286,7 @@ def hidden_objects(plan: ScenePlan, scene: Any) -> list[Any]:
     return [scene.actors[entity.name] for entity in plan.entities if entity.hidden and _can_hide(entity)]
 
 
-def _follows_what_is_drawn(camera: Camera) -> bool:
+def _follows_drawn_frame(camera: Camera) -> bool:
     """Returns whether a camera's pose is relative to a frame that a reset draws again."""
     recipe = camera.pose.recipe
     return isinstance(recipe, Composed) and isinstance(recipe.outer, NODES) and not isinstance(recipe.outer, Rows)
@@ -296,8 +296,8 @@ def _unsupported_camera(camera: Camera, plan: ScenePlan, *, on_gpu: bool) -> tup
     """Returns what is wrong with a camera, and a hint."""
     if len(camera.scene_idxs) < plan.num_scenes:
         return "is in some environments only", "ManiSkill's sensors are in all environments: leave `scene_idxs` out"
-    if on_gpu and _follows_what_is_drawn(camera):
-        return "is posed relative to what a reset draws again", "mount it there, so that it moves along on a GPU"
+    if on_gpu and _follows_drawn_frame(camera):
+        return "is posed relative to a frame that a reset draws again", "mount it on a body, so that it moves on a GPU"
     mount = camera.mount and next(entity for entity in plan.entities if entity.name == camera.mount.entity)
     if mount is not None and _has_several_links(mount):
         reason = f"is mounted on '{mount.name}', whose links differ between environments"
@@ -308,7 +308,7 @@ def _unsupported_camera(camera: Camera, plan: ScenePlan, *, on_gpu: bool) -> tup
 def _unsupported_lens(camera: Camera) -> tuple[str, str] | None:
     """Returns what is wrong with a camera's lens or shader, and a hint."""
     if not isinstance(camera.lens, Perspective | Intrinsic):
-        return "has no perspective", "ManiSkill's sensors need one: give it a `fovy`"
+        return "is not a perspective camera", "ManiSkill's sensors must be: give it a `fovy`"
     if isinstance(camera.lens, Intrinsic) and camera.lens.skew.data.any():
         return "has a skew", "ManiSkill's sensors do not support skew"
     if camera.shader is not None and camera.shader not in SHADERS:

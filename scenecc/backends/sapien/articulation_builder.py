@@ -81,7 +81,7 @@ def _set_drive_properties(joint: Any, values: tuple[Any, ...]) -> None:
 
 
 def drive_properties(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ...]]:
-    """Returns stiffness, damping, force limit and mode, a row or one for all, with SAPIEN's defaults."""
+    """Returns stiffness, damping, force limit and mode for each row, or once for all, with SAPIEN's defaults."""
     columns = [
         [default] if (value := getattr(joint, field)) is None else to_scalars(select_rows(value, rows))
         for field, default in DRIVE_DEFAULTS.items()
@@ -134,7 +134,7 @@ class PreparedLink:
 
 def _refuse_link_fields(body: BodyStructure) -> None:
     """Refuses properties that SAPIEN's links lack, so that none is dropped silently."""
-    said = [prop.get for prop, _ in BODY_PROPERTIES.said(body) if prop.get not in LINK_FIELDS]
+    said = [prop.get for prop, _ in BODY_PROPERTIES.list_set(body) if prop.get not in LINK_FIELDS]
     if said:
         raise EngineFailure(REFUSED_CODE, f"a link has no {said[0]}", origin=body.origin)
 
@@ -285,5 +285,5 @@ def _refuse_unsupported_articulation(structure: ArticulationStructure) -> None:
     if count > MAX_LINKS:
         message = f"an articulation has {count} links; PhysX on the CPU supports at most {MAX_LINKS}"
         raise EngineFailure(REFUSED_CODE, message, origin=structure.origin)
-    if structure.fix_root_link and (said := [prop.get for prop, _ in ROOT_PROPERTIES.said(structure)]):
+    if structure.fix_root_link and (said := [prop.get for prop, _ in ROOT_PROPERTIES.list_set(structure)]):
         raise EngineFailure(REFUSED_CODE, f"a fixed root has no {said[0]}", origin=structure.origin)

@@ -174,7 +174,7 @@ class ObjectRegistry:
         """
         if name in self._removed:
             raise ValueError(f"'{name}' is already removed")
-        self._removed[name] = self._present(name)
+        self._removed[name] = self._find_present(name)
         objects = self.objects[name]
         if isinstance(objects, ArticulationObjects):
             self._removed_articulations[name] = RemovedArticulation(read_articulations(objects, objects.scene_idxs))
@@ -192,7 +192,7 @@ class ObjectRegistry:
             ValueError: it is not removed.
         """
         if name not in self._removed:
-            self._present(name)
+            self._find_present(name)
             raise ValueError(f"'{name}' is in the scenes; only a removed entity can be added")
         objects, batch = self.objects[name], self._removed.pop(name)
         for index, entity in iterate_entities(objects):
@@ -236,7 +236,7 @@ class ObjectRegistry:
         self.articulations.clear()
         self._order, self._removed, self._removed_articulations = [], {}, {}
 
-    def _present(self, name: str) -> EntityBatch | ArticulationBatch:
+    def _find_present(self, name: str) -> EntityBatch | ArticulationBatch:
         return NamedObjects({**self.entities, **self.articulations}, "entity")[name]
 
 
@@ -351,7 +351,7 @@ class SceneBatch:
         Args:
             width: of its pictures [px].
             height: of its pictures [px].
-            focus: an entity or link (ENTITY/LINK) to frame instead of what moves.
+            focus: an entity or link (ENTITY/LINK) to frame instead of everything that moves.
             eye: (3,) position [m]. None: in front of, left of and above the subject, where all of it is in view.
             look_at: (3,) point in the middle of the picture [m]. None: the middle of the subject.
             shader: SAPIEN's shader pack. None: its default.
@@ -529,17 +529,17 @@ class SceneBatch:
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        chosen = self._chosen(scene_idxs)
+        chosen = self._select_scenes(scene_idxs)
         seeds = check_seeds(seed, [self._passports.start(index).seed for index in chosen])
         drawing = self._start.batch(chosen, seeds, draws or {})
         states = self._start.drawn(drawing)
         drawn = self._drawn_fields.draw(drawing)
-        again: TargetCalls = []
-        if self._constraints is not None and self._constraints.pulls:
-            again = self._constraints.again(drawing)
+        targets: TargetCalls = []
+        if self._constraints is not None and self._constraints.has_targets:
+            targets = self._constraints.sample_targets(drawing)
         self._drawn_fields.apply(drawn)
         self._place(chosen, states, exact=exact)
-        for component, setter, arguments in again:
+        for component, setter, arguments in targets:
             getattr(component, setter)(*arguments)
         self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
 
@@ -548,10 +548,9 @@ class SceneBatch:
 
         It also holds what a reset draws again: masses, gains, materials, lights, cameras.
 
-        It can be set in every batch of the same scenes. It lacks what SAPIEN does not expose: the engine's memory of
-        contacts, how long a body has been slow, pending forces, and the velocity of a kinematic body, which follows
-        from its next target. It also lacks drive targets of constraints, because the engine rounds a rotation each time
-        it is set.
+        It can be set in every batch of the same scenes. It lacks what SAPIEN does not expose: the engine's contact
+        cache, sleep timers, pending forces, and the velocity of a kinematic body, which follows from its next target.
+        It also lacks drive targets of constraints, because the engine rounds a rotation each time it is set.
 
         Args:
             scene_idxs: scenes to read. Default: all.
@@ -561,14 +560,14 @@ class SceneBatch:
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        chosen = tuple(sorted(self._chosen(scene_idxs)))
+        chosen = tuple(sorted(self._select_scenes(scene_idxs)))
         return self._members.state(chosen, self._drawn_fields.state(chosen))
 
     def set_state(self, state: SceneState, scene_idxs: Sequence[int] | None = None, *, exact: bool = False) -> None:
         """Restores a state of all bodies. `state` then returns the same state.
 
         The simulation continues as from a new start with these poses and velocities, not as it continued when the state
-        was taken, because the engine's memory of contacts cannot be saved. With `exact`, it continues bit-identically
+        was taken, because the engine's contact cache cannot be saved. With `exact`, it continues bit-identically
         after every restore.
 
         Args:
@@ -583,7 +582,7 @@ class SceneBatch:
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        chosen = self._chosen(state.scene_idxs if scene_idxs is None else scene_idxs)
+        chosen = self._select_scenes(state.scene_idxs if scene_idxs is None else scene_idxs)
         states = validate_state(state, self._members.objects, chosen)
         drawn = self._drawn_fields.saved(state.drawn, chosen)
         self._drawn_fields.apply(drawn)
@@ -592,9 +591,8 @@ class SceneBatch:
     def passport(self, scene: int) -> str:
         """Returns a line of JSON from which `scenecc replay` rebuilds a scene as it was at its last start.
 
-        It has hashes of all files, parameters, seeds, versions and a hash of the state at the start, which the build or
-        the last `reset` gave. It does not include what was set by hand or by `set_state`. See
-        `docs/how-to/reproducing.md`.
+        It holds hashes of all files, parameters, seeds, versions and a hash of the start state after the build or the
+        last `reset`, without values set by hand or by `set_state`. See `docs/how-to/reproducing.md`.
 
         Args:
             scene: index of the scene, one of `scene_idxs`.
@@ -613,7 +611,7 @@ class SceneBatch:
         Each is written when its `str` is first taken, which raises the errors of `passport`.
         """
         self._check_open()
-        chosen = self._chosen(scene_idxs)
+        chosen = self._select_scenes(scene_idxs)
         return [Passport(partial(self._write_passport, index, self._passports.start(index))) for index in chosen]
 
     def _write_passport(self, index: int, start: Start) -> str:
@@ -677,10 +675,10 @@ class SceneBatch:
                     if self._rendering is not None:
                         self._rendering.enter_new_scene(index)
                 else:
-                    with nullcontext() if self._constraints is None else self._constraints.apart(index):
+                    with nullcontext() if self._constraints is None else self._constraints.suspend(index):
                         restore_scene(placements, index)
 
-    def _chosen(self, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
+    def _select_scenes(self, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
         if scene_idxs is None:
             return self._scene_idxs
         chosen = check_scene_idxs(scene_idxs)

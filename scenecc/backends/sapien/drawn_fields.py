@@ -52,7 +52,7 @@ class Holder(NamedTuple):
     """A dataclass of the plan with its objects in the engine.
 
     Attributes:
-        who: name for people: "cube", "arm/finger", "lights/lamp".
+        who: name for messages: "cube", "arm/finger", "lights/lamp".
         node: the dataclass.
         objs: scene index → engine object.
         rows: scene index → row of the plan's values.
@@ -184,13 +184,13 @@ class DrawnFieldSet:
         self._fields = [one for holder in holders for one in _drawn_fields(holder, drawn)]
         # Scenes of each field, and the last values given in each.
         self._scenes = [sorted(one.scenes) for one in self._fields]
-        self._given = list(map(self._as_built, self._fields, self._scenes))
+        self._given = list(map(self._read_built_rows, self._fields, self._scenes))
 
     def __len__(self) -> int:
         return len(self._fields)
 
     @staticmethod
-    def _as_built(one: DrawnField, scenes: list[int]) -> Floats:
+    def _read_built_rows(one: DrawnField, scenes: list[int]) -> Floats:
         rows = np.array([one.value.row(one.holder.rows[scene]) for scene in scenes], np.float64)
         return one.engine_rows(rows, scenes)
 
@@ -309,7 +309,7 @@ def _is_ordered(low: Floats, high: Floats) -> NDArray[np.bool_]:
     return low <= high
 
 
-def _limits_ordered(limits: Floats) -> NDArray[np.bool_]:
+def _has_ordered_limits(limits: Floats) -> NDArray[np.bool_]:
     return limits[:, 0] <= limits[:, 1]
 
 
@@ -317,7 +317,7 @@ def _is_inertia(moments: Floats) -> NDArray[np.bool_]:
     return 2 * moments.max(axis=1) <= moments.sum(axis=1) * (1 + 1e-9)
 
 
-def _apart(near: Floats, far: Floats) -> NDArray[np.bool_]:
+def _is_in_front(near: Floats, far: Floats) -> NDArray[np.bool_]:
     return near < far
 
 
@@ -325,9 +325,9 @@ _RULES: dict[type, _Rule] = {
     PhysicalMaterial: _Rule(
         ("dynamic_friction", "static_friction"), _is_ordered, "the drawn dynamic friction exceeds the static friction"
     ),
-    Joint: _Rule(("limits",), _limits_ordered, "the drawn lower limit exceeds the upper limit"),
+    Joint: _Rule(("limits",), _has_ordered_limits, "the drawn lower limit exceeds the upper limit"),
     Inertial: _Rule(("inertia",), _is_inertia, "a drawn moment of inertia exceeds the sum of the others"),
-    Camera: _Rule(("near", "far"), _apart, "the drawn near plane is not in front of the far plane"),
+    Camera: _Rule(("near", "far"), _is_in_front, "the drawn near plane is not in front of the far plane"),
 }
 
 

@@ -1,6 +1,6 @@
 """The only module that imports SAPIEN: its process-wide settings, its log, and what the machine supports.
 
-Everything in this folder stops a build with `EngineFailure`.
+All modules of this folder raise `EngineFailure` to stop a build.
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ _FLAT_MESH = Path(__file__).with_name("speck.obj")
 
 @dataclass(slots=True)
 class EngineLog:
-    """What was written. Complete once the block is left."""
+    """The captured text. Complete when the block ends."""
 
     text: str = ""
 

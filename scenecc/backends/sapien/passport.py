@@ -33,7 +33,7 @@ HASH_LENGTH: Final = 32
 
 
 class Sampled(NamedTuple):
-    """The start of some scenes: the states of entities, and what else a reset draws."""
+    """The start of some scenes: the states of entities, and all other values that a reset draws."""
 
     states: Mapping[str, AnyState]
     writes: Sequence[FieldWrite]
@@ -134,9 +134,9 @@ class PassportWriter:
 
 
 def start_hash(index: int, start: Start, sampler: ResetSampler, fields: DrawnFieldSet) -> str:
-    """Returns a hash of the start of a scene: of `SceneBatch.state` then, without visual fields.
+    """Returns a hash of `SceneBatch.state` at the start of a scene, without visual fields.
 
-    It is computed as the start itself is, not read from the engine, which may have simulated since. Each array is
+    The start is sampled again, because the engine may have simulated since. Each array is
     hashed by name in float32 and is independent of the other scenes of the batch.
     """
     states, writes = start.sampled or _sample(index, start, sampler, fields)
@@ -163,7 +163,7 @@ def _sample(index: int, start: Start, sampler: ResetSampler, fields: DrawnFieldS
 
 
 def build_versions(plan: ScenePlan) -> dict[str, str]:
-    """Returns what decides the bits of a build besides files: versions of programs, platform and C library."""
+    """Returns what determines the bits of a build besides files: versions of programs, platform and C library."""
     found = {
         "scenecc": VERSION,
         "sapien": _version("sapien"),

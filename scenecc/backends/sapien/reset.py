@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class _SampledField(NamedTuple):
-    """One field that a reset draws again, in those of the batch's scenes that have it.
+    """One field that a reset draws again, in the batch's scenes that have it.
 
     `column` is that of the joint named `joint`. None: the field is a pose or a velocity.
     """
@@ -139,8 +139,8 @@ class ResetSampler:
 def _fixed_draw_message(name: str, names: Sequence[str]) -> str:
     known = ", ".join(names) or "none"
     return (
-        f"a reset cannot change the shared draw '{name}', only these: {known}. A draw that a size, a material, a "
-        "static pose or anything else that is built depends on stays as built: build another batch to change it"
+        f"a reset cannot change the shared draw '{name}', only these: {known}. Draws of sizes, materials, static "
+        "poses and other built values stay as built: build another batch to change them"
     )
 
 
@@ -201,7 +201,7 @@ def _sampled_fields(
 
 
 def _specified_fields(holder: object, fields: Sequence[str]) -> list[tuple[str, Value]]:
-    """Returns those of some fields that the plan sets."""
+    """Returns the given fields that the plan sets, with their values."""
     found = [(name, getattr(holder, name)) for name in fields]
     return [(name, value) for name, value in found if value is not None]
 
@@ -243,7 +243,7 @@ def check_drawn_finite(drawn: NDArray[np.float64], batch: Batch, who: str, what:
 
 
 def _sample_field(recipe: _SampledField, batch: Batch, found: AnyState) -> None:
-    """Fills the rows of `found` in those of the batch's scenes that have the field."""
+    """Fills the rows of `found` in the batch's scenes that have the field."""
     part = part_in_scenes(batch, recipe.scene_idxs)
     if part is None:
         return

@@ -1,8 +1,8 @@
 """Reads states from engine objects, validates saved states and restores them.
 
-A body is restored by removing it from the simulation and adding it again, in build order. Merely setting poses and
-velocities would keep the engine's memory of contacts, with the impulses that the solver starts from, pending forces,
-and targets of kinematic bodies. Links are removed from the last to the root and added in build order. The engine then
+A body is restored by removing it from the simulation and adding it again, in build order. Only setting poses and
+velocities would keep the engine's contact cache, with the impulses that warm-start the solver, pending forces, and
+targets of kinematic bodies. Links are removed from the last to the root and added in build order. The engine then
 makes the articulation again, and `qpos` can be set once all links are in. Three differences from a new scene remain:
 
 - The engine reuses contact numbers in the order in which they were freed, and solves in that order. Bodies that touch
@@ -10,7 +10,7 @@ makes the articulation again, and `qpos` can be set once all links are in. Three
   that touch, and bodies with several constraints, may differ in the last bit, which grows: 17 of the 41 scenes of the
   repository do. Hence `exact`: `restore_in_new_scene` makes a simulation without such a history, so that an episode
   can be replayed from its passport.
-- SAPIEN does not expose how long a body has been slow, so an awake body gets the value of a new body.
+- SAPIEN does not expose sleep timers, so an awake body gets that of a new body.
 - A pose is that of the entity, while the engine keeps that of the centre of mass. Converting between the two may round
   the last bit once.
 """
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 DOF: Final = -1
-"""A width: one number for each joint of the articulation that moves."""
+"""Width of an array with one number for each joint of the articulation that moves."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,7 +188,7 @@ class SceneState:
     def of(
         scene_idxs: tuple[int, ...], states: Mapping[str, AnyState], drawn: dict[str, DrawnFieldState]
     ) -> SceneState:
-        """Makes a state from those of bodies and articulations, without those that are in none of the scenes."""
+        """Makes a state from those of bodies and articulations in at least one of the scenes."""
         there = [(name, state) for name, state in states.items() if state.scene_idxs]
         entities = {name: state for name, state in there if isinstance(state, EntityState)}
         articulations = {name: state for name, state in there if isinstance(state, ArticulationState)}
@@ -213,7 +213,7 @@ def _same_bits(a: NDArray[Any], b: NDArray[Any]) -> bool:
 
 
 def read_articulations(objects: ArticulationObjects, scene_idxs: Iterable[int]) -> ArticulationState:
-    """Returns the state of an articulation in those of the given scenes that have it.
+    """Returns the state of an articulation in the given scenes that have it.
 
     Raises:
         RuntimeError: it is not in a scene, where the engine has no articulation.
@@ -329,7 +329,7 @@ class ArticulationStateWriter(StateWriter):
 
 
 def read_bodies(bodies: BodyObjects, scene_idxs: Iterable[int]) -> EntityState:
-    """Returns the state of an entity in those of the given scenes that have it."""
+    """Returns the state of an entity in the given scenes that have it."""
     rows = bodies.rows_in(scene_idxs)
     objs, components = [bodies.objs[row] for row in rows], [bodies.components[row] for row in rows]
     pose = np.array([obj.get_pose().__getstate__() for obj in objs], np.float32).reshape(-1, 7)
@@ -389,7 +389,7 @@ class BodyStateWriter(StateWriter):
         if self._asleep[row]:
             component.put_to_sleep()
         elif self._dynamic[row]:
-            component.wake_up()  # this also resets its slow time, as for a new body
+            component.wake_up()  # also resets its sleep timer to that of a new body
         elif row in self._targets:
             component.set_kinematic_target(self._targets[row])
 
