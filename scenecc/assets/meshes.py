@@ -38,7 +38,7 @@ _MEMORY: Final = 4 * 2**30
 _SECONDS: Final = 120.0
 """Timeout for one file [s]."""
 
-_READER = Worker("scenecc.assets.mesh_process", memory=_MEMORY, seconds=_SECONDS, name="the reader of meshes")
+_READER = Worker("scenecc.assets.mesh_process", memory=_MEMORY, seconds=_SECONDS, name="the mesh reader")
 
 
 @dataclass(frozen=True, slots=True)
