@@ -1,7 +1,7 @@
-"""The rows by which a rule judges values, and the report of what it finds.
+"""Selects the rows of values that a rule checks, and reports the faults that it finds.
 
-Rows that are known are judged scene by scene. Plain forms are judged by all that they can draw, since no seed may
-decide whether a file is right. Expressions are judged by their samples, and by their rows once they are drawn.
+Known rows are checked scene by scene. Plain forms are checked for all possible draws, because a file must not be valid
+for some seeds only. Expressions are checked by their samples, and by their rows once they are drawn.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ class Fault(NamedTuple):
     """A row of values that breaks a rule.
 
     Attributes:
-        found: what the rule says of it.
-        sample: the scene and the seed of the sample, where other samples are right; None: every seed has the fault.
+        found: the result of the rule.
+        sample: scene and seed of the faulty sample, if other samples are valid; None: every seed has the fault.
     """
 
     found: Any
@@ -36,18 +36,19 @@ class Fault(NamedTuple):
 
 def find_fault(
     values: Sequence[Value],
-    judge: Callable[..., Any],
+    rule: Callable[..., Any],
     *,
     drawn: bool,
     corners: Callable[[], Iterable[tuple[Row, ...]]] | None = None,
 ) -> Fault | None:
-    """The first row of some values that breaks a rule.
+    """Returns the first row of some values that breaks a rule, or None.
 
     Args:
         values: of one object.
-        judge: takes a row of each value; gives what is wrong, or None.
-        drawn: judge only the rows of expressions that have been drawn.
-        corners: gives the rows by which plain forms are judged; None: those where all values are least, and greatest.
+        rule: takes a row of each value; returns the fault, or None.
+        drawn: check only drawn rows of expressions.
+        corners: returns the rows that are checked for plain forms; None: all values at their minimum, and at their
+            maximum.
     """
     sampled = any(map(is_sampled, values))
     if drawn and not sampled:
@@ -55,7 +56,7 @@ def find_fault(
     every = rows(values, drawn=drawn)
     if every is None:
         every = list((corners or (lambda: [tuple(map(lowest, values)), tuple(map(highest, values))]))())
-    faults = [(number, found) for number, row in enumerate(every) if (found := judge(*row)) is not None]
+    faults = [(number, found) for number, row in enumerate(every) if (found := rule(*row)) is not None]
     if not faults:
         return None
     number, found = faults[0]
@@ -68,34 +69,34 @@ def find_fault(
     return Fault(found, None if is_certain else sample_of(number, scenes))
 
 
-def find_single_fault(value: Value, judge: Callable[[Row], Any], *, drawn: bool) -> Fault | None:
-    """As `find_fault`, of one value: each alternative of a plain form, or else its least and its greatest row."""
-    return find_fault([value], judge, drawn=drawn, corners=lambda: [(row,) for row in alternatives_or_extremes(value)])
+def find_single_fault(value: Value, rule: Callable[[Row], Any], *, drawn: bool) -> Fault | None:
+    """Like `find_fault`, for one value: checks each alternative of a plain form, or its minimum and its maximum."""
+    return find_fault([value], rule, drawn=drawn, corners=lambda: [(row,) for row in alternatives_or_extremes(value)])
 
 
-def wrong_pair(a: Value, b: Value, is_wrong: Callable[[float, float], bool], *, drawn: bool) -> Fault | None:
-    """The first pair of numbers of two values, of which the first must not be above the second."""
+def find_wrong_pair(a: Value, b: Value, is_wrong: Callable[[float, float], bool], *, drawn: bool) -> Fault | None:
+    """Returns the first pair of numbers of two values for which `is_wrong`, or None."""
 
-    def judge(x: Row, y: Row) -> tuple[float, float] | None:
+    def rule(x: Row, y: Row) -> tuple[float, float] | None:
         return (x[0], y[0]) if is_wrong(x[0], y[0]) else None
 
-    return find_fault([a, b], judge, drawn=drawn, corners=lambda: [(highest(a), lowest(b))])
+    return find_fault([a, b], rule, drawn=drawn, corners=lambda: [(highest(a), lowest(b))])
 
 
-def reversed_limits(value: Value, judge: Callable[[Row], Any], *, drawn: bool) -> Fault | None:
-    """The first row [low, high] of a value that breaks a rule about their order."""
+def find_reversed_limits(value: Value, rule: Callable[[Row], Any], *, drawn: bool) -> Fault | None:
+    """Returns the first row [low, high] of a value that breaks a rule about their order, or None."""
 
     def corners() -> Iterable[tuple[Row, ...]]:
         found = list_alternatives(value)
         return [((highest(value)[0], lowest(value)[1]),)] if found is None else [(row,) for row in found]
 
-    return find_fault([value], judge, drawn=drawn, corners=corners)
+    return find_fault([value], rule, drawn=drawn, corners=corners)
 
 
 def rows(values: Sequence[Value], *, drawn: bool = False) -> list[tuple[Row, ...]] | None:
-    """The rows of values side by side; None where plain forms have no rows yet.
+    """Returns the rows of values side by side; None if plain forms have no rows yet.
 
-    Of expressions these are the samples, or the rows that are drawn; none where the expression is at fault.
+    For expressions, these are the samples or the drawn rows; empty if an expression is faulty.
     """
     if all(value.is_constant for value in values):
         return [tuple(value.numbers() for value in values)]
@@ -108,13 +109,13 @@ def rows(values: Sequence[Value], *, drawn: bool = False) -> list[tuple[Row, ...
         columns = [value.samples if sampled and not drawn else value.data for value in values]
     except DrawError:  # reported at the expression
         return []
-    return _side_by_side(columns, distinct=not sampled)
+    return _join_columns(columns, distinct=not sampled)
 
 
-def _side_by_side(columns: list[NDArray[Any]], *, distinct: bool) -> list[tuple[Row, ...]]:
+def _join_columns(columns: list[NDArray[Any]], *, distinct: bool) -> list[tuple[Row, ...]]:
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - likewise
+    from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - as above
 
     count = max(map(len, columns))
     flat = [np.broadcast_to(column.reshape(len(column), -1), (count, column[0].size)) for column in columns]
@@ -126,7 +127,7 @@ def _side_by_side(columns: list[NDArray[Any]], *, distinct: bool) -> list[tuple[
 
 
 def list_alternatives(value: Value) -> list[Row] | None:
-    """Every row that a value can have; None where they lie between bounds."""
+    """Returns every row that a value can have; None if it is continuous."""
     found = rows([value]) if value.known else None
     if found is not None:
         return [row for (row,) in found]
@@ -135,28 +136,28 @@ def list_alternatives(value: Value) -> list[Row] | None:
 
 
 def alternatives_or_extremes(value: Value) -> list[Row]:
-    """Every row that a value can have, or else the row of the least and the row of the greatest numbers."""
+    """Returns every row that a value can have; if it is continuous, the rows of the minimums and of the maximums."""
     found = list_alternatives(value)
     return [lowest(value), highest(value)] if found is None else found
 
 
 def list_indices(value: Value) -> list[int]:
-    """Every alternative of a table index, by first use."""
+    """Returns every alternative of a table index, in order of first use."""
     return list(dict.fromkeys(map(int, value.numbers())))
 
 
 def lowest(value: Value) -> Row:
-    """The least that each component can be."""
+    """Returns the minimum of each component."""
     return _extreme_row(value, high=False)
 
 
 def highest(value: Value) -> Row:
-    """The most that each component can be."""
+    """Returns the maximum of each component."""
     return _extreme_row(value, high=True)
 
 
 def is_bounded(row: Sequence[float | None]) -> bool:
-    """Whether all numbers of a row are known and finite."""
+    """Returns whether all numbers of a row are known and finite."""
     return all(number is not None and isfinite(number) for number in row)
 
 
@@ -170,7 +171,7 @@ def report_fault(
     *,
     at: At = "value",
 ) -> None:
-    """Reports what a rule found. `sample`: as of `Fault`; then it is a warning."""
+    """Reports a fault; a warning (SC514) if it has a `sample`, as in `Fault`."""
     if sample is not None:
         scene, seed = sample
         code, message = "SC514", f"in scene {scene} with seed {seed} {message}"
@@ -179,7 +180,7 @@ def report_fault(
 
 
 def is_sampled(value: Value) -> bool:
-    """Whether a value is judged by its samples, and by its rows once they are drawn."""
+    """Returns whether a value is checked by its samples, and by its rows once they are drawn."""
     return not value.known and not value.bounds.exact
 
 
