@@ -368,9 +368,9 @@ def pattern_of(members: Sequence[str], names: Sequence[str]) -> str:
     """Returns a regular expression that matches these names and no others."""
     if set(members) == set(names) and len(members) > 1:
         return ".*"
-    start = _whole_words(_common_start(list(members)), members)
+    start = _trim_to_words(_common_start(list(members)), members)
     rest = [name[len(start) :][::-1] for name in members]
-    end = _whole_words(_common_start(rest), rest)[::-1]
+    end = _trim_to_words(_common_start(rest), rest)[::-1]
     for middle in (".*", ".", "[0-9]+"):
         pattern = f"{re.escape(start)}{middle}{re.escape(end)}".replace(r"\-", "-")
         found = {name for name in names if re.fullmatch(pattern, name)}
@@ -387,7 +387,7 @@ def _common_start(texts: list[str]) -> str:
     return first[: next((i for i, letter in enumerate(first) if last[i : i + 1] != letter), len(first))]
 
 
-def _whole_words(start: str, names: Sequence[str]) -> str:
+def _trim_to_words(start: str, names: Sequence[str]) -> str:
     """Shortens a common prefix to whole words."""
     while start and start[-1].isalpha() and any(name[len(start) : len(start) + 1].isalpha() for name in names):
         start = start[:-1]

@@ -187,7 +187,7 @@ def tidy(facts: LiveObject) -> LiveObject:
     """Removes irrelevant details: the order of an entity's components, settings of disabled shadows, how a camera's
     pose is split between entity and component, and the tessellation of a flat floor.
     """
-    facts = _one_pose(facts) if _is_visual_only(facts) else _grid_size(facts)
+    facts = _move_pose_to_entity(facts) if _is_visual_only(facts) else _grid_size(facts)
     if facts.kind.startswith("RenderShape"):
         facts = _normalize_pose(facts)
     # Entities without components have no content; a visual-only entity leaves one if nothing is rendered.
@@ -210,14 +210,14 @@ def _normalize_pose(facts: LiveObject) -> LiveObject:
     """Normalizes a visual shape's rotation and file path."""
     pose = _array(facts, "local_pose").astype(np.float64)
     pose[3:] /= np.linalg.norm(pose[3:])
-    _make_one_sign(pose)
+    _normalize_sign(pose)
     values = dict(facts.values)
     file = values.get("filename")
     path = {"filename": os.path.normpath(file)} if isinstance(file, str) and file else {}
     return _with_values(facts, local_pose=comparable_value(pose), **path)
 
 
-def _one_pose(facts: LiveObject) -> LiveObject:
+def _move_pose_to_entity(facts: LiveObject) -> LiveObject:
     """Moves the local pose of a light's or camera's component to its entity."""
     (part,) = facts.parts[:1]
     if part.kind == "entity" or "local_pose" not in dict(part.values):
@@ -225,11 +225,11 @@ def _one_pose(facts: LiveObject) -> LiveObject:
     outer, inner = (to_pose(_array(each, key)) for each, key in ((facts, "pose"), (part, "local_pose")))
     moved = _with_values(part, local_pose=comparable_value(np.array(IDENTITY_POSE)))
     pose = np.array(compose(outer, inner))
-    _make_one_sign(pose)
+    _normalize_sign(pose)
     return _with_values(replace(facts, parts=(moved, *facts.parts[1:])), pose=comparable_value(pose))
 
 
-def _make_one_sign(pose: Any) -> None:
+def _normalize_sign(pose: Any) -> None:
     """Chooses between the two quaternions of a rotation: the first number not near 0 is positive."""
     pose[3:] *= np.sign(next(number for number in pose[3:] if abs(number) > _NEAR_ZERO))
 

@@ -106,7 +106,7 @@ class AssetNames:
     def name(self, asset: Asset) -> str:
         """Returns the path of an asset in the scene file. Raises OSError if a file to copy cannot be read."""
         if isinstance(asset.source, bytes):
-            return self._add_made(asset.name, asset.source)
+            return self._add_generated(asset.name, asset.source)
         return self._reference_path(asset.source) or self._copy(asset.source)
 
     def _reference_path(self, path: Path) -> str | None:
@@ -131,7 +131,7 @@ class AssetNames:
                 self.copies.setdefault(f"{self._copied}/{inner}", stream.read())
         return f"{self._copied}/{path.relative_to(base).as_posix()}"
 
-    def _add_made(self, name: str, data: bytes) -> str:
+    def _add_generated(self, name: str, data: bytes) -> str:
         digest = sha256(data).hexdigest()
         if digest not in self._made:
             safe = re.sub(r"[^A-Za-z0-9_.-]+", "_", name).lstrip(".") or "asset"

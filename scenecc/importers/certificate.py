@@ -57,11 +57,11 @@ class Certificate:
 
     def lines(self) -> list[str]:
         """Returns the result as text."""
-        lines = [f"built {_bodies_in_words(self.bodies)}; total moving mass {self.mass:.6g} kg"]
+        lines = [f"built {_body_count_text(self.bodies)}; total moving mass {self.mass:.6g} kg"]
         if not self.engine:
             why = self.why_no_engine or "no engine that reads the file is installed"
             return [*lines, f"not compared with another engine: {why}"]
-        lines.append(f"compared with {self.engine}: {_bodies_in_words(self.compared)}")
+        lines.append(f"compared with {self.engine}: {_body_count_text(self.compared)}")
         if not self.compared:
             return lines
         lines.append(f"  poses differ by at most {self.position:.2g} m and {self.angle:.2g} rad")
@@ -89,7 +89,7 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
     return _compare(certificate, built, found.bodies, engine, reference)
 
 
-def _bodies_in_words(count: int) -> str:
+def _body_count_text(count: int) -> str:
     return f"{count} {'body' if count == 1 else 'bodies'}"
 
 

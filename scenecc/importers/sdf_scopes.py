@@ -71,10 +71,10 @@ class Scope:
 
     def model_pose(self, model: Scope) -> Pose7:
         """Returns the pose of a nested model's frame in the scope's own frame."""
-        stands = self.placed(model.placing, self.base, model.placing_file)
+        placed_pose = self.placed(model.placing, self.base, model.placing_file)
         if not model.placement_frame:
-            return stands
-        return compose(stands, invert(model.pose_of(model.placement_frame, model.placing)))
+            return placed_pose
+        return compose(placed_pose, invert(model.pose_of(model.placement_frame, model.placing)))
 
     def link_of(self, name: str, user: SourceElement, depth: int = 0) -> str | None:
         """Returns the path from this scope to the link that a frame is attached to; None after an error at `user`."""

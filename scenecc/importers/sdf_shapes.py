@@ -235,8 +235,8 @@ def _geometry(element: SourceElement, place: LinkPlace, *, collides: bool) -> Sh
     if isinstance(made, str):
         _lose_shape(element, place, collides, made)
         return None
-    stands = made.pop("pose", pose)
-    return {**made, **pose_key(stands)}
+    shape_pose = made.pop("pose", pose)
+    return {**made, **pose_key(shape_pose)}
 
 
 def _lose_shape(element: SourceElement, place: LinkPlace, collides: bool, why: str) -> None:  # noqa: FBT001

@@ -45,22 +45,22 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
 
 def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription | None, tuple[Loss, ...], list[str]]:
     """Reads the file with as few repairs as necessary."""
-    described, trial = _attempt(file, frozenset(), context)
+    described, trial = _try_read(file, frozenset(), context)
     needed: list[str] = []
     if described is None:
         errors = _count_errors(trial)
-        needed = [name for name in _REPAIRS if _count_errors(_attempt(file, frozenset({name}), context)[1]) < errors]
-        described, trial = _attempt(file, frozenset(needed), context)
+        needed = [name for name in _REPAIRS if _count_errors(_try_read(file, frozenset({name}), context)[1]) < errors]
+        described, trial = _try_read(file, frozenset(needed), context)
     if described is None:
         read_robots(file, scope=context.scope, sink=context.sink, repair=frozenset(needed))
         return None, (), []
     if "inertia" not in needed and _inertia_warnings(trial):
-        whole, repaired = _attempt(file, frozenset({*needed, "inertia"}), context)
+        whole, repaired = _try_read(file, frozenset({*needed, "inertia"}), context)
         if whole is not None and len(_inertia_warnings(repaired)) < len(_inertia_warnings(trial)):
             described, trial, needed = whole, repaired, ["inertia", *needed]
     losses: list[Loss] = []
     for name in needed:
-        notes = _attempt(file, frozenset({name}), context)[1].diagnostics()
+        notes = _try_read(file, frozenset({name}), context)[1].diagnostics()
         repaired = [note for note in notes if note.code == REPAIRED]
         losses += [Loss(_REPAIRS[name], note.message, note.location) for note in repaired]
     losses += [Loss("inertias", note.message, note.location) for note in _inertia_warnings(trial)]
@@ -71,7 +71,7 @@ def _inertia_warnings(sink: Sink) -> list[Diagnostic]:
     return [note for note in sink.diagnostics() if note.code in _UNREAL_INERTIAS]
 
 
-def _attempt(
+def _try_read(
     file: ResolvedFile, repair: frozenset[str], context: ImportContext
 ) -> tuple[RobotDescription | None, Sink]:
     trial = context.sink.another()

@@ -166,8 +166,8 @@ class UsdSceneReader:
             return found
         parent = prim.GetParent()
         default = self._stage.stage.GetDefaultPrim()
-        alone = parent.IsPseudoRoot() or parent == default or not parent.IsA(self._stage.geom.Xform)
-        frame = prim if alone else parent
+        is_own_frame = parent.IsPseudoRoot() or parent == default or not parent.IsA(self._stage.geom.Xform)
+        frame = prim if is_own_frame else parent
         return UsdBody(frame, self._stage.frames.pose(frame), "none")
 
     def _body_of(self, prim: Prim) -> UsdBody | None:
@@ -494,7 +494,7 @@ class CollisionFilters:
                 neighbours.setdefault(a, set()).add(b)
                 neighbours.setdefault(b, set()).add(a)
         order = [path for path in keys if path in neighbours]
-        classes = _twins(order, neighbours)
+        classes = _find_twins(order, neighbours)
         if len(set(classes.values())) > _MAX_GROUPS:
             for pair in self._pairs:
                 self._stage.lose("collision-filters", "a filtered pair", self._stage.prim(min(pair)))
@@ -514,8 +514,8 @@ class CollisionFilters:
         return found
 
 
-def _twins(order: list[str], neighbours: Mapping[str, set[str]]) -> dict[str, str]:
-    """Returns body → first body with the same filtered partners, either including one another or not."""
+def _find_twins(order: list[str], neighbours: Mapping[str, set[str]]) -> dict[str, str]:
+    """Returns body → first body with the same filtered partners, whether or not they filter each other."""
     found: dict[str, str] = {}
     near: dict[frozenset[str], list[str]] = {}
     far: dict[frozenset[str], list[str]] = {}
@@ -523,6 +523,6 @@ def _twins(order: list[str], neighbours: Mapping[str, set[str]]) -> dict[str, st
         near.setdefault(frozenset(neighbours[path] | {path}), []).append(path)
         far.setdefault(frozenset(neighbours[path]), []).append(path)
     for members in (*(each for each in near.values() if len(each) > 1), *far.values()):
-        alone = [path for path in members if path not in found]
-        found.update(dict.fromkeys(alone, alone[0]) if alone else {})
+        singles = [path for path in members if path not in found]
+        found.update(dict.fromkeys(singles, singles[0]) if singles else {})
     return found

@@ -350,7 +350,7 @@ def test_what_is_mounted_moves_along() -> None:
         batch.entities["cart"].set_pose([5, 0, 0, 1, 0, 0, 0])
         assert np.allclose(eye.global_pose.p, [5.2, 0, 0.1])
         batch.remove("cart")
-        with pytest.raises(RuntimeError, match="mounted on is not in scene 0"):
+        with pytest.raises(RuntimeError, match="is not in scene 0 now"):
             batch.cameras["eye"].capture("depth")
 
 

@@ -65,7 +65,7 @@ def _is_shared(shape: CollisionShape) -> bool:
 
 def _deduplicate_plane(entity: Entity, num_scenes: int) -> Entity:
     if len(entity.scene_idxs) < num_scenes:
-        message = f"the plane of '{entity.name}' is in some environments only"
+        message = f"the plane of '{entity.name}' is only in some environments"
         raise EngineFailure(UNSUPPORTED_CODE, message, origin=entity.origin, hint=_PLANE_HINT)
     whole = entity.structures[0]
     if len(entity.structures) > 1 or not isinstance(whole, BodyStructure) or _plane_varies(entity, whole):
@@ -295,7 +295,7 @@ def _follows_drawn_frame(camera: Camera) -> bool:
 def _unsupported_camera(camera: Camera, plan: ScenePlan, *, on_gpu: bool) -> tuple[str, str] | None:
     """Returns what is wrong with a camera, and a hint."""
     if len(camera.scene_idxs) < plan.num_scenes:
-        return "is in some environments only", "ManiSkill's sensors are in all environments: leave `scene_idxs` out"
+        return "is only in some environments", "ManiSkill's sensors are in all environments: leave `scene_idxs` out"
     if on_gpu and _follows_drawn_frame(camera):
         return "is posed relative to a frame that a reset draws again", "mount it on a body, so that it moves on a GPU"
     mount = camera.mount and next(entity for entity in plan.entities if entity.name == camera.mount.entity)
@@ -344,15 +344,15 @@ def _camera_config(camera: Camera, actors: Mapping[str, Any], articulations: Map
         pose=Pose.create(torch.from_numpy(pose)),
         width=camera.width,
         height=camera.height,
-        near=_one_or_all(camera.near),
-        far=_one_or_all(camera.far),
+        near=_shared_or_listed(camera.near),
+        far=_shared_or_listed(camera.far),
         mount=mount,
         shader_pack=camera.shader or _DEFAULT_SHADER,
         **_lens_arguments(camera),
     )
 
 
-def _one_or_all(value: Value) -> float | list[float]:
+def _shared_or_listed(value: Value) -> float | list[float]:
     found: list[float] = value.data.astype(np.float64).tolist()
     return found if value.varies else found[0]
 
@@ -362,7 +362,7 @@ def _lens_arguments(camera: Camera) -> dict[str, Any]:
     if isinstance(lens, Perspective):
         if lens.fovx is None:
             assert lens.fovy is not None
-            return {"fov": _one_or_all(lens.fovy)}
+            return {"fov": _shared_or_listed(lens.fovy)}
         if lens.fovy is None:
             # ManiSkill's lens with square pixels.
             upright = [2 * atan(tan(fovx / 2) * camera.height / camera.width) for fovx in lens.fovx.data.tolist()]

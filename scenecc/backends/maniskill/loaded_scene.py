@@ -19,7 +19,7 @@ from scenecc.backends.sapien.drawn_fields import (
     Holder,
     component_holders,
     drawn_names,
-    is_seen,
+    is_visual,
     plan_holders,
 )
 from scenecc.backends.sapien.objects import (
@@ -318,8 +318,8 @@ class LoadedScene:
                 for camera in self.plan.cameras
                 for holder in component_holders("cameras", camera, ComponentBatch(camera.name, (), []))
             ]
-            _warn_of_kept_values(drawn_names([*(one for one in every if not is_seen(one)), *cameras]))
-            holders = filter(is_seen, every)
+            _warn_of_kept_values(drawn_names([*(one for one in every if not is_visual(one)), *cameras]))
+            holders = filter(is_visual, every)
         else:
             holders = (*holders, *self._camera_holders())
         return DrawnFieldSet(holders, self._drawn_objects, rendered=self._lights is not None)

@@ -134,7 +134,7 @@ class PreparedLink:
 
 def _refuse_link_fields(body: BodyStructure) -> None:
     """Refuses properties that SAPIEN's links lack, so that none is dropped silently."""
-    said = [prop.get for prop, _ in BODY_PROPERTIES.list_set(body) if prop.get not in LINK_FIELDS]
+    said = [prop.get for prop, _ in BODY_PROPERTIES.list_specified(body) if prop.get not in LINK_FIELDS]
     if said:
         raise EngineFailure(REFUSED_CODE, f"a link has no {said[0]}", origin=body.origin)
 
@@ -285,5 +285,5 @@ def _refuse_unsupported_articulation(structure: ArticulationStructure) -> None:
     if count > MAX_LINKS:
         message = f"an articulation has {count} links; PhysX on the CPU supports at most {MAX_LINKS}"
         raise EngineFailure(REFUSED_CODE, message, origin=structure.origin)
-    if structure.fix_root_link and (said := [prop.get for prop, _ in ROOT_PROPERTIES.list_set(structure)]):
+    if structure.fix_root_link and (said := [prop.get for prop, _ in ROOT_PROPERTIES.list_specified(structure)]):
         raise EngineFailure(REFUSED_CODE, f"a fixed root has no {said[0]}", origin=structure.origin)

@@ -144,11 +144,11 @@ def _add_constraints_and_cameras(
     if not audit:
         return True
     constraints = [(one, batch.constraints[one.name]) for one in plan.constraints if one.name in batch.constraints]
-    seen: list[tuple[Light | Camera, ComponentBatch]] = []
+    visuals: list[tuple[Light | Camera, ComponentBatch]] = []
     if batch.render:
-        seen += [(light, rendering.lights[light.name]) for light in plan.lights]
-        seen += [(camera, rendering.cameras[camera.name]) for camera in plan.cameras]
-    return audit_scenes(BuiltScenes(plan, prepared_entities, lookup, constraints, seen, rendered=batch.render), sink)
+        visuals += [(light, rendering.lights[light.name]) for light in plan.lights]
+        visuals += [(camera, rendering.cameras[camera.name]) for camera in plan.cameras]
+    return audit_scenes(BuiltScenes(plan, prepared_entities, lookup, constraints, visuals, rendered=batch.render), sink)
 
 
 def _should_render(*, render: bool | None) -> bool:

@@ -372,7 +372,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
 
 def _refuse_unsupported_fields(structure: BodyStructure) -> None:
     """Refuses fields of a body type whose component cannot hold them, so that none is dropped silently."""
-    said = [prop.get for prop, _ in BODY_PROPERTIES.list_set(structure)]
+    said = [prop.get for prop, _ in BODY_PROPERTIES.list_specified(structure)]
     said += [name for name in ("mass", "inertial") if getattr(structure, name) is not None]
     if structure.body_type == "none":
         said += [name for name in ("collisions", "collision_groups") if getattr(structure, name)]

@@ -103,9 +103,9 @@ class DrawnField:
         return f"{self.holder.who}.{self.name}"
 
     @property
-    def is_seen(self) -> bool:
-        """Whether only a batch that renders has it."""
-        return is_seen(self.holder)
+    def is_visual(self) -> bool:
+        """Whether only a rendering batch has it."""
+        return is_visual(self.holder)
 
     def draw(self, batch: Batch) -> FieldWrite:
         """Draws the value in the scenes of a batch, without setting it. All of these scenes must have the field.
@@ -234,7 +234,7 @@ class DrawnFieldSet:
             # A value that was set by hand since then is only in the engine.
             for scene, _, there in write.differing():
                 write.rows[scenes.index(scene)] = there.reshape(write.rows.shape[1:])
-            found[one.key] = DrawnFieldState(tuple(scenes), write.rows, is_seen(one.holder))
+            found[one.key] = DrawnFieldState(tuple(scenes), write.rows, is_visual(one.holder))
         return found
 
     def saved(self, state: Mapping[str, DrawnFieldState], scene_idxs: Sequence[int]) -> list[FieldWrite]:
@@ -246,7 +246,7 @@ class DrawnFieldSet:
         writes: list[FieldWrite] = []
         for one, given in zip(self._fields, self._given, strict=True):
             scenes, there = sorted(one.scenes.intersection(scene_idxs)), state.get(one.key)
-            if not scenes or (there is None and is_seen(one.holder)):
+            if not scenes or (there is None and is_visual(one.holder)):
                 # The state of a batch without rendering has no visual fields.
                 continue
             row_of = {} if there is None else {scene: row for row, scene in enumerate(there.scene_idxs)}
@@ -263,7 +263,7 @@ class DrawnFieldSet:
         return writes
 
 
-def is_seen(holder: Holder) -> bool:
+def is_visual(holder: Holder) -> bool:
     """Returns whether a holder exists only if the batch renders."""
     return isinstance(holder.node, _SEEN)
 

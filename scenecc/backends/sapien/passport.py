@@ -146,7 +146,7 @@ def start_hash(index: int, start: Start, sampler: ResetSampler, fields: DrawnFie
         if state.scene_idxs[row : row + 1] == (index,):
             rows |= {(name, array): getattr(state, array)[row] for array in state.WIDTHS}
     for write in writes:
-        if index in write.scenes and not write.field.is_seen:
+        if index in write.scenes and not write.field.is_visual:
             rows["drawn", write.field.key] = write.rows[write.scenes.index(index)]
     digest = sha256()
     for key in sorted(rows):

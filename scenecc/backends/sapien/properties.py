@@ -131,7 +131,7 @@ class PropertyTable:
         self._rows = tuple(properties.values())
         self._read = attrgetter(*properties)
 
-    def list_set(self, holder: object) -> list[tuple[EngineProperty, Value]]:
+    def list_specified(self, holder: object) -> list[tuple[EngineProperty, Value]]:
         """Returns the fields that the plan sets, in the order of the table."""
         values: tuple[Value | None, ...] = self._read(holder)
         if values.count(None) == len(values):
@@ -140,7 +140,7 @@ class PropertyTable:
 
     def steps(self, holder: object, rows: NDArray[np.intp]) -> list[SetterColumn]:
         """Returns setters for what the plan sets, except values that the engine's object already has."""
-        return [step for prop, value in self.list_set(holder) for step in property_setters(prop, value, rows)]
+        return [step for prop, value in self.list_specified(holder) for step in property_setters(prop, value, rows)]
 
 
 def property_setters(prop: EngineProperty, value: Value, rows: NDArray[np.intp]) -> list[SetterColumn]:

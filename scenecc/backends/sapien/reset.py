@@ -88,7 +88,7 @@ class ResetSampler:
         Raises:
             ValueError: a given value has the wrong type or shape for its draw.
         """
-        whole = self._spread(given, scene_idxs)
+        whole = self._expand_given(given, scene_idxs)
         chosen = sorted(scene_idxs)
         seed_of = dict(zip(scene_idxs, seeds, strict=True))
         one = seeds[0] if len(set(seeds)) == 1 else tuple(seed_of[index] for index in chosen)
@@ -115,7 +115,7 @@ class ResetSampler:
                     _sample_field(recipe, batch, found[recipe.entity])
         return found
 
-    def _spread(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
+    def _expand_given(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Expands values for some scenes to arrays for all scenes, which the draws need."""
         spread: dict[str, NDArray[Any]] = {}
         for name, rows in given.items():

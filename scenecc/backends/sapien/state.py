@@ -152,7 +152,7 @@ class DrawnFieldState:
     Attributes:
         scene_idxs: ascending, among all scenes of the plan.
         numbers: (B, …) float64. For a mass that scales the inertia (B, 4): mass [kg] and inertia [kg·m²].
-        seen: whether only a batch that renders has it.
+        seen: whether only a rendering batch has it.
     """
 
     scene_idxs: tuple[int, ...]
@@ -257,14 +257,14 @@ class StateWriter(ABC):
 
     def take_out(self, scene: int) -> None:
         """Removes the entity from the simulation of a scene."""
-        row = self._own(scene)
+        row = self._row_in(scene)
         if row is not None:
             for entity, component in reversed(self._parts(row)):
                 entity.remove_component(component)
 
     def put_in(self, scene: int) -> None:
         """Adds the entity to the simulation again."""
-        row = self._own(scene)
+        row = self._row_in(scene)
         if row is not None:
             for entity, component in self._parts(row):
                 entity.add_component(component)
@@ -277,7 +277,7 @@ class StateWriter(ABC):
     def settle(self, scene: int) -> None:
         """Sets what can only be set once the entity is in the simulation again."""
 
-    def _own(self, scene: int) -> int | None:
+    def _row_in(self, scene: int) -> int | None:
         """Returns the row of this scene, or None if the entity is not in it."""
         return self._rows.get(scene)
 
@@ -292,13 +292,13 @@ class ArticulationStateWriter(StateWriter):
 
     def move(self, scene: int) -> None:
         """Sets the pose of the root. Outside the simulation there are no joints."""
-        row = self._own(scene)
+        row = self._row_in(scene)
         if row is not None:
             self._objects.entities[row][0].set_pose(self._poses[self._row_of[scene]])
 
     def settle(self, scene: int) -> None:
         """Sets root velocities, joint states, drive targets and the sleep state."""
-        row = self._own(scene)
+        row = self._row_in(scene)
         if row is None:
             return
         number, state = self._row_of[scene], self._state
@@ -322,9 +322,9 @@ class ArticulationStateWriter(StateWriter):
         else:
             self._objects.links[row][0].wake_up()
 
-    def _own(self, scene: int) -> int | None:
+    def _row_in(self, scene: int) -> int | None:
         """Returns the row of this scene if the articulation is in it now. A removed one gets its state later."""
-        row = super()._own(scene)
+        row = super()._row_in(scene)
         return row if row is not None and scene in self._row_of and self._objects.in_scene(row) else None
 
 

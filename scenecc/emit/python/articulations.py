@@ -80,8 +80,8 @@ def write_joint_properties(source: SourceWriter, joint: Joint, columns: SceneVal
     """Writes the joint properties that a link builder takes."""
     if joint.name:
         source.statement(call(f"{builder}.set_joint_name", string(joint.name)))
-    alone = joint.damping is not None and not present_fields(joint, _DRIVE_FIELDS)
-    damping = {"damping": columns.value(joint.damping, "damping")} if alone and joint.damping is not None else {}
+    only_damping = joint.damping is not None and not present_fields(joint, _DRIVE_FIELDS)
+    damping = {"damping": columns.value(joint.damping, "damping")} if only_damping and joint.damping is not None else {}
     limits: SourceNode = "[]" if joint.type == "fixed" else columns.value(joint.limits or _NO_LIMITS, "limits")
     properties = call(
         f"{builder}.set_joint_properties",

@@ -140,7 +140,7 @@ class _BodyGroup:
             if (found := len(self.components[number].get_collision_shapes())) != expected:
                 yield self.difference(number, "collision_shapes", expected, found)
         for shape in shapes:
-            for number, volumes in _find_badly_cooked(shape.geometry, rows, meshes):
+            for number, volumes in _badly_cooked_parts(shape.geometry, rows, meshes):
                 values = map(format_engine_numbers, volumes)
                 yield self.difference(number, "volume of the cooked mesh", *values)._replace(origin=shape.origin)
 
@@ -178,7 +178,7 @@ def _mass_code(expected: float) -> str:
     return "SC511" if expected < MINIMUM_MASS else AUDIT_CODE if expected <= FLOAT32_MAX else PRECISION_CODE
 
 
-def _find_badly_cooked(
+def _badly_cooked_parts(
     geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: CookedMeshes
 ) -> Iterator[tuple[int, Volumes]]:
     """Yields the mesh parts whose volume is wrong in the engine, each with an example row."""
