@@ -31,7 +31,7 @@ _TREE_DEFAULTS: Final = {"friction": 0.05, "armature": 0.0}
 
 @dataclass(frozen=True)
 class JointState:
-    """Values of a joint that moves."""
+    """Values of an active joint."""
 
     limits: list[float]
     numbers: Node

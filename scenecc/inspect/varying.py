@@ -35,7 +35,7 @@ class VaryingField:
     Attributes:
         field: as in the scene file: `pose.p`, `shapes[0].half_size`.
         values: its possible values as text: `0.1 | 0.5`, `0.1 … 0.5`.
-        at_reset: whether a reset draws it again.
+        at_reset: whether a reset redraws it.
     """
 
     field: str

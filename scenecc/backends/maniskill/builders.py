@@ -136,7 +136,7 @@ def build_actor(prepared: PreparedActor, scene: Any) -> Any:
 
 
 def batched_pose(prepared: PreparedEntity, scene: Any) -> Any:
-    """Returns the start pose of an entity: a row for each of its scenes, or one for all."""
+    """Returns the initial pose of an entity: a row for each of its scenes, or one for all."""
     rows = select_rows(prepared.entity.pose, prepared.rows).astype(np.float32)
     return Pose.create(torch.from_numpy(np.ascontiguousarray(rows)), device=scene.device)
 
@@ -287,7 +287,7 @@ def hidden_objects(plan: ScenePlan, scene: Any) -> list[Any]:
 
 
 def _follows_drawn_frame(camera: Camera) -> bool:
-    """Returns whether a camera's pose is relative to a frame that a reset draws again."""
+    """Returns whether a camera's pose is relative to a frame that a reset redraws."""
     recipe = camera.pose.recipe
     return isinstance(recipe, Composed) and isinstance(recipe.outer, NODES) and not isinstance(recipe.outer, Rows)
 
@@ -297,7 +297,7 @@ def _unsupported_camera(camera: Camera, plan: ScenePlan, *, on_gpu: bool) -> tup
     if len(camera.scene_idxs) < plan.num_scenes:
         return "is only in some environments", "ManiSkill's sensors are in all environments: leave `scene_idxs` out"
     if on_gpu and _follows_drawn_frame(camera):
-        return "is posed relative to a frame that a reset draws again", "mount it on a body, so that it moves on a GPU"
+        return "is posed relative to a frame that a reset redraws", "mount it on a body, so that it moves on a GPU"
     mount = camera.mount and next(entity for entity in plan.entities if entity.name == camera.mount.entity)
     if mount is not None and _has_several_links(mount):
         reason = f"is mounted on '{mount.name}', whose links differ between environments"

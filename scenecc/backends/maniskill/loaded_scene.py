@@ -1,4 +1,4 @@
-"""A loaded plan in a `ManiSkillScene`: its objects, constraints and lights, and their start in an episode.
+"""A loaded plan in a `ManiSkillScene`: its objects, constraints and lights, and their initial states.
 
 On the CPU, states are set on the engine's objects. On a GPU they go into ManiSkill's buffers, which ManiSkill applies
 at the end of a reset.
@@ -235,11 +235,12 @@ class LoadedScene:
         *,
         draws: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        """Resets every object to its start in some environments, and draws again what a running simulation can change.
+        """Resets every object to its initial state in some environments, and redraws values.
 
         Call it in `_initialize_episode`; ManiSkill then passes the values to the simulation. It sets poses, velocities,
-        joint positions, drive targets, and other values that the plan draws. Static bodies and other environments are
-        not touched. On a GPU, cameras and physical parameters (masses, gains, frictions) stay as built.
+        joint positions, drive targets, and other values that the plan draws and a simulation can change. Static bodies
+        and other environments are not touched. On a GPU, cameras and physical parameters (masses, gains, frictions)
+        stay as built.
 
         Args:
             env_idx: environments, as passed to `_initialize_episode`. None: all.

@@ -360,10 +360,10 @@ _live_materials: Final[WeakSet[Any]] = WeakSet()
 
 
 class Resources:
-    """The tables of a plan as engine objects. `drawn` receives the materials that a reset draws again.
+    """The tables of a plan as engine objects. `drawn` receives the materials that a reset redraws.
 
     All shapes that name a material share it, in all scenes where its numbers are the same, as in a script that makes
-    each material once: a later change of its friction applies to all of them. A material that a reset draws again is
+    each material once: a later change of its friction applies to all of them. A material that a reset redraws is
     shared only within a scene.
     """
 

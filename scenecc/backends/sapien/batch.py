@@ -136,7 +136,7 @@ def _body_motion(entities: Sequence[Any], components: Sequence[Any]) -> NDArray[
 
 
 def _joint_motion(objs: Sequence[Any]) -> NDArray[np.float32]:
-    """Returns positions and velocities of all joints that move, (N, 2)."""
+    """Returns positions and velocities of all active joints, (N, 2)."""
     numbers = [np.stack((obj.get_qpos(), obj.get_qvel()), axis=1) for obj in objs]
     return np.concatenate(numbers) if numbers else np.empty((0, 2), np.float32)
 
@@ -500,31 +500,31 @@ class SceneBatch:
         draws: Mapping[str, ArrayLike] | None = None,
         exact: bool = False,
     ) -> None:
-        """Resets every object to its start, and draws again what a running simulation can change.
+        """Resets every object to its initial state, and redraws the values that a running simulation can change.
 
-        Drawn again, where the plan draws them: poses of dynamic and kinematic bodies, velocities, joint positions and
+        Redrawn, where the plan draws them: poses of dynamic and kinematic bodies, velocities, joint positions and
         drive targets; masses, damping and gravity of bodies; friction and restitution; limits, gains and friction of
         joints; colours and numbers of visual materials; lights, cameras and the ambient light. Everything else (sizes,
-        densities, textures, poses of static bodies) stays as built. Every object of the plan gets the pose, velocities
-        and sleep state of its start. Targets of kinematic bodies and pending forces are cleared. Removed entities stay
-        removed; they are at their start when they are added again. Values that the plan does not draw and that were
-        changed by hand (a mass, a damping) stay, and so do objects that were added to the scenes by hand.
+        densities, textures, poses of static bodies) stays as built.
+
+        Every object of the plan gets its initial pose, velocities and sleep state. Targets of kinematic bodies and
+        pending forces are cleared. Removed entities stay removed; they get their initial state when they are added
+        again. Objects that were added by hand stay, and so do values that were changed by hand and are not drawn.
 
         Args:
             seed: seed of the draws, for all of these scenes or one for each. None: the last seed of each scene, at
                 first that of the plan.
             scene_idxs: scenes to reset; the others are not touched. Default: all.
-            draws: values to use once instead of drawing shared draws: name → one row for each of these scenes. A draw
-                that anything built depends on cannot be given.
-            exact: simulate from here on bit-identically to a batch that was just built with this start. Otherwise the
-                engine keeps its numbering of earlier contacts, and a heap of bodies may differ in the last bit, which
-                grows. These scenes then become new `sapien.Scene` objects in `scenes`. They hold everything that the
-                old ones held, including cameras, lights and what was added by hand; the old ones are empty. Entities
-                and components stay the same objects. Takes two to three times as long.
+            draws: values to use once instead of drawing shared draws: name → one row for each of these scenes. Draws
+                of built values, such as sizes, cannot be given.
+            exact: simulate bit-identically to a newly built batch with this initial state. Otherwise the engine keeps
+                its numbering of earlier contacts, so a heap of bodies may differ in the last bit, and the difference
+                grows. `exact` moves all content, including objects added by hand, to new `sapien.Scene` objects in
+                `scenes`. Entities and components stay the same objects. Takes two to three times as long.
 
         Raises:
-            ValueError: a drawn value is undefined or the engine cannot hold it (the message names entity, field and
-                scene), a draw cannot be changed, or an argument is invalid. Nothing has changed then.
+            ValueError: a drawn value is undefined or does not fit in float32 (the message names entity, field and
+                scene), a draw cannot be changed, or an argument is invalid. No scene has changed then.
             KeyError: this batch has no such scene.
             RuntimeError: the batch is closed.
         """
@@ -546,7 +546,7 @@ class SceneBatch:
     def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
         """Returns the exact poses, velocities, sleep states and kinematic targets of all bodies in these scenes.
 
-        It also holds what a reset draws again: masses, gains, materials, lights, cameras.
+        It also holds what a reset redraws: masses, gains, materials, lights, cameras.
 
         It can be set in every batch of the same scenes. It lacks what SAPIEN does not expose: the engine's contact
         cache, sleep timers, pending forces, and the velocity of a kinematic body, which follows from its next target.
@@ -566,9 +566,9 @@ class SceneBatch:
     def set_state(self, state: SceneState, scene_idxs: Sequence[int] | None = None, *, exact: bool = False) -> None:
         """Restores a state of all bodies. `state` then returns the same state.
 
-        The simulation continues as from a new start with these poses and velocities, not as it continued when the state
-        was taken, because the engine's contact cache cannot be saved. With `exact`, it continues bit-identically
-        after every restore.
+        The simulation continues as after a reset to these poses and velocities, not as it did when the state was taken,
+        because the engine's contact cache cannot be saved. With `exact`, it continues bit-identically after every
+        restore.
 
         Args:
             state: a result of `state`, of this batch or of another batch of the same scenes.
@@ -589,10 +589,10 @@ class SceneBatch:
         self._place(chosen, states, exact=exact)
 
     def passport(self, scene: int) -> str:
-        """Returns a line of JSON from which `scenecc replay` rebuilds a scene as it was at its last start.
+        """Returns a line of JSON from which `scenecc replay` rebuilds a scene as after its last build or reset.
 
-        It holds hashes of all files, parameters, seeds, versions and a hash of the start state after the build or the
-        last `reset`, without values set by hand or by `set_state`. See `docs/how-to/reproducing.md`.
+        It holds hashes of all files, parameters, seeds, versions and a hash of the initial state after the build or
+        the last `reset`, without values set by hand or by `set_state`. See `docs/how-to/reproducing.md`.
 
         Args:
             scene: index of the scene, one of `scene_idxs`.
@@ -606,7 +606,7 @@ class SceneBatch:
         return str(self.passports([scene])[0])
 
     def passports(self, scene_idxs: Sequence[int] | None = None) -> list[Passport]:
-        """Returns the passports of some scenes (default: all) at their last starts.
+        """Returns the passports of some scenes (default: all) for their last build or reset.
 
         Each is written when its `str` is first taken, which raises the errors of `passport`.
         """

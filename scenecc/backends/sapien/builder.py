@@ -163,7 +163,7 @@ def prepare_mass(
     """Returns a function that sets a component's mass once its shapes are attached. None: the mass follows from
     densities.
 
-    `drawn` receives mass and inertia by density if a reset draws the mass again.
+    `drawn` receives mass and inertia by density if a reset redraws the mass.
     """
     if structure.inertial is not None:
         return _inertial_setter(structure.inertial, rows)

@@ -250,7 +250,7 @@ class ConstraintSet:
         )
 
     def sample_targets(self, batch: Batch) -> TargetCalls:
-        """Samples the start targets of drives, without setting them. Raises ValueError if a value is undefined."""
+        """Samples the initial targets of drives, without setting them. Raises ValueError if a value is undefined."""
         steps: TargetCalls = []
         for prepared in self._prepared:
             steps += sample_targets(prepared, self.batches[prepared.constraint.name].objs, batch)
@@ -286,7 +286,7 @@ class ConstraintSet:
 def sample_targets(
     prepared: PreparedConstraint, objs: Sequence[Any], batch: Batch
 ) -> Iterator[tuple[Any, str, tuple[Any, ...]]]:
-    """Samples the start targets of one constraint. `objs`: its components in the order of its scenes.
+    """Samples the initial targets of one constraint. `objs`: its components in the order of its scenes.
 
     Raises:
         ValueError: a drawn value is undefined.

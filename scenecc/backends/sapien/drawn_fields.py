@@ -1,4 +1,4 @@
-"""Values that a reset draws again, besides poses, velocities, joints and targets: masses, gains, materials, lights and
+"""Values that a reset redraws, besides poses, velocities, joints and targets: masses, gains, materials, lights and
 cameras.
 
 Each field of a plan with a recipe is looked up once, with its objects. A reset draws all of them before it sets any.
@@ -72,7 +72,7 @@ class Holder(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DrawnField:
-    """A field that a reset draws again.
+    """A field that a reset redraws.
 
     Attributes:
         holder: has the field.
@@ -177,7 +177,7 @@ class FieldWrite(NamedTuple):
 
 
 class DrawnFieldSet:
-    """The fields of a batch that a reset draws again. `rendered`: include visual fields."""
+    """The fields of a batch that a reset redraws. `rendered`: include visual fields."""
 
     def __init__(self, holders: Iterable[Holder], drawn: DrawnObjects, *, rendered: bool) -> None:
         self._rendered = rendered
@@ -272,7 +272,7 @@ _SEEN = VisualMaterial | Light | Camera | Perspective | Intrinsic | Orthographic
 
 
 def drawn_names(holders: Iterable[Holder]) -> list[str]:
-    """Returns the keys of all fields of some holders that a reset draws again."""
+    """Returns the keys of all fields of some holders that a reset redraws."""
     return [
         f"{holder.who}.{slot.name}"
         for holder in holders
@@ -360,7 +360,7 @@ def plan_holders(
     components: Mapping[str, ComponentBatch],
     render_systems: Mapping[int, Any],
 ) -> Iterator[Holder]:
-    """Yields everything in a plan that has fields which a reset may draw again, with its objects.
+    """Yields everything in a plan that has fields that a reset may redraw, with its objects.
 
     `components` are constraints, lights and cameras, by section and name: "lights/lamp".
     """
@@ -456,7 +456,7 @@ def _material_holders(plan: ScenePlan, drawn: DrawnObjects) -> Iterator[Holder]:
 
 
 def component_holders(section: str, node: Constraint | Light | Camera, batch: ComponentBatch) -> Iterator[Holder]:
-    """Yields the parts of a constraint, light or camera with fields that a reset may draw again."""
+    """Yields the parts of a constraint, light or camera with fields that a reset may redraw."""
     objs = {scene: obj for scene, obj in zip(batch.scene_idxs, batch.objs, strict=True) if obj is not None}
     rows = {scene: row for row, scene in enumerate(node.scene_idxs)}
     who = f"{section}/{node.name}"

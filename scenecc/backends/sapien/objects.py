@@ -66,9 +66,9 @@ class ArticulationObjects(EntityObjects):
 
     Attributes:
         entities, links: of each scene, in the order of the plan, which is also the order in which they are added.
-        joints: those that move, in the order of the engine's `qpos`. Outside a scene the engine has none.
-        columns: position in `qpos` of each joint that moves, in the order of the plan.
-        dof: largest number of joints that move.
+        joints: active joints in the order of the engine's `qpos`. Outside a scene the engine has none.
+        columns: position in `qpos` of each active joint, in the order of the plan.
+        dof: largest number of active joints.
     """
 
     entities: list[list[Any]]
@@ -215,7 +215,7 @@ def spread_vectors(vector: Any, count: int) -> NDArray[np.float32]:
 def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) -> list[NDArray[np.float32]]:
     """Returns a row of joint values for each articulation, from (width,) or (B, width).
 
-    `dofs`: number of joints that move in each, at most `width`; further values are ignored. Raises ValueError.
+    `dofs`: number of active joints in each, at most `width`; further values are ignored. Raises ValueError.
     """
     rows = np.asarray(numbers, dtype=np.float32)
     if rows.shape not in ((width,), (1, width), (len(dofs), width)):

@@ -1,4 +1,4 @@
-"""Passports: a line of JSON from which `scenecc replay` rebuilds the start of one scene and reports differences."""
+"""Passports: a line of JSON from which `scenecc replay` rebuilds a scene's initial state and reports differences."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ HASH_LENGTH: Final = 32
 
 
 class Sampled(NamedTuple):
-    """The start of some scenes: the states of entities, and all other values that a reset draws."""
+    """The initial states of some scenes: states of entities, and all other values that a reset draws."""
 
     states: Mapping[str, AnyState]
     writes: Sequence[FieldWrite]
@@ -41,7 +41,7 @@ class Sampled(NamedTuple):
 
 @dataclass(frozen=True)
 class Start:
-    """The inputs of the draws for the start of a scene.
+    """The inputs of the draws for the initial state of a scene.
 
     Attributes:
         seed: of the build or the reset.
@@ -55,7 +55,7 @@ class Start:
 
 
 class Passport:
-    """The passport of a scene at one start. `str` writes the text when it is first needed."""
+    """The passport of an initial state of a scene. `str` writes the text when it is first needed."""
 
     def __init__(self, write: Callable[[], str]) -> None:
         self._write = write
@@ -134,7 +134,7 @@ class PassportWriter:
 
 
 def start_hash(index: int, start: Start, sampler: ResetSampler, fields: DrawnFieldSet) -> str:
-    """Returns a hash of `SceneBatch.state` at the start of a scene, without visual fields.
+    """Returns a hash of `SceneBatch.state` for the initial state of a scene, without visual fields.
 
     The start is sampled again, because the engine may have simulated since. Each array is
     hashed by name in float32 and is independent of the other scenes of the batch.

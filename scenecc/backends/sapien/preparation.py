@@ -118,7 +118,7 @@ class PreparedArticulation:
         """Returns a function that builds the articulation in one scene after another."""
 
         def place(add: Callable[[Any], None], number: int) -> None:
-            """Builds the links of a scene, adds them and sets their start, if the entity is in the scene."""
+            """Builds the links of a scene, adds them and sets their initial state, if the entity is in the scene."""
             if (own := self.table[number]) is None:
                 return
             builder, row = own

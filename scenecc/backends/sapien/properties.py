@@ -203,7 +203,7 @@ ROOT_PROPERTIES = PropertyTable(
         for field in ("linear_velocity", "angular_velocity")
     }
 )
-"""Fields of `ArticulationStructure` for the start of its root. Set before `qpos` and `qvel`."""
+"""Fields of `ArticulationStructure` for the initial state of its root. Set before `qpos` and `qvel`."""
 
 RENDER_PROPERTIES = PropertyTable(
     {
@@ -242,7 +242,7 @@ JOINT_FRAMES = {
 """Frames of `Joint`, in the order in which SAPIEN's builder sets them. Always set."""
 
 JOINT_LIMITS = EngineProperty(_JointClass.set_limits, "limits", _to_axis_arrays, (-np.inf, np.inf))
-"""Set on every joint that moves: SAPIEN's builder sets these defaults, and a fresh joint cannot move."""
+"""Set on every active joint: SAPIEN's builder sets these defaults, and a fresh joint cannot move."""
 
 JOINT_PROPERTIES = PropertyTable(
     {

@@ -1,4 +1,4 @@
-"""The start of every body of a batch, as planned or as drawn by a reset."""
+"""The initial state of every body of a batch, as planned or as drawn by a reset."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class _SampledField(NamedTuple):
-    """One field that a reset draws again, in the batch's scenes that have it.
+    """One field that a reset redraws, in the batch's scenes that have it.
 
     `column` is that of the joint named `joint`. None: the field is a pose or a velocity.
     """
@@ -49,14 +49,14 @@ class _SampledField(NamedTuple):
 
 
 class ResetSampler:
-    """Samples the start of a batch. Prepared once, at the first reset."""
+    """Samples the initial state of a batch. Prepared once, at the first reset."""
 
     def __init__(
         self, plan: ScenePlan, scene_idxs: tuple[int, ...], objects: Mapping[str, BodyObjects | ArticulationObjects]
     ) -> None:
         self._plan = plan
         self._draws: Mapping[str, Node] = dict(plan.draws)
-        # Values that are not drawn again are rows of the plan.
+        # Values that are not redrawn are rows of the plan.
         self._drawn_again = [
             name for name, node in plan.draws if not isinstance(node, Rows) and not is_unnamed_draw(name)
         ]
@@ -95,7 +95,7 @@ class ResetSampler:
         return Batch(np.array(chosen, dtype=np.int64), one, self._plan.num_scenes, self._draws, whole)
 
     def drawn(self, batch: Batch) -> dict[str, AnyState]:
-        """Returns the start of every entity in the scenes of a batch.
+        """Returns the initial state of every entity in the scenes of a batch.
 
         Raises:
             ValueError: a value is undefined, or the engine cannot hold it; the message names entity, field and scene.
@@ -147,7 +147,7 @@ def _fixed_draw_message(name: str, names: Sequence[str]) -> str:
 def _planned_state(
     entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], objects: BodyObjects | ArticulationObjects
 ) -> AnyState:
-    """Returns the planned start of an entity."""
+    """Returns the planned initial state of an entity."""
     pose = np.broadcast_to(select_rows(entity.pose, rows), (len(rows), 7))
     if isinstance(objects, ArticulationObjects):
         whole = ArticulationState.at_rest(scene_idxs, pose, objects.dof)

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 DOF: Final = -1
-"""Width of an array with one number for each joint of the articulation that moves."""
+"""Width of an array with one number for each active joint."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +68,7 @@ class MotionState:
 
     @classmethod
     def shapes(cls, count: int, dof: int = 0) -> dict[str, tuple[int, ...]]:
-        """Returns the shape of each array, by name, for `count` scenes and `dof` joints that move."""
+        """Returns the shape of each array, by name, for `count` scenes and `dof` active joints."""
         widths = {name: dof if width == DOF else width for name, width in cls.WIDTHS.items()}
         return {name: (count, width) if cls.WIDTHS[name] else (count,) for name, width in widths.items()}
 
@@ -123,7 +123,7 @@ JOINT_FIELDS: Final = ("qpos", "qvel", "qf", "drive_target", "drive_velocity_tar
 class ArticulationState(MotionState):
     """State of one articulation; see `MotionState`.
 
-    Columns are its joints that move, in the engine's order, as in `ArticulationBatch`. Missing joints are NaN.
+    Columns are its active joints, in the engine's order, as in `ArticulationBatch`. Missing joints are NaN.
 
     Attributes:
         qpos, qvel: (B, dof) float32 positions [m, rad] and velocities.
@@ -176,7 +176,7 @@ class SceneState:
         scene_idxs: the requested scenes, ascending, as indices among all scenes of the plan.
         entities: name → state of every body in one of these scenes, including removed ones, in the plan's order.
         articulations: the same for articulations.
-        drawn: everything else that a reset draws again, by holder and field: "cube.mass".
+        drawn: everything else that a reset redraws, by holder and field: "cube.mass".
     """
 
     scene_idxs: tuple[int, ...]

@@ -124,7 +124,7 @@ def write_articulation_joints(source: SourceWriter, structure: ArticulationStruc
 
 
 def _active_joints(structure: ArticulationStructure) -> list[tuple[Link, Joint]]:
-    """Returns the joints that move, with their links."""
+    """Returns the active joints, with their links."""
     return [(link, link.joint) for link in structure.links if link.joint is not None and link.joint.type != "fixed"]
 
 

@@ -212,7 +212,7 @@ def _body_groups(prepared_entities: Sequence[PreparedEntity]) -> Iterator[_BodyG
 
 
 def _articulation_differences(prepared: PreparedArticulation) -> Iterator[AuditDifference]:
-    """Yields differences in the numbers of links and of joints that move."""
+    """Yields differences in the numbers of links and of active joints."""
     for part in prepared.parts:
         wanted = {"links": len(part.structure.links), "dof": len(part.structure.active_joints)}
         numbers: list[int] = part.numbers.tolist()
