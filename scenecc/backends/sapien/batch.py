@@ -523,8 +523,8 @@ class SceneBatch:
                 `scenes`. Entities and components stay the same objects. Takes two to three times as long.
 
         Raises:
-            ValueError: a drawn value is undefined or does not fit in float32 (the message names entity, field and
-                scene), a draw cannot be changed, or an argument is invalid. No scene has changed then.
+            ValueError: a drawn value is undefined or out of range (the message names entity, field and scene), a
+                draw cannot be changed, or an argument is invalid. No scene has changed then.
             KeyError: this batch has no such scene.
             RuntimeError: the batch is closed.
         """
