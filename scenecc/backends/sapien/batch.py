@@ -420,10 +420,9 @@ class SceneBatch:
     def step(self, n: int = 1, *, check: bool = False) -> None:
         """Simulates `n` time steps in every scene. Raises ValueError if negative, RuntimeError once closed.
 
-        With `check`, it checks every ten steps and after the last (or at once if `n` is 0) that everything that moves
-        is finite and within 1e6 m, m/s, rad and rad/s. If not, it stops and raises SceneError (SC820); only a reset
-        recovers the scene. Many steps then take 1.1 to 1.7 times as long, single steps up to 3 times, and more in tiny
-        scenes.
+        With `check`, it checks every ten steps and at the end that all states are finite and within 1e6 m, m/s, rad and
+        rad/s. If not, it stops and raises SceneError (SC820); only a reset recovers the scene. Many steps then take 1.1
+        to 1.7 times as long, single steps up to 3 times, and more in tiny scenes.
         """
         self._check_open()
         if n.__class__ is not int:
@@ -566,9 +565,8 @@ class SceneBatch:
     def set_state(self, state: SceneState, scene_idxs: Sequence[int] | None = None, *, exact: bool = False) -> None:
         """Restores a state of all bodies. `state` then returns the same state.
 
-        The simulation continues as after a reset to these poses and velocities, not as it did when the state was taken,
-        because the engine's contact cache cannot be saved. With `exact`, it continues bit-identically after every
-        restore.
+        The simulation continues as after a reset to these poses and velocities, because the engine's contact cache
+        cannot be saved. With `exact`, it continues bit-identically after every restore.
 
         Args:
             state: a result of `state`, of this batch or of another batch of the same scenes.

@@ -107,8 +107,8 @@ def render_problem() -> str | None:
 def engine_settings(physics: Physics) -> Generator[None]:
     """Sets SAPIEN's defaults to those of the plan and restores all of them, also after an error.
 
-    Excluded are the default material, because a build passes its own to shapes without one, and the GPU memory, which
-    only a GPU simulation reads and SAPIEN does not expose.
+    The default material is excluded, because a build passes its own to shapes without one. So is the GPU memory, which
+    only a GPU simulation reads.
     """
     before = {kind: getattr(physx, f"get_{kind}_config")() for kind in CONFIG_KINDS}
     try:
