@@ -332,7 +332,7 @@ def test_each_scene_is_seen_by_its_own_camera() -> None:
             assert set(found) == set(by_hand[0])
             for kind, pictures in found.items():
                 assert np.array_equal(pictures, [by_hand[index][kind] for index in seen]), (name, scene_idxs, kind)
-        with pytest.raises(KeyError, match="in no scene 1"):
+        with pytest.raises(KeyError, match="is not in scene 1"):
             eye.capture("depth", [1])
         with pytest.raises(ValueError, match="no picture 'colour'; there are color, depth"):
             eye.capture("colour")
