@@ -76,7 +76,7 @@ def check_image(data: bytes, max_bytes: float, suffix: str = "") -> ImageSize:
         AssetError: it is damaged, truncated, too large, or of a format that SAPIEN does not load.
     """
     try:
-        with _reading():
+        with _plain_errors():
             kind = _detect_format(data, suffix)
             size = _read_size(data, kind)
             if size.columns < 1 or size.rows < 1:
@@ -107,7 +107,7 @@ def read_heights(data: bytes, max_pixels: int) -> tuple[tuple[float, ...], ...]:
     """
     import numpy as np  # noqa: PLC0415 - loaded where a scene has terrain from a file
 
-    with _reading():
+    with _plain_errors():
         picture = _open_with_pillow(data, "Png")
         columns, rows = picture.size
         if columns * rows > max_pixels:
@@ -132,7 +132,7 @@ _PLAIN_WORDS = {
 
 
 @contextmanager
-def _reading() -> Generator[None]:
+def _plain_errors() -> Generator[None]:
     """Converts any error of a reader to a ValueError in plain words, and suppresses Pillow's warnings."""
     try:
         with warnings.catch_warnings():
@@ -185,7 +185,7 @@ _MOST_SCANS = 128
 
 
 def _check_pixels(data: bytes, kind: str) -> None:
-    """Checks what comes after the header. Raises errors that `_reading` catches."""
+    """Checks the content after the header. Raises errors that `_plain_errors` converts."""
     if kind == ".exr":
         _check_exr_blocks(data)
     elif kind == "hdr":
@@ -204,13 +204,13 @@ def _check_pixels(data: bytes, kind: str) -> None:
 def _check_bmp_header(data: bytes) -> None:
     """Raises ValueError for files of which SAPIEN 3.0 shows wrong pixels, as measured for each bit depth."""
     if int.from_bytes(data[14:18], "little") == 12:
-        raise ValueError("it is a BMP of OS/2, which SAPIEN misreads")
+        raise ValueError("it is an OS/2 BMP, which SAPIEN misreads")
     if int.from_bytes(data[28:30], "little") == 1:
         raise ValueError("it is a BMP with one bit per pixel, which SAPIEN misreads")
 
 
 def _check_png_length(data: bytes) -> None:
-    """Raises ValueError if the pixels of a PNG unpack to too much or differently: SAPIEN hangs at 2 GB."""
+    """Raises ValueError if a PNG does not unpack to the size in its header: SAPIEN hangs at 2 GB."""
     most, unpacked, at = 2 * _read_size(data, "Png").unpacked + 2**16, 0, 8
     unpacker = zlib.decompressobj()
     while (kind := data[at + 4 : at + 8]) not in {b"IEND", b""}:
@@ -225,7 +225,7 @@ def _check_png_length(data: bytes) -> None:
                 raise ValueError("it has more pixels than its header says")
         at = end + 4
     if not unpacker.eof:
-        raise ValueError("its pixels have no end")
+        raise ValueError("its pixel data is incomplete")
 
 
 def _open_with_pillow(data: bytes, kind: str) -> Any:

@@ -70,7 +70,7 @@ def measure_triangles(vertices: NDArray[np.floating], faces: NDArray[np.integer]
 
 
 def measure_hull(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measures:
-    """Measures like `measure`, and adds the volume of the convex hull if it has one."""
+    """Measures like `measure_triangles`, and adds the volume of the convex hull if it has one."""
     found = measure_triangles(vertices, faces)
     return replace(found, hull_volume=hull_volume(vertices) if found.thickness > 0 and len(vertices) > 3 else 0.0)
 

@@ -1,4 +1,4 @@
-"""The process that reads mesh files with trimesh and pycollada: a file in, triangles and measures out.
+"""The process that reads mesh files with trimesh and pycollada, and returns triangles and measures.
 
 A part is what SAPIEN loads as one mesh: a mesh of a glTF or a primitive of a COLLADA, once for each node that shows it;
 an object or group of an OBJ; a whole STL or PLY.

@@ -1,7 +1,7 @@
 """Reads mesh files with libraries, each content once.
 
-Records are cached by the hash of the file and of its buffers and by the versions of the libraries, in memory and in the
-user's cache folder. Triangles are read, and cached, on request.
+Records are cached in memory and in the user's cache folder, by the hashes of the file and its buffers and by the
+versions of the libraries. Triangles are read, and cached, on request.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _MEMORY: Final = 4 * 2**30
 _SECONDS: Final = 120.0
 """Timeout for one file [s]."""
 
-_READER = Worker("scenecc.assets.mesh_process", memory=_MEMORY, seconds=_SECONDS, name="the reader of meshes")
+_READER = Worker("scenecc.assets.mesh_process", memory=_MEMORY, seconds=_SECONDS, name="the mesh reader")
 
 
 @dataclass(frozen=True, slots=True)

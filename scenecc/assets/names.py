@@ -77,7 +77,7 @@ def scan_names(data: bytes, suffix: str) -> MeshNames:
 
 
 def _plain_words(error: Exception) -> str:
-    """Returns an error's text, in a user's words for Python's own errors about text."""
+    """Returns an error's text. Python's own errors about text are reworded for users."""
     if isinstance(error, RecursionError):
         return "it is nested too deeply"
     if isinstance(error, UnicodeDecodeError):
@@ -158,7 +158,7 @@ _COMPRESSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
 
 
 class _RepeatedKeyError(ValueError):
-    """A key occurs twice in one object. Its words are the key."""
+    """A key occurs twice in one object. The error's text is the key."""
 
 
 def _reject_repeated_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -204,7 +204,7 @@ _TRIANGLE_FAN = 6
 
 
 def _check_primitives(document: dict[str, Any]) -> None:
-    """Raises AssetError for what trimesh reads differently: it skips fans, and sparse values of positions."""
+    """Raises AssetError for triangle fans and sparse positions, which trimesh skips."""
     accessors = _list(document, "accessors")
     for primitive in (one for mesh in _list(document, "meshes") for one in _list(mesh, "primitives")):
         if primitive.get("mode") == _TRIANGLE_FAN:
@@ -295,7 +295,7 @@ _LINE_BREAK_FIRST = re.compile(rb"end_header\r?\n[\r\n]")
 
 
 def _check_ply_data(data: bytes) -> None:
-    """Raises ValueError for what is not a PLY, and if binary data begins with the byte of a line break.
+    """Raises ValueError if it is not a PLY, or if its binary data begins with the byte of a line break.
 
     SAPIEN skips that byte, and may crash.
     """

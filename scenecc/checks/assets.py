@@ -105,7 +105,7 @@ def _check_sky_map(plan: ScenePlan, surroundings: SkyMap, files: AssetFiles, ori
         if size.levels and not (size.sides == 6 and size.columns == size.rows and size.has_all_levels):
             what = "a KTX environment map needs six square sides, and mip levels down to one pixel"
             hint = "export it with mipmaps, or use one image in PNG, HDR or EXR"
-            sink.report("SC554", f"{what}; {plan.files[index].uri} has not", origin, hint=hint)
+            sink.report("SC554", f"{what}; {plan.files[index].uri} lacks them", origin, hint=hint)
             return
         if not size.levels and size.columns != 2 * size.rows:
             message = f"an environment map must be twice as wide as high; {plan.files[index].uri} is not"
@@ -299,7 +299,7 @@ def _check_references(
                 try:
                     _check_texture(checker, path)
                 except AssetError as fault:
-                    with _naming_image(reference):
+                    with _add_image_name(reference):
                         _check_optional(checker, asset, reference, fault, visual)
                     continue
             elif reference.kind in {"material", "fallback"} and any(use != "decomposed" for use in by_use):
@@ -333,7 +333,7 @@ def _check_optional(
     if reference.kind == "buffer" or not (missing or unread):
         raise fault
     if not asset.optional_names:
-        raise _with_repair(fault, visual)
+        raise _add_repair_hint(fault, visual)
     why = "is missing" if missing else f"cannot be used ({fault.message})"
     message = f"{asset.uri} references `{reference.uri[:60]}`, which {why}; it is ignored"
     checker.left_out.setdefault((visual.parent, reference.kind, missing), []).append((message, visual))
@@ -345,7 +345,7 @@ _UNREAD_IMAGE = {"SC410", "SC420"}
 """Codes of images that exist but cannot be read."""
 
 
-def _with_repair(fault: AssetError, origin: Origin) -> AssetError:
+def _add_repair_hint(fault: AssetError, origin: Origin) -> AssetError:
     """Adds a hint at `repair` to the error of a missing file, if a URDF names the mesh."""
     by = origin.parent.path[-1:] if origin.parent is not None else ()
     if by != ("urdf",):
@@ -355,7 +355,7 @@ def _with_repair(fault: AssetError, origin: Origin) -> AssetError:
 
 
 @contextmanager
-def _naming_image(reference: AssetReference) -> Generator[None, None, None]:
+def _add_image_name(reference: AssetReference) -> Generator[None, None, None]:
     """Adds the image's name to an `AssetError` raised inside, which is reported for the mesh."""
     try:
         yield

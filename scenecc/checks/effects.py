@@ -125,7 +125,7 @@ _DRIVE_HINT: Final = "give it a stiffness or damping, and a force limit above 0;
 
 
 def _is_driven(joint: Joint) -> bool:
-    """Returns whether a joint's drive is meant to act: a stiffness and damping of 0 mean a passive joint."""
+    """Returns whether a joint's drive is intended: a stiffness and damping of 0 mean a passive joint."""
     return any(map(_is_nonzero, (joint.stiffness, joint.damping, joint.drive_velocity_target)))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.checks.value_queries import Row, find_single_fault, report_fault, reversed_limits
+from scenecc.checks.value_queries import Row, find_reversed_limits, find_single_fault, report_fault
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
@@ -48,7 +48,7 @@ def _format_joint(joint: Joint) -> str:
 
 
 def _check_joint_limits(joint: Joint, origin: Origin, sink: Sink) -> None:
-    found = joint.limits and reversed_limits(joint.limits, _reversed)
+    found = joint.limits and find_reversed_limits(joint.limits, _find_reversed)
     if found is not None:
         low, high = found.found
         message = f"the lower limit of {_format_joint(joint)}, {low:g}, is above its upper limit, {high:g}"
@@ -57,17 +57,17 @@ def _check_joint_limits(joint: Joint, origin: Origin, sink: Sink) -> None:
         report_fault(sink, "SC520", message, place, "limits are [lower, upper]", found.sample, at=at)
 
 
-def _reversed(limits: Row) -> Row | None:
+def _find_reversed(limits: Row) -> Row | None:
     return limits if limits[0] > limits[1] else None
 
 
 def _check_joint_distance(joint: Joint, origin: Origin, sink: Sink) -> None:
-    def judge(pose: Row) -> float | None:
+    def find_distance_fault(pose: Row) -> float | None:
         far = max(map(abs, pose[:3]))
         return far if far > _MAX_JOINT_DISTANCE else None
 
     for place in (joint.pose_in_parent, joint.pose_in_child):
-        found = place and find_single_fault(place, judge)
+        found = place and find_single_fault(place, find_distance_fault)
         if found is not None:
             far = f"{found.found:.3g} m from one of its links; the maximum is {_MAX_JOINT_DISTANCE:g} m"
             hint = "fix the coordinates: they are in metres"
@@ -186,14 +186,14 @@ def _iterate_limits(constraint: Constraint, origin: Origin) -> Iterator[tuple[Va
 
 
 def _check_drive_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool) -> None:
-    found = reversed_limits(limits, _reversed)
+    found = find_reversed_limits(limits, _find_reversed)
     if found is not None:
         low, high = found.found
         message = f"the lower limit must not be above the upper one: {low:g} is above {high:g}"
-        hint = "PhysX accepts such limits but applies none, or others"
+        hint = "PhysX accepts such limits, but ignores or changes them"
         report_fault(sink, "SC560", message, place, hint, found.sample)
         return
-    found = reversed_limits(limits, _beyond_half_turn) if turns else None
+    found = find_reversed_limits(limits, _beyond_half_turn) if turns else None
     if found is not None:
         far = found.found
         message = f"PhysX measures twist from -π to π, so a limit of {far:g} is never reached"

@@ -50,11 +50,11 @@ def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sin
             holes.update(len(values) + shape.geometry.__slots__.index(size) for size in shape.geometry.HOLES)
             values += shape.geometry.values
 
-    def judge(*row: Row) -> _MassFault | None:
+    def rule(*row: Row) -> _MassFault | None:
         # A size that an expression makes negative is reported at the expression.
         return None if min(chain.from_iterable(row)) < 0 else _density_mass_fault(body, name, row, origin)
 
-    _report(find_fault(values, judge, corners=lambda: _corners(values, holes)), sink)
+    _report(find_fault(values, rule, corners=lambda: _corners(values, holes)), sink)
 
 
 def _corners(values: Sequence[Value], holes: Collection[int] = ()) -> list[tuple[Row, ...]]:
@@ -130,17 +130,17 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
     if not (places or given):
         return
 
-    def judge_place(place: Row) -> _MassFault | None:
+    def find_place_fault(place: Row) -> _MassFault | None:
         far = max(map(abs, place[:3]))
         if far <= MAX_BODY_OFFSET:
             return None
         message = (
             f"a shape or the centre of mass of `{name}` is {far:.3g} m from its origin; "
-            f"beyond {MAX_BODY_OFFSET:g} m, float32 loses its inertia"
+            f"beyond {MAX_BODY_OFFSET:g} m, float32 cannot represent its inertia"
         )
         return _MassFault("SC512", message, origin, "fix the coordinates: they are in metres")
 
-    def judge_numbers(numbers: Row) -> _MassFault | None:
+    def find_number_fault(numbers: Row) -> _MassFault | None:
         # The engine stores the inverse, and uses 1 if that is not a normal number.
         wrong = next((number for number in numbers if not FLOAT32_MIN <= number <= 1 / FLOAT32_MIN), None)
         if wrong is None:
@@ -148,8 +148,8 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
         message = f"the mass or a moment of inertia of `{name}` is {wrong:.3g}, whose inverse float32 cannot represent"
         return _MassFault("SC512", message, origin, "fix the mass or the inertia: they are in kg and kg·m²")
 
-    for values, judge in ((places, judge_place), (given, judge_numbers)):
-        found = (find_single_fault(value, judge) for value in values)
+    for values, rule in ((places, find_place_fault), (given, find_number_fault)):
+        found = (find_single_fault(value, rule) for value in values)
         _report(next((fault for fault in found if fault is not None), None), sink)
 
 
@@ -157,14 +157,14 @@ def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink
     """Checks shape positions of a kinematic body: the engine squares them to compute an inertia."""
     places = [shape.pose for shape in body.collisions if shape.pose is not None]
 
-    def judge(place: Row) -> _MassFault | None:
+    def rule(place: Row) -> _MassFault | None:
         far = max(map(abs, place[:3]))
         if far**2 <= FLOAT32_MAX:
             return None
         message = f"a shape of `{name}` is {far:.3g} m from its origin, which float32 cannot represent"
         return _MassFault("SC512", message, origin, "fix the coordinates: they are in metres")
 
-    found = (find_single_fault(place, judge) for place in places)
+    found = (find_single_fault(place, rule) for place in places)
     _report(next((fault for fault in found if fault is not None), None), sink)
 
 
@@ -181,14 +181,14 @@ def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
         return
     inertia = body.inertial.inertia
 
-    def judge(moments: Row) -> Row | None:
+    def rule(moments: Row) -> Row | None:
         return moments if 2 * max(moments) > sum(moments) * (1 + 1e-9) else None
 
     def corners() -> Iterable[tuple[Row, ...]]:
         found = list_alternatives(inertia)
         return [(row,) for row in (_extreme_moments(inertia) if found is None else found)]
 
-    found = find_fault([inertia], judge, corners=corners)
+    found = find_fault([inertia], rule, corners=corners)
     if found is not None:
         message = f"the inertia of `{name}` is impossible: one moment exceeds the sum of the others"
         hint = "each of ixx, iyy, izz must be at most the sum of the other two"

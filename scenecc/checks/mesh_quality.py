@@ -96,10 +96,7 @@ def _file_origin(plan: ScenePlan, index: int) -> Origin:
 
 
 def _check_mesh(body: Body, shape: CollisionShape | VisualShape, plan: ScenePlan, sink: Sink) -> None:
-    """Checks one mesh in one use, with each file and scale that it has in a scene.
-
-    `unread`: collects files that trimesh cannot read. They are reported once.
-    """
+    """Checks one mesh in one use, with each file and scale that it has in a scene."""
     geometry: Any = shape.geometry
     place = (shape.origin or body.origin).child("file")
     for index in np.unique(geometry.file.data):
@@ -141,7 +138,7 @@ def _surface_faults(geometry: MeshGeometry, suffix: str, measures: SurfaceMeasur
 
 
 def _hull_faults(geometry: MeshGeometry, file: AssetFile, measures: SurfaceMeasures) -> Iterator[_Fault]:
-    """Yields faults of hulls that fill hollows."""
+    """Yields faults of hulls that fill cavities."""
     whole, parts = isinstance(geometry, ConvexMesh), isinstance(geometry, ConvexParts) and geometry.coacd is None
     if not (whole or parts) or not measures.is_watertight or measures.volume <= 0:
         return
@@ -155,7 +152,7 @@ def _hull_faults(geometry: MeshGeometry, file: AssetFile, measures: SurfaceMeasu
         yield (
             "SC439",
             f"{has} with {ratio:.1f} times its volume, which is used for collision",
-            f"use {what}, to keep hollows hollow",
+            f"use {what} to keep its cavities",
         )
 
 

@@ -11,10 +11,10 @@ from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explici
 from scenecc.checks.value_queries import (
     Row,
     find_single_fault,
+    find_wrong_pair,
     is_bounded,
     is_sampled,
     report_fault,
-    wrong_pair,
 )
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.geometry.rotations import MAX_COORDINATE
@@ -105,7 +105,7 @@ def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Si
         origin: origin of the material.
         sink: collects diagnostics.
     """
-    found = wrong_pair(material.dynamic_friction, material.static_friction, gt)
+    found = find_wrong_pair(material.dynamic_friction, material.static_friction, gt)
     if found is not None:
         (dynamic, static), sample = found
         message = f"dynamic friction {dynamic:g} is above static friction {static:g}"
@@ -148,7 +148,7 @@ def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin,
             continue
         default_contact, default_rest = map(literal, _default_offsets(physics))
         offsets = shape.rest_offset or default_rest, shape.contact_offset or default_contact
-        found = wrong_pair(*offsets, lambda rest, contact: not _begins_before(contact, rest))
+        found = find_wrong_pair(*offsets, lambda rest, contact: not _begins_before(contact, rest))
         if found is not None:
             (rest, contact), sample = found
             key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
@@ -408,7 +408,7 @@ def check_geometries(body: BodyStructure, name: str, origin: Origin, sink: Sink)
 def _check_ring(ring: Ring, name: str, origin: Origin, sink: Sink) -> None:
     """Checks that a ring has a wall between its inner and outer radius."""
     radii = ring.inner_radius, ring.outer_radius
-    found = wrong_pair(*radii, lambda inner, outer: inner > MAX_RADIUS_RATIO * outer)
+    found = find_wrong_pair(*radii, lambda inner, outer: inner > MAX_RADIUS_RATIO * outer)
     if found is not None:
         (inner, outer), sample = found
         message = f"a ring of `{name}` with an inner radius of {inner:g} m and an outer one of {outer:g} m"
@@ -421,7 +421,7 @@ def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink) 
     """Checks that terrain is within the coordinate limit, and that PhysX keeps its triangles."""
     tallest = max(abs(height) for row in terrain.heights for height in row)
 
-    def judge(size: Row) -> tuple[str, str] | None:
+    def find_terrain_fault(size: Row) -> tuple[str, str] | None:
         """Returns the message and the hint for a wrong size, or None."""
         if not is_bounded(size):
             return None
@@ -434,7 +434,7 @@ def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink) 
             return f"the terrain of `{name}` is smaller than {MIN_TERRAIN:.0e} m along x or y", "lengths are in metres"
         return None
 
-    found = find_single_fault(terrain.size, judge)
+    found = find_single_fault(terrain.size, find_terrain_fault)
     if found is not None:
         message, hint = found.found
         report_fault(sink, "SC529", message, origin.child("size"), hint, found.sample)

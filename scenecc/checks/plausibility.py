@@ -1,4 +1,4 @@
-"""Checks for valid but implausible values: wrong units, and masses that no such body has.
+"""Checks for valid but implausible values: wrong units, and masses that do not fit the body.
 
 Only `scenecc check` applies these rules. They need a plan with its draws, and check all its scenes. Bodies of robot
 files are not checked, because the author of a scene cannot change them.

@@ -1,11 +1,11 @@
-"""Rules of lights and cameras that SAPIEN does not enforce: it would draw nothing, or nonsense."""
+"""Rules of lights and cameras that SAPIEN does not enforce: it would render nothing, or nonsense."""
 
 from __future__ import annotations
 
 from operator import gt
 from typing import TYPE_CHECKING
 
-from scenecc.checks.value_queries import report_fault, wrong_pair
+from scenecc.checks.value_queries import find_wrong_pair, report_fault
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan.properties import round_to_float32
 from scenecc.plan.rendering import RAY_TRACING_SHADERS, AreaLight, SpotLight, TexturedLight, shadow_parameters
@@ -40,7 +40,7 @@ def check_render_objects(plan: ScenePlan, sink: Sink) -> None:
 
 def _check_clip_planes(near: Value, far: Value, keys: tuple[str, str], origin: Origin, sink: Sink) -> None:
     """Checks that the near plane is in front of the far one, in float32."""
-    found = wrong_pair(near, far, lambda a, b: round_to_float32(a) >= round_to_float32(b))
+    found = find_wrong_pair(near, far, lambda a, b: round_to_float32(a) >= round_to_float32(b))
     if found is not None:
         wrong, sample = found
         message = f"`{keys[0]}` {wrong[0]:g} must be below `{keys[1]}` {wrong[1]:g}"
@@ -49,7 +49,7 @@ def _check_clip_planes(near: Value, far: Value, keys: tuple[str, str], origin: O
 
 
 def _check_cone_angles(inner: Value, outer: Value, origin: Origin, sink: Sink) -> None:
-    found = wrong_pair(inner, outer, gt)
+    found = find_wrong_pair(inner, outer, gt)
     if found is not None:
         wider, sample = found
         message = f"the inner cone ({wider[0]:g} rad) is wider than the outer one ({wider[1]:g} rad)"

@@ -1,7 +1,7 @@
-"""The rows by which a rule judges values, and the report of what it finds.
+"""Selects the rows of values that a rule checks, and reports the faults that it finds.
 
-Known rows are judged scene by scene. Plain forms are judged by all that they can draw, since no seed may decide whether
-a file is right. Expressions are judged by the rows of this seed, and by their samples of others.
+Known rows are checked scene by scene. Plain forms are checked for all possible draws, because a file must not be valid
+for some seeds only. Expressions are checked by their rows with this seed, and by samples of other seeds.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ class RuleFault(NamedTuple):
     """A row of values that breaks a rule.
 
     Attributes:
-        found: what the rule says of it.
-        sample: the scene and the seed of the sample with the fault; None: this seed has it, or every seed.
+        found: the result of the rule.
+        sample: scene and seed of the faulty sample; None: this seed has the fault, or every seed.
     """
 
     found: Any
@@ -36,31 +36,32 @@ class RuleFault(NamedTuple):
 
 def find_fault(
     values: Sequence[Value],
-    judge: Callable[..., Any],
+    rule: Callable[..., Any],
     *,
     corners: Callable[[], Iterable[tuple[Row, ...]]] | None = None,
 ) -> RuleFault | None:
-    """The first row of some values that breaks a rule.
+    """Returns the first row of some values that breaks a rule, or None.
 
     Args:
         values: of one object.
-        judge: takes a row of each value; gives what is wrong, or None.
-        corners: gives the rows by which plain forms are judged; None: those where all values are least, and greatest.
+        rule: takes a row of each value; returns the fault, or None.
+        corners: returns the rows that are checked for plain forms; None: all values at their minimum, and at their
+            maximum.
     """
     if any(map(is_sampled, values)):
-        return _find_fault_of_expression(values, judge)
+        return _find_fault_of_expression(values, rule)
     every = _known_rows(values)
     if every is None:
         every = (corners or (lambda: [tuple(map(lowest, values)), tuple(map(highest, values))]))()
-    found = _first_fault(every, judge)
+    found = _first_fault(every, rule)
     return None if found is None else RuleFault(found[1], None)
 
 
-def _find_fault_of_expression(values: Sequence[Value], judge: Callable[..., Any]) -> RuleFault | None:
-    found = _first_fault(_drawn_rows(values), judge)
+def _find_fault_of_expression(values: Sequence[Value], rule: Callable[..., Any]) -> RuleFault | None:
+    found = _first_fault(_drawn_rows(values), rule)
     if found is not None:
         return RuleFault(found[1], None)
-    found = _first_fault(_sample_rows(values), judge)
+    found = _first_fault(_sample_rows(values), rule)
     if found is None:
         return None
     from scenecc.variation.samples import sample_of  # noqa: PLC0415 - loaded where something varies
@@ -68,75 +69,76 @@ def _find_fault_of_expression(values: Sequence[Value], judge: Callable[..., Any]
     return RuleFault(found[1], sample_of(found[0], next(value.scenes for value in values if value.scenes)))
 
 
-def _first_fault(every: Iterable[tuple[Row, ...]], judge: Callable[..., Any]) -> tuple[int, Any] | None:
-    """The number of the first wrong row, and what is wrong."""
-    judged = ((number, judge(*row)) for number, row in enumerate(every))
+def _first_fault(every: Iterable[tuple[Row, ...]], rule: Callable[..., Any]) -> tuple[int, Any] | None:
+    """Returns the number of the first faulty row, and the fault."""
+    judged = ((number, rule(*row)) for number, row in enumerate(every))
     return next(((number, found) for number, found in judged if found is not None), None)
 
 
-def find_single_fault(value: Value, judge: Callable[[Row], Any]) -> RuleFault | None:
-    """As `find_fault`, of one value: each alternative of a plain form, or else its least and its greatest row."""
-    return find_fault([value], judge, corners=lambda: [(row,) for row in alternatives_or_extremes(value)])
+def find_single_fault(value: Value, rule: Callable[[Row], Any]) -> RuleFault | None:
+    """Like `find_fault`, for one value: checks each alternative of a plain form, or its minimum and its maximum."""
+    return find_fault([value], rule, corners=lambda: [(row,) for row in alternatives_or_extremes(value)])
 
 
-def wrong_pair(a: Value, b: Value, is_wrong: Callable[[float, float], bool]) -> RuleFault | None:
-    """The first pair of numbers of two values, of which the first must not be above the second."""
+def find_wrong_pair(a: Value, b: Value, is_wrong: Callable[[float, float], bool]) -> RuleFault | None:
+    """Returns the first pair of numbers of two values for which `is_wrong`, or None."""
 
-    def judge(x: Row, y: Row) -> tuple[float, float] | None:
+    def rule(x: Row, y: Row) -> tuple[float, float] | None:
         return (x[0], y[0]) if is_wrong(x[0], y[0]) else None
 
-    return find_fault([a, b], judge, corners=lambda: [(highest(a), lowest(b))])
+    return find_fault([a, b], rule, corners=lambda: [(highest(a), lowest(b))])
 
 
-def reversed_limits(value: Value, judge: Callable[[Row], Any]) -> RuleFault | None:
-    """The first row [low, high] of a value that breaks a rule about their order."""
+def find_reversed_limits(value: Value, rule: Callable[[Row], Any]) -> RuleFault | None:
+    """Returns the first row [low, high] of a value that breaks a rule about their order, or None."""
 
     def corners() -> Iterable[tuple[Row, ...]]:
         found = list_alternatives(value)
         return [((highest(value)[0], lowest(value)[1]),)] if found is None else [(row,) for row in found]
 
-    return find_fault([value], judge, corners=corners)
+    return find_fault([value], rule, corners=corners)
 
 
 def rows(values: Sequence[Value]) -> list[tuple[Row, ...]] | None:
-    """The rows of values side by side, of expressions also their samples; None where plain forms have no rows yet."""
+    """Returns the rows of values side by side, with the samples of expressions; None if plain forms have no rows yet."""
     if any(map(is_sampled, values)):
         return [*_drawn_rows(values), *_sample_rows(values)]
     return _known_rows(values)
 
 
 def _known_rows(values: Sequence[Value]) -> list[tuple[Row, ...]] | None:
+    """Returns the rows of known values side by side; None if plain forms have no rows yet."""
     if all(value.is_constant for value in values):
         return [tuple(value.numbers() for value in values)]
     if not all(value.known for value in values):
         return None
-    return _side_by_side([value.data for value in values], distinct=True)
+    return _join_columns([value.data for value in values], distinct=True)
 
 
 def _drawn_rows(values: Sequence[Value]) -> list[tuple[Row, ...]]:
-    """The distinct rows of this seed; none if a value depends on a placement."""
+    """Returns the distinct rows of this seed; none if a value depends on a placement."""
     from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
     try:
-        return _side_by_side([value.data for value in values], distinct=True)
+        return _join_columns([value.data for value in values], distinct=True)
     except DrawError:
         return []
 
 
 def _sample_rows(values: Sequence[Value]) -> list[tuple[Row, ...]]:
-    """A row for each sample; none if a sample is missing or wrong, which was reported."""
+    """Returns a row for each sample; none if a sample is missing or wrong, which was reported."""
     from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
     try:
-        return _side_by_side([value.samples for value in values], distinct=False)
+        return _join_columns([value.samples for value in values], distinct=False)
     except DrawError:
         return []
 
 
-def _side_by_side(columns: list[NDArray[Any]], *, distinct: bool) -> list[tuple[Row, ...]]:
+def _join_columns(columns: list[NDArray[Any]], *, distinct: bool) -> list[tuple[Row, ...]]:
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - see above
+    from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - as above
 
     count = max(map(len, columns))
     flat = [np.broadcast_to(column.reshape(len(column), -1), (count, column[0].size)) for column in columns]
@@ -148,7 +150,7 @@ def _side_by_side(columns: list[NDArray[Any]], *, distinct: bool) -> list[tuple[
 
 
 def list_alternatives(value: Value) -> list[Row] | None:
-    """Every row that a value can have; None where they lie between bounds."""
+    """Returns every row that a value can have; None if it is continuous."""
     found = rows([value]) if value.known else None
     if found is not None:
         return [row for (row,) in found]
@@ -157,28 +159,28 @@ def list_alternatives(value: Value) -> list[Row] | None:
 
 
 def alternatives_or_extremes(value: Value) -> list[Row]:
-    """Every row that a value can have, or else the row of the least and the row of the greatest numbers."""
+    """Returns every row that a value can have; if it is continuous, the rows of the minimums and of the maximums."""
     found = list_alternatives(value)
     return [lowest(value), highest(value)] if found is None else found
 
 
 def list_indices(value: Value) -> list[int]:
-    """Every alternative of a table index, by first use."""
+    """Returns every alternative of a table index, in order of first use."""
     return list(dict.fromkeys(map(int, value.numbers())))
 
 
 def lowest(value: Value) -> Row:
-    """The least that each component can be."""
+    """Returns the minimum of each component."""
     return _extreme_row(value, high=False)
 
 
 def highest(value: Value) -> Row:
-    """The most that each component can be."""
+    """Returns the maximum of each component."""
     return _extreme_row(value, high=True)
 
 
 def is_bounded(row: Sequence[float | None]) -> bool:
-    """Whether all numbers of a row are known and finite."""
+    """Returns whether all numbers of a row are known and finite."""
     return all(number is not None and isfinite(number) for number in row)
 
 
@@ -192,7 +194,7 @@ def report_fault(
     *,
     at: At = "value",
 ) -> None:
-    """Reports what a rule found. `sample`: as of `RuleFault`; then it is a warning."""
+    """Reports a fault; a warning (SC514) if it has a `sample`, as in `RuleFault`."""
     if sample is not None:
         from scenecc.variation.samples import CHECKED_LATER, named_sample  # noqa: PLC0415 - loaded where something varies
 
@@ -202,7 +204,7 @@ def report_fault(
 
 
 def is_sampled(value: Value) -> bool:
-    """Whether a value is judged by the rows of this seed and by samples."""
+    """Returns whether a value is checked by the rows of this seed and by samples."""
     return not value.known and not value.bounds.exact
 
 

@@ -50,7 +50,7 @@ FAINT: Final = 1e-4
 """Maximum brightness of the nearest object at which a light has no visible effect. One level of a picture is 0.004."""
 
 
-class _Seen(NamedTuple):
+class _VisibleShape(NamedTuple):
     """A visual shape over all scenes.
 
     Attributes:
@@ -82,22 +82,22 @@ def check_views(plan: ScenePlan, sink: Sink) -> None:
     lights = [light for light in plan.lights if light.mount is None]
     if not cameras and not lights:
         return
-    seen = [each for entity in plan.entities for each in _visible(plan, entity)]
+    visible = [each for entity in plan.entities for each in _visible_shapes(plan, entity)]
     for camera in cameras:
-        _check_camera(camera, seen, plan, sink)
+        _check_camera(camera, visible, plan, sink)
     for light in lights:
-        for message, hint in islice(_why_no_effect(light, seen, plan), 1):
+        for message, hint in islice(_why_no_effect(light, visible, plan), 1):
             place = light.origin or plan_origin(plan).child("lights", light.name)
             sink.report("SC570", f"the light `{cut(light.name)}` {message}", place, at="key", hint=hint)
 
 
-def _check_camera(camera: Camera, seen: list[_Seen], plan: ScenePlan, sink: Sink) -> None:
+def _check_camera(camera: Camera, visible: list[_VisibleShape], plan: ScenePlan, sink: Sink) -> None:
     place = camera.origin or plan_origin(plan).child("cameras", camera.name)
     scenes = np.array(camera.scene_idxs)
     pose = np.broadcast_to(camera.pose.data, (len(scenes), 7))
     # A scene without visible objects is not the camera's fault.
-    empty = np.any([each.there[scenes] for each in seen], axis=0) & np.ones(len(scenes), bool)
-    for each in seen:
+    empty = np.any([each.there[scenes] for each in visible], axis=0) & np.ones(len(scenes), bool)
+    for each in visible:
         there = each.there[scenes]
         empty &= ~(there & _may_show(camera, pose, each.pose[scenes, :3], each.radius[scenes]))
         inside = np.flatnonzero(there & _is_inside(each, scenes, pose))
@@ -113,14 +113,14 @@ def _check_camera(camera: Camera, seen: list[_Seen], plan: ScenePlan, sink: Sink
         sink.report("SC548", message, place.child("pose"), hint="a camera looks along its x: try `look_at`")
 
 
-def _visible(plan: ScenePlan, entity: Any) -> Iterator[_Seen]:
+def _visible_shapes(plan: ScenePlan, entity: Any) -> Iterator[_VisibleShape]:
     """Yields the visual shapes of an entity; one ball for a robot, or for an entity with several structures."""
     row, there = np.zeros(plan.num_scenes, np.int64), np.zeros(plan.num_scenes, bool)
     row[list(entity.scene_idxs)], there[list(entity.scene_idxs)] = range(len(entity.scene_idxs)), True
     frame = np.broadcast_to(entity.pose.data, (len(entity.scene_idxs), 7))[row]
     structure = entity.structures[0]
     if not isinstance(structure, BodyStructure) or entity.pick is not None:
-        yield _Seen(entity.name, there, frame, np.full(len(row), UNKNOWN_RADIUS), None, row)
+        yield _VisibleShape(entity.name, there, frame, np.full(len(row), UNKNOWN_RADIUS), None, row)
         return
     for shape in structure.visuals:
         pose = frame
@@ -133,7 +133,7 @@ def _visible(plan: ScenePlan, entity: Any) -> Iterator[_Seen]:
             radius = np.full(len(row), float(np.linalg.norm(largest)))
         elif isinstance(shape.geometry, Heightfield):
             radius = np.full(len(row), float(np.linalg.norm(shape.geometry.size.data, axis=-1).max()))
-        yield _Seen(entity.name, there, pose, radius, shape, row)
+        yield _VisibleShape(entity.name, there, pose, radius, shape, row)
 
 
 def _sizes(geometry: Primitive, rows: NDArray[np.int64]) -> Floats:
@@ -142,7 +142,7 @@ def _sizes(geometry: Primitive, rows: NDArray[np.int64]) -> Floats:
     return np.concatenate([data[rows if len(data) > 1 else rows * 0].T for data in each])
 
 
-def _why_no_effect(light: Light, seen: list[_Seen], plan: ScenePlan) -> Iterator[tuple[str, str]]:
+def _why_no_effect(light: Light, visible: list[_VisibleShape], plan: ScenePlan) -> Iterator[tuple[str, str]]:
     """Yields why a light, or its shadow, has no effect in any scene, with a hint."""
     if not light.color.data.any():
         yield "is black", "give it a `color` above 0, or remove it"
@@ -150,7 +150,7 @@ def _why_no_effect(light: Light, seen: list[_Seen], plan: ScenePlan) -> Iterator
     pose = np.broadcast_to(light.pose.data, (len(scenes), 7))
     if isinstance(kind, DirectionalLight) and _has_ground(plan) and (_along_x(pose)[:, 2] > 0).all():
         yield "shines upwards, but there is a ground", "`direction` is the direction of the light, as in [0, 0, -1]"
-    near = [each for each in seen if each.there[scenes].any()]
+    near = [each for each in visible if each.there[scenes].any()]
     if isinstance(kind, SpotLight | TexturedLight):
         half = float(kind.outer_fov.data.max()) / 2
         if near and not any(
@@ -177,8 +177,8 @@ def _has_ground(plan: ScenePlan) -> bool:
     return any(isinstance(shape.geometry, Plane) for body in bodies for shape in body.collisions)
 
 
-def _balls(seen: _Seen, scenes: NDArray[np.int64]) -> tuple[Floats, Floats]:
-    return seen.pose[scenes, :3], seen.radius[scenes]
+def _balls(visible: _VisibleShape, scenes: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    return visible.pose[scenes, :3], visible.radius[scenes]
 
 
 def _brightness(light: Light, way: Floats, radius: Floats) -> float:
@@ -231,18 +231,18 @@ def _half_fov(lens: Perspective | Intrinsic, width: int, height: int) -> float:
     return float(np.arctan(np.tan(given.data.max() / 2) * np.hypot(width, height) / side))
 
 
-def _is_inside(seen: _Seen, scenes: NDArray[np.int64], pose: Floats) -> Any:
-    """Returns whether a camera is inside a solid or below a floor. Solids with inverted faces are meant for that."""
-    shape = seen.shape
+def _is_inside(visible: _VisibleShape, scenes: NDArray[np.int64], pose: Floats) -> Any:
+    """Returns whether a camera is inside a solid or below a floor. Solids with inverted faces are rooms."""
+    shape = visible.shape
     if (
         shape is None
         or shape.front_face is not None
         or not isinstance(shape.geometry, Box | Sphere | Capsule | Cylinder | VisualPlane)
     ):
         return np.zeros(len(scenes), bool)
-    frame = seen.pose[scenes]
+    frame = visible.pose[scenes]
     local = compose(invert(frame), pose)[:, :3]
-    sizes = _sizes(shape.geometry, seen.row[scenes])
+    sizes = _sizes(shape.geometry, visible.row[scenes])
     if isinstance(shape.geometry, VisualPlane):
         is_floor = _along_x(frame)[:, 2] > FLOOR
         return is_floor & (local[:, 0] < 0) & (np.abs(local[:, 1:]) < sizes.T).all(axis=1)

@@ -31,7 +31,7 @@ _TREE_DEFAULTS: Final = {"friction": 0.05, "armature": 0.0}
 
 @dataclass(frozen=True)
 class JointState:
-    """Values of a joint that moves."""
+    """Values of an active joint."""
 
     limits: list[float]
     numbers: Node
@@ -74,24 +74,24 @@ class ArticulationReader:
         self._names = names
         self._physics = physics
 
-    def entity(self, name: str, articulation: Any, *, alone: bool) -> Node:
-        """Returns an articulation. `alone`: no other articulation in the scene has ignore bits."""
+    def entity(self, name: str, articulation: Any, *, is_only: bool) -> Node:
+        """Returns an articulation. `is_only`: no other articulation in the scene has ignore bits."""
         source = self._recording.robot_of(articulation.links[0]) if self._recording is not None else None
         if source is not None:
-            node = self._robot(name, articulation, source, alone=alone)
+            node = self._robot(name, articulation, source, is_only=is_only)
             if node is not None:
                 return node
         return self._tree(name, articulation)
 
     # ---- a robot by its URDF
 
-    def _robot(self, name: str, articulation: Any, source: RobotSource, *, alone: bool) -> Node | None:
+    def _robot(self, name: str, articulation: Any, source: RobotSource, *, is_only: bool) -> Node | None:
         file = Path(source.file)
         node: Node = {"urdf": self._files.name(file)}
         fixed = articulation.links[0].joint.type == "fixed"
         node |= {key: value for key, value in source.options.items() if key != "fix_root_link"}
         bits = [shape.get_collision_groups() for link in articulation.links for shape in link.collision_shapes]
-        if not alone and any(groups[2] for groups in bits) and not any(groups[3] for groups in bits):
+        if not is_only and any(groups[2] for groups in bits) and not any(groups[3] for groups in bits):
             node["sapien_bits"] = True
         if not fixed:
             node["fix_root_link"] = False
@@ -109,17 +109,17 @@ class ArticulationReader:
     def _reference(self, node: Node) -> tuple[Any, Any] | None:
         """Builds the articulation from its file, without and with drives, for comparison."""
         import scenecc  # noqa: PLC0415 - the facade is above this module's other users
-        from scenecc.decompiler.verify import untouched_engine  # noqa: PLC0415 - as above
+        from scenecc.decompiler.verify import default_engine_settings  # noqa: PLC0415 - as above
 
-        entities = {"alone": node, "driven": {**node, "drives": {".*": {"stiffness": 0}}}}
+        entities = {"plain": node, "driven": {**node, "drives": {".*": {"stiffness": 0}}}}
         document = {"scenecc": 1, "physics": self._physics, "entities": entities}
         try:
-            with untouched_engine():
+            with default_engine_settings():
                 batch = scenecc.load_scene(document, render=False, allow_outside_assets=True)
         except scenecc.SceneError:
             del entities["driven"]
             try:
-                with untouched_engine():
+                with default_engine_settings():
                     batch = scenecc.load_scene(document, render=False, allow_outside_assets=True)
             except scenecc.SceneError as error:
                 self._bodies.problems.append(f"{node}: {error}")
@@ -141,7 +141,7 @@ class ArticulationReader:
             for keys in links.values():
                 del keys["gravity"]
         links = {link: keys for link, keys in links.items() if keys}
-        return {**node, "links": by_pattern(links, names)} if links else node
+        return {**node, "links": group_by_pattern(links, names)} if links else node
 
     def _link_keys(self, link: Any, other: Any, name: str) -> Node:
         mine, theirs = self._bodies.link_properties(link), self._bodies.link_properties(other)
@@ -189,8 +189,8 @@ class ArticulationReader:
             if drive:
                 drives[other.name] = drive
         node: Node = {}
-        node |= {"joints": by_pattern(joints, names)} if joints else {}
-        return node | ({"drives": by_pattern(drives, names)} if drives else {})
+        node |= {"joints": group_by_pattern(joints, names)} if joints else {}
+        return node | ({"drives": group_by_pattern(drives, names)} if drives else {})
 
     def _drive(self, live: JointState, plain: JointState, driven: JointState, start: float) -> Node:
         targets: Node = {}
@@ -256,8 +256,8 @@ class ArticulationReader:
                 drives[joint_name] = drive
             if not same_single([state.numbers["max_velocity"]], [_USUAL_MAX_VELOCITY]):
                 settings[joint_name] = {"max_velocity": state.numbers["max_velocity"]}
-        node |= {"joints": by_pattern(settings, names)} if settings else {}
-        node |= {"drives": by_pattern(drives, names)} if drives else {}
+        node |= {"joints": group_by_pattern(settings, names)} if settings else {}
+        node |= {"drives": group_by_pattern(drives, names)} if drives else {}
         return {**node, "root": nodes[links[0].index]}
 
     def _tree_link(self, name: str, link: Any) -> Node:
@@ -278,7 +278,7 @@ class ArticulationReader:
         node: Node = {"name": name, "type": str(joint.type)} if name else {"type": str(joint.type)}
         for key in ("pose_in_parent", "pose_in_child"):
             live, given = getattr(joint, key), getattr(record, key, None)
-            value = pose_value(_as_given(given, live))
+            value = pose_value(_original_frame(given, live))
             node |= {key: value or [0.0, 0.0, 0.0]} if key == "pose_in_parent" or value is not None else {}
         if joint.dof:
             state = JointState.of(joint)
@@ -318,7 +318,7 @@ _LIMIT_TOLERANCE: Final = 1e-6
 """Allowed distance of a position beyond a limit (`SC517`)."""
 
 
-def _as_given(given: Any, live: Any) -> Any:
+def _original_frame(given: Any, live: Any) -> Any:
     """Returns a joint's frame as set in its builder, if known, since PhysX changes the last bits; else the live frame.
 
     A scene file passes a quaternion of almost unit length unchanged.
@@ -340,7 +340,7 @@ def _is_near(first: Any, second: Any) -> bool:
     )
 
 
-def by_pattern(settings: Mapping[str, Node], names: Sequence[str]) -> Node:
+def group_by_pattern(settings: Mapping[str, Node], names: Sequence[str]) -> Node:
     """Groups settings as pattern → keys; names with the same value share a pattern.
 
     Args:
@@ -368,9 +368,9 @@ def pattern_of(members: Sequence[str], names: Sequence[str]) -> str:
     """Returns a regular expression that matches these names and no others."""
     if set(members) == set(names) and len(members) > 1:
         return ".*"
-    start = _whole_words(_common_start(list(members)), members)
+    start = _trim_to_words(_common_start(list(members)), members)
     rest = [name[len(start) :][::-1] for name in members]
-    end = _whole_words(_common_start(rest), rest)[::-1]
+    end = _trim_to_words(_common_start(rest), rest)[::-1]
     for middle in (".*", ".", "[0-9]+"):
         pattern = f"{re.escape(start)}{middle}{re.escape(end)}".replace(r"\-", "-")
         found = {name for name in names if re.fullmatch(pattern, name)}
@@ -387,7 +387,7 @@ def _common_start(texts: list[str]) -> str:
     return first[: next((i for i, letter in enumerate(first) if last[i : i + 1] != letter), len(first))]
 
 
-def _whole_words(start: str, names: Sequence[str]) -> str:
+def _trim_to_words(start: str, names: Sequence[str]) -> str:
     """Shortens a common prefix to whole words."""
     while start and start[-1].isalpha() and any(name[len(start) : len(start) + 1].isalpha() for name in names):
         start = start[:-1]

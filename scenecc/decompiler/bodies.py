@@ -102,7 +102,7 @@ def plain_value(value: Any) -> Any:
 
 
 def is_equal(first: Any, second: Any) -> bool:
-    """Whether two engine values are the same."""
+    """Returns whether two engine values are the same."""
     return plain_value(first) == plain_value(second)
 
 
@@ -252,9 +252,9 @@ class LiveBodyReader:
         if kind in _KINDS:
             type_, sizes = _KINDS[kind]
             node: Node = {"type": type_} | {size: plain_value(getattr(shape, size)) for size in sizes}
-            return node | _turned_pose(pose, kept_by_shape, lying=kind in _LYING)
+            return node | _turned_pose(pose, is_same_in_shape, lying=kind in _LYING)
         if kind is physx.PhysxCollisionShapePlane:
-            return {"type": "plane", **_plane_pose(pose, kept_by_shape)}
+            return {"type": "plane", **_plane_pose(pose, is_same_in_shape)}
         if source is None:
             self.problems.append(
                 f"`{name}`: a collision mesh whose file is unknown; build the scene in `scenecc.record()`"
@@ -264,7 +264,7 @@ class LiveBodyReader:
         scale = scale_value(shape.scale)
         node |= {} if scale is None else {"scale": scale}
         node |= source.keys
-        value = pose_value(pose, kept_by_shape)
+        value = pose_value(pose, is_same_in_shape)
         return node | ({} if value is None else {"pose": value})
 
     def _visual(self, name: str, shape: Any) -> Node:
@@ -340,8 +340,8 @@ def inertial(component: Any) -> Node:
     return node if com is None else {**node, "com": com}
 
 
-def kept_by_shape(given: Iterable[float], found: Iterable[float]) -> bool:
-    """Whether a collision shape given one quaternion stores the other, since PhysX normalizes it."""
+def is_same_in_shape(given: Iterable[float], found: Iterable[float]) -> bool:
+    """Returns whether a collision shape stores the given quaternion as the found one, since PhysX normalizes it."""
     shape = _any_shape()
     shape.set_local_pose(sapien.Pose(q=list(given)))
     return same_single(shape.local_pose.q, found)
@@ -446,7 +446,7 @@ _PLACE: Final = frozenset(("pose", "axis", "normal", "offset"))
 
 
 def _same_place(first: Any, second: Any) -> bool:
-    """Whether two poses are visually the same, since PhysX normalizes the rotations of collision shapes."""
+    """Returns whether two poses look the same, since PhysX normalizes the rotations of collision shapes."""
     turns = [np.asarray(pose.q, np.float64) / np.linalg.norm(pose.q) for pose in (first, second)]
     return bool(np.abs(first.p - second.p).max() <= _NEAR and abs(turns[0] @ turns[1]) >= 1 - _NEAR)
 

@@ -80,7 +80,7 @@ class LiveSceneReader:
         return document
 
     def _defaults(self, bodies: list[Any]) -> SceneDefaults:
-        """Returns the most common values, which the document states once."""
+        """Returns the most common values, which the document contains once."""
         shapes = [shape for body in bodies for shape in body.collision_shapes]
         fresh = untouched()
         friction = _most_common([friction_of(shape.physical_material) for shape in shapes], SceneDefaults.friction)
@@ -120,7 +120,7 @@ class LiveSceneReader:
 
     def _articulation(self, articulation: Any, robots: ArticulationReader, entities: Node) -> None:
         name = self.names.of(articulation)
-        entities[name] = robots.entity(name, articulation, alone=not self._many_robots)
+        entities[name] = robots.entity(name, articulation, is_only=not self._many_robots)
         for link in articulation.links:
             entity = link.entity
             self._mounts[id(entity)] = (entity, f"{name}/{self.names.of(entity)}")
@@ -177,7 +177,7 @@ def _ignoring_articulations(components: list[Any]) -> int:
 
 
 def has_render_system(scene: Any) -> bool:
-    """Whether a scene has a render system."""
+    """Returns whether a scene has a render system."""
     return _render_system(scene) is not None
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.decompiler.reading import read_scene
-from scenecc.decompiler.verify import tidy, untouched_engine
+from scenecc.decompiler.verify import default_engine_settings, tidy
 from scenecc.diagnostics import Sink
 from scenecc.expand.documents import PREFAB_FOLDER
 from scenecc.scene_file import is_list_node, is_mapping_node
@@ -36,7 +36,7 @@ def use_prefabs(document: Node, live: LiveObject, *, render: bool) -> Node:
         node = {"use": use, "prefix": "", **({"with": parameters} if parameters else {})}
         # Boxes have the same body as ManiSkill's mesh, but no texture, which takes seconds to check.
         quick = {**node, "with": {**parameters, "visual": "boxes"}} if use == _TABLE else node
-        if _built(quick, document) == {name: bodies[name] for name in names}:
+        if _build_instance(quick, document) == {name: bodies[name] for name in names}:
             places = {name: {instance: node} if name == names[0] else {} for name in names}
             entities = {
                 key: value for name, other in entities.items() for key, value in places.get(name, {name: other}).items()
@@ -132,13 +132,13 @@ _MIPMAPS, _USUAL_WIDTH, _USUAL_SQUARE, _NEAR = 4, 100.0, 4.0, 1e-4
 """Constants of `scenecc:ground`."""
 
 
-def _built(node: Node, document: Node) -> dict[str, LiveObject]:
+def _build_instance(node: Node, document: Node) -> dict[str, LiveObject]:
     """Builds an instance with the document's settings; returns its bodies by name."""
     import scenecc  # noqa: PLC0415 - the facade is above this module's other users
 
-    alone = {"scenecc": 1, "physics": document.get("physics", {}), "entities": {"instance": node}}
+    minimal = {"scenecc": 1, "physics": document.get("physics", {}), "entities": {"instance": node}}
     try:
-        with untouched_engine(), scenecc.load_scene(alone, render=False, allow_outside_assets=True) as batch:
+        with default_engine_settings(), scenecc.load_scene(minimal, render=False, allow_outside_assets=True) as batch:
             return {part.name: _physical(part) for part in read_scene(batch.scenes[0]).of_kind("entity")}
     except scenecc.SceneError:
         return {}

@@ -1,6 +1,6 @@
 """Reads all values of a live scene that SAPIEN has getters for.
 
-SAPIEN has none for fixed tendons (mimic joints), the mass and inertia scales of a drive, limits of a distance joint,
+It has none for fixed tendons (mimic joints), the mass and inertia scales of a drive, limits of a distance joint,
 and the time until a body sleeps. These only show in trajectories.
 """
 

@@ -95,7 +95,7 @@ AXIS = (
     "drive_target",
     "drive_velocity_target",
 )
-"""Properties of a movable joint; SAPIEN has none of these for a fixed joint."""
+"""Properties of an active joint; SAPIEN has none of these for a fixed joint."""
 
 _SHAPE = (
     "local_pose",

@@ -28,12 +28,12 @@ def to_numbers(values: Iterable[Any]) -> list[float]:
 
 
 def same_single(first: Iterable[float], second: Iterable[float]) -> bool:
-    """Whether two rows of numbers are equal in single precision; 0.0 equals -0.0."""
+    """Returns whether two rows of numbers are equal in single precision; 0.0 equals -0.0."""
     return bool(np.array_equal(np.asarray(list(first), np.float32), np.asarray(list(second), np.float32)))
 
 
 def nearly_same(first: Iterable[float], second: Iterable[float]) -> bool:
-    """Whether two rows of numbers differ at most in the last bits of single precision, which is invisible."""
+    """Returns whether two rows of numbers differ at most in the last bits of single precision, which is invisible."""
     return bool(
         np.abs(np.asarray(list(first), np.float32) - np.asarray(list(second), np.float32)).max() <= SEEN_TOLERANCE
     )

@@ -155,7 +155,7 @@ def rebuilt_differences(document: Mapping[str, Any], base: Path, live: list[Live
     file = read_text(scene_text(document), "scene.yaml", sink, path=base.absolute() / "scene.yaml")
     if file is None:
         raise scenecc.SceneError(sink.diagnostics())
-    with untouched_engine(), scenecc.load_scene(file, render=render, allow_outside_assets=True) as batch:
+    with default_engine_settings(), scenecc.load_scene(file, render=render, allow_outside_assets=True) as batch:
         found = [read_scene(scene) for scene in batch.scenes]
     lines: list[str] = []
     for index, (first, second) in enumerate(zip(live, found, strict=True)):
@@ -165,7 +165,7 @@ def rebuilt_differences(document: Mapping[str, Any], base: Path, live: list[Live
 
 
 @contextmanager
-def untouched_engine() -> Generator[None]:
+def default_engine_settings() -> Generator[None]:
     """Resets the engine's process-wide settings to SAPIEN's defaults, and restores them afterwards."""
     kinds = ("scene", "shape", "body", "sdf")
     before = {kind: getattr(physx, f"get_{kind}_config")() for kind in kinds}
@@ -187,7 +187,7 @@ def tidy(facts: LiveObject) -> LiveObject:
     """Removes irrelevant details: the order of an entity's components, settings of disabled shadows, how a camera's
     pose is split between entity and component, and the tessellation of a flat floor.
     """
-    facts = _one_pose(facts) if _is_seen_only(facts) else _whole_grid(facts)
+    facts = _move_pose_to_entity(facts) if _is_visual_only(facts) else _grid_size(facts)
     if facts.kind.startswith("RenderShape"):
         facts = _normalize_pose(facts)
     # Entities without components have no content; a visual-only entity leaves one if nothing is rendered.
@@ -196,13 +196,13 @@ def tidy(facts: LiveObject) -> LiveObject:
         parts = tuple(sorted(parts, key=lambda part: part.kind))
     if facts.kind == "scene":
         # Lights and cameras are built last; their position among bodies is irrelevant.
-        parts = tuple(sorted(parts, key=_is_seen_only))
+        parts = tuple(sorted(parts, key=_is_visual_only))
     values = facts.values
     if ("shadow", False) in values:
         values = tuple((name, value) for name, value in values if not name.startswith("shadow_"))
     # Components have their own names, which nothing refers to.
     unnamed = facts.kind.startswith(("Physx", "RenderBody")) or "Light" in facts.kind or "Camera" in facts.kind
-    name = "" if unnamed or _is_seen_only(facts) else facts.name
+    name = "" if unnamed or _is_visual_only(facts) else facts.name
     return replace(facts, name=name, values=values, parts=parts)
 
 
@@ -210,14 +210,14 @@ def _normalize_pose(facts: LiveObject) -> LiveObject:
     """Normalizes a visual shape's rotation and file path."""
     pose = _array(facts, "local_pose").astype(np.float64)
     pose[3:] /= np.linalg.norm(pose[3:])
-    _make_one_sign(pose)
+    _normalize_sign(pose)
     values = dict(facts.values)
     file = values.get("filename")
     path = {"filename": os.path.normpath(file)} if isinstance(file, str) and file else {}
     return _with_values(facts, local_pose=comparable_value(pose), **path)
 
 
-def _one_pose(facts: LiveObject) -> LiveObject:
+def _move_pose_to_entity(facts: LiveObject) -> LiveObject:
     """Moves the local pose of a light's or camera's component to its entity."""
     (part,) = facts.parts[:1]
     if part.kind == "entity" or "local_pose" not in dict(part.values):
@@ -225,11 +225,11 @@ def _one_pose(facts: LiveObject) -> LiveObject:
     outer, inner = (to_pose(_array(each, key)) for each, key in ((facts, "pose"), (part, "local_pose")))
     moved = _with_values(part, local_pose=comparable_value(np.array(IDENTITY_POSE)))
     pose = np.array(compose(outer, inner))
-    _make_one_sign(pose)
+    _normalize_sign(pose)
     return _with_values(replace(facts, parts=(moved, *facts.parts[1:])), pose=comparable_value(pose))
 
 
-def _make_one_sign(pose: Any) -> None:
+def _normalize_sign(pose: Any) -> None:
     """Chooses between the two quaternions of a rotation: the first number not near 0 is positive."""
     pose[3:] *= np.sign(next(number for number in pose[3:] if abs(number) > _NEAR_ZERO))
 
@@ -237,7 +237,7 @@ def _make_one_sign(pose: Any) -> None:
 _NEAR_ZERO: Final = 1e-3
 
 
-def _whole_grid(facts: LiveObject) -> LiveObject:
+def _grid_size(facts: LiveObject) -> LiveObject:
     """Replaces a flat floor's mesh by its size; other meshes are unchanged."""
     if facts.kind != "RenderShapeTriangleMesh" or len(facts.parts) != 1:
         return facts
@@ -264,10 +264,10 @@ def _with_values(facts: LiveObject, **changed: Plain) -> LiveObject:
 
 
 def _tolerance(facts: LiveObject) -> float:
-    return 4 * SEEN_TOLERANCE if facts.kind.startswith(_SEEN) or _is_seen_only(facts) else 0.0
+    return 4 * SEEN_TOLERANCE if facts.kind.startswith(_SEEN) or _is_visual_only(facts) else 0.0
 
 
-def _is_seen_only(facts: LiveObject) -> bool:
+def _is_visual_only(facts: LiveObject) -> bool:
     return (
         facts.kind == "entity"
         and bool(facts.parts)

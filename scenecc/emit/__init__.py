@@ -108,7 +108,7 @@ def emit(plan: ScenePlan, target: str, sink: Sink, *, base: Path | None = None) 
 def export(
     plan: ScenePlan, measured: EngineSnapshot, target: str, options: ExportOptions, sink: Sink
 ) -> dict[str, bytes] | None:
-    """Returns the exported files, by their paths relative to the output folder.
+    """Returns the exported files by their paths relative to the output folder, or None after an error.
 
     The first is the file itself, `NAME` with the target's suffix. The files that it refers to are in `NAME.assets`.
     With `folder`, there is one such file per entity.
@@ -119,9 +119,6 @@ def export(
         target: a key of `EXPORTS`.
         options: how to write it.
         sink: receives a warning for every feature that the format does not support, and errors.
-
-    Returns:
-        None after an error.
 
     Raises:
         KeyError: there is no such target.

@@ -327,8 +327,8 @@ class _GlbWriter:
             for body in entity.bodies:
                 parent = body.body.parent
                 if parent is None:
-                    alone = len(entity.bodies) == 1 and body.body.name == entity.measured.entity.name
-                    nodes.append(node if alone else self._node(f"{node}/{body.body.name}", node, np.eye(4)))
+                    is_single = len(entity.bodies) == 1 and body.body.name == entity.measured.entity.name
+                    nodes.append(node if is_single else self._node(f"{node}/{body.body.name}", node, np.eye(4)))
                 else:
                     place = np.linalg.inv(entity.bodies[parent].place) @ body.place
                     nodes.append(self._node(f"{node}/{body.body.name}", nodes[parent], place))

@@ -178,7 +178,7 @@ class UnsupportedFeatures:
         self._take(self._otherwise, name, what, place)
 
     def fields(self, name: str, thing: object, fields: Iterable[str], place: Origin | None, of: str = "") -> None:
-        """Records those of some `fields` that are set in a part of the plan as omitted. `of`: as in " of a joint"."""
+        """Records as omitted the `fields` that a part of the plan sets. `of`: as in " of a joint"."""
         names = [f"`{SPEC_FIELD_NAMES.get(field, field)}`" for field in fields if getattr(thing, field) is not None]
         if names:
             self.leave_out(name, f"{', '.join(names)}{of}", place)

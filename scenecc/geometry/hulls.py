@@ -1,4 +1,4 @@
-"""Computes volumes of convex hulls, adding the farthest vertex until all points are close enough."""
+"""Computes volumes of convex hulls: adds the farthest vertex until all points are close enough."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _planes(cloud: NDArray[np.float64], faces: NDArray[np.int64]) -> tuple[NDArr
 def _farthest_planes(
     cloud: NDArray[np.float64], normals: NDArray[np.float64], offsets: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Returns for each point the plane that it is farthest outside of, and the distance."""
+    """Returns, for each point, the plane that it is farthest outside, and the distance."""
     heights = cloud @ normals.T - offsets
     owners = heights.argmax(axis=1)
     return owners, heights[np.arange(len(cloud)), owners]

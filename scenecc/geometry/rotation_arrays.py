@@ -155,8 +155,8 @@ def compose(outer: Floats, inner: Floats) -> Floats:
     """
     q = normalized(outer[:, 3:])
     p = outer[:, :3] + rotate(q, inner[:, :3])
-    turned = np.where(_unturned(outer), inner[:, 3:], normalized(multiply_quaternions(q, inner[:, 3:])))
-    composed = np.concatenate((p, np.where(_unturned(inner), outer[:, 3:], turned)), axis=1)
+    turned = np.where(_has_no_rotation(outer), inner[:, 3:], normalized(multiply_quaternions(q, inner[:, 3:])))
+    composed = np.concatenate((p, np.where(_has_no_rotation(inner), outer[:, 3:], turned)), axis=1)
     still = (outer == _IDENTITY_POSE).all(axis=1)
     return np.where(still[:, None], inner, composed)
 
@@ -179,7 +179,7 @@ def turned(pose: Floats, rotation: Floats, step: Floats) -> Floats:
     return np.where(untouched[:, None], pose, np.where(unturned[:, None], shifted, moved))
 
 
-def _unturned(pose: Floats) -> NDArray[np.bool_]:
+def _has_no_rotation(pose: Floats) -> NDArray[np.bool_]:
     return (pose[:, 3:] == _IDENTITY).all(axis=1)[:, None]
 
 

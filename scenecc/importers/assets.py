@@ -24,7 +24,7 @@ _HEAD: Final = f"# {IMPORTED_FROM} ".encode()
 
 
 def assets_of(output: Path) -> Path:
-    """Returns the folder of the files that are written beside a scene file."""
+    """Returns the folder for the assets of a scene file."""
     return output.with_name(f"{output.stem}_assets")
 
 
@@ -40,7 +40,7 @@ def output_fault(output: Path) -> str | None:
 
 
 def check_output_files(output: Path, files: Mapping[str, bytes]) -> list[Path]:
-    """Checks that no file beside a scene belongs to anything else. Returns prefabs of an earlier import to remove.
+    """Checks that all files to overwrite are from an earlier import. Returns prefabs of that import to remove.
 
     Args:
         output: the scene file, which may exist.
@@ -106,10 +106,10 @@ class AssetNames:
     def name(self, asset: Asset) -> str:
         """Returns the path of an asset in the scene file. Raises OSError if a file to copy cannot be read."""
         if isinstance(asset.source, bytes):
-            return self._add_made(asset.name, asset.source)
-        return self._in_place(asset.source) or self._copy(asset.source)
+            return self._add_generated(asset.name, asset.source)
+        return self._reference_path(asset.source) or self._copy(asset.source)
 
-    def _in_place(self, path: Path) -> str | None:
+    def _reference_path(self, path: Path) -> str | None:
         if path.is_relative_to(self._folder):
             return path.relative_to(self._folder).as_posix()
         for root in self._scope.asset_roots:
@@ -131,7 +131,7 @@ class AssetNames:
                 self.copies.setdefault(f"{self._copied}/{inner}", stream.read())
         return f"{self._copied}/{path.relative_to(base).as_posix()}"
 
-    def _add_made(self, name: str, data: bytes) -> str:
+    def _add_generated(self, name: str, data: bytes) -> str:
         digest = sha256(data).hexdigest()
         if digest not in self._made:
             safe = re.sub(r"[^A-Za-z0-9_.-]+", "_", name).lstrip(".") or "asset"

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from scenecc.options import Options
     from scenecc.plan.snapshot import EngineSnapshot
 
-_JUDGE_SECONDS: Final = 120
+_DRAKE_SECONDS: Final = 120
 
 _READ_BY_DRAKE: Final = frozenset({".sdf", ".world", ".urdf"})
 
@@ -36,8 +36,8 @@ class Certificate:
     Attributes:
         bodies: number of bodies built.
         mass: total of all dynamic bodies and links [kg].
-        judge: the reference engine; "" if there is none.
-        why_no_judge: why an installed engine was not used; "" if none is installed.
+        engine: name of the reference engine or library; "" if there is none.
+        why_no_engine: why an installed engine was not used; "" if none is installed.
         compared: number of bodies in both.
         position: largest position difference [m].
         angle: largest rotation difference [rad].
@@ -47,21 +47,21 @@ class Certificate:
 
     bodies: int
     mass: float
-    judge: str = ""
+    engine: str = ""
     compared: int = 0
     position: float = 0.0
     angle: float = 0.0
     masses: int = 0
     relative_mass: float = 0.0
-    why_no_judge: str = ""
+    why_no_engine: str = ""
 
     def lines(self) -> list[str]:
         """Returns the result as text."""
-        lines = [f"built {_bodies_in_words(self.bodies)}; total moving mass {self.mass:.6g} kg"]
-        if not self.judge:
-            why = self.why_no_judge or "no engine that reads the file is installed"
+        lines = [f"built {_body_count_text(self.bodies)}; total moving mass {self.mass:.6g} kg"]
+        if not self.engine:
+            why = self.why_no_engine or "no engine that reads the file is installed"
             return [*lines, f"not compared with another engine: {why}"]
-        lines.append(f"compared with {self.judge}: {_bodies_in_words(self.compared)}")
+        lines.append(f"compared with {self.engine}: {_body_count_text(self.compared)}")
         if not self.compared:
             return lines
         lines.append(f"  poses differ by at most {self.position:.2g} m and {self.angle:.2g} rad")
@@ -79,17 +79,17 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
 
         built = _bodies(measure_bodies(batch))
     certificate = Certificate(len(built), math.fsum(body.mass or 0.0 for body in built.values()))
-    judge, reference = found.judge, dict(found.reference)
-    if not judge and find_spec("pydrake") is not None and source.suffix.lower() in _READ_BY_DRAKE:
-        judge = "Drake"
+    engine, reference = found.engine, dict(found.reference)
+    if not engine and find_spec("pydrake") is not None and source.suffix.lower() in _READ_BY_DRAKE:
+        engine = "Drake"
         answer = _ask_drake(source, found, options)
         if isinstance(answer, str):
-            return replace(certificate, why_no_judge=answer)
+            return replace(certificate, why_no_engine=answer)
         reference = answer
-    return _compare(certificate, built, found.bodies, judge, reference)
+    return _compare(certificate, built, found.bodies, engine, reference)
 
 
-def _bodies_in_words(count: int) -> str:
+def _body_count_text(count: int) -> str:
     return f"{count} {'body' if count == 1 else 'bodies'}"
 
 
@@ -110,14 +110,14 @@ def _compare(
     certificate: Certificate,
     built: Mapping[str, ReferencePose],
     names: Mapping[str, str],
-    judge: str,
+    engine: str,
     reference: Mapping[str, ReferencePose],
 ) -> Certificate:
     pairs = [(built[mine], reference[own]) for mine, own in names.items() if mine in built and own in reference]
     weighed = [(a.mass, b.mass) for a, b in pairs if a.mass is not None and b.mass]
     return replace(
         certificate,
-        judge=judge,
+        engine=engine,
         compared=len(pairs),
         position=max((math.dist(a.pose[:3], b.pose[:3]) for a, b in pairs), default=0.0),
         angle=max((_angle(a.pose[3:], b.pose[3:]) for a, b in pairs), default=0.0),
@@ -138,9 +138,9 @@ def _ask_drake(source: Path, found: ImportedScene, options: Options) -> dict[str
         return "Drake would read models that are left out"
     request = {"file": str(source.absolute()), "roots": [str(root) for root in options.asset_roots]}
     try:
-        done = ask_module("scenecc.importers.drake_poses", request, seconds=_JUDGE_SECONDS)
+        done = ask_module("scenecc.importers.drake_poses", request, seconds=_DRAKE_SECONDS)
     except subprocess.TimeoutExpired:
-        return f"Drake did not read the file in {_JUDGE_SECONDS} s"
+        return f"Drake did not read the file in {_DRAKE_SECONDS} s"
     if done.returncode:
         *_, last = "", *done.stderr.decode(errors="replace").strip().splitlines()
         return f"Drake refuses the file: {cut(last)}" if done.returncode > 0 else "Drake crashes on the file"

@@ -78,7 +78,7 @@ def import_scene(
 
     Args:
         file: an SDF world or model, a USD stage, an MJCF or a URDF.
-        output: the scene file. Files that it cannot refer to by a relative path, `pkg://` or `asset://` are copied to
+        output: the scene file. Files that it cannot reference by a relative path, `pkg://` or `asset://` are copied to
             the folder `NAME_assets` beside it.
         allow: losses that may change the dynamics; keys of `scenecc.importers.imported_scene.LOSSES`.
         asset_roots: as for `validate`; the file and the scene may read them.
@@ -104,43 +104,45 @@ def import_scene(
     sink, target = Sink(), target.absolute()
     scope = AssetScope(_root_of(source), options.asset_roots, options.allow_outside_assets)
     context = ImportContext(sink, scope, options.limits, frozenset(allow))
-    _tell(progress, 0)
+    _report_progress(progress, 0)
     found = _read(source, context)
     if found is None or sink.failed:
         raise SceneError(sink.diagnostics())
     _report_losses(found.losses, context)
     if sink.failed:
         raise SceneError(sink.diagnostics())
-    _tell(progress, 1)
+    _report_progress(progress, 1)
     compiled = _compile(found, source, context, options)
-    _tell(progress, 2)
+    _report_progress(progress, 2)
     names = AssetNames(target, scope, _companions(compiled))
-    files, prefabs = _texts(found, source, target, names)
+    files, prefabs = _encode_files(found, source, target, names)
     found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
     stale = check_output_files(target, files)
     with _write_files(target, files) as paths:
-        _tell(progress, 3)
+        _report_progress(progress, 3)
         certificate = import_module("scenecc.importers.certificate").certificate_of(found, source, target, options)
     for path in stale:
         path.unlink(missing_ok=True)
     return Imported(files, found.losses, sink.diagnostics(), tuple(paths), certificate)
 
 
-def _tell(progress: Callable[[int, int], None] | None, done: int) -> None:
+def _report_progress(progress: Callable[[int, int], None] | None, done: int) -> None:
     if progress is not None:
         progress(done, _STEPS)
 
 
-def _texts(found: ImportedScene, source: Path, target: Path, names: AssetNames) -> tuple[dict[str, bytes], Prefabs]:
+def _encode_files(
+    found: ImportedScene, source: Path, target: Path, names: AssetNames
+) -> tuple[dict[str, bytes], Prefabs]:
     """Returns the scene file, its prefabs and its assets, by paths relative to the scene's folder."""
     document = simplify(map_assets(found.document, lambda asset: _FILE_MARK + names.name(asset)))
     taken = (Path(path).stem for path in names.copies if path.endswith(".yaml"))
     prefabs = find_prefabs(document, taken, lambda name: f"{_FILE_MARK}{assets_of(target).name}/{name}.yaml")
     head = {(): f"{IMPORTED_FROM} {source.name} by scenecc."}
-    texts = {target.name: scene_text(_with_paths(prefabs.document, "."), comments=head)}
+    texts = {target.name: scene_text(_resolve_marks(prefabs.document, "."), comments=head)}
     for path, content in prefabs.files.items():
         name = path.removeprefix(_FILE_MARK)
-        texts[name] = scene_text(_with_paths(content, str(Path(name).parent)), comments=head)
+        texts[name] = scene_text(_resolve_marks(content, str(Path(name).parent)), comments=head)
     return {**{path: text.encode("utf-8") for path, text in texts.items()}, **names.copies}, prefabs
 
 
@@ -150,14 +152,14 @@ _FILE_MARK: Final = "\0"
 """Marks a path relative to the scene's folder, or a URI."""
 
 
-def _with_paths(node: Any, folder: str) -> Any:
+def _resolve_marks(node: Any, folder: str) -> Any:
     """Returns the data with paths relative to a folder below the scene's."""
     if isinstance(node, str) and node.startswith(_FILE_MARK):
         path = node.removeprefix(_FILE_MARK)
         return path if "://" in path else Path(os.path.relpath(path, folder)).as_posix()
     if is_mapping_node(node):
-        return {key: _with_paths(value, folder) for key, value in node.items()}
-    return [_with_paths(item, folder) for item in node] if is_list_node(node) else node
+        return {key: _resolve_marks(value, folder) for key, value in node.items()}
+    return [_resolve_marks(item, folder) for item in node] if is_list_node(node) else node
 
 
 @contextmanager
@@ -168,12 +170,12 @@ def _write_files(target: Path, files: Mapping[str, bytes]) -> Generator[list[Pat
     folders = {each for path in targets for each in path.parents if not each.exists()}
     paths = replace_set(target, files, folder=False)
     with undoing() as undo:
-        undo.callback(_put_back, targets, before, folders)
+        undo.callback(_restore_files, targets, before, folders)
         yield paths
         undo.pop_all()
 
 
-def _put_back(paths: list[Path], before: Mapping[Path, bytes], folders: Collection[Path]) -> None:
+def _restore_files(paths: list[Path], before: Mapping[Path, bytes], folders: Collection[Path]) -> None:
     for path in paths:
         path.unlink(missing_ok=True)
     for folder in sorted(folders, reverse=True):
@@ -229,7 +231,7 @@ def _format_of(source: Path, head: bytes, sink: Sink) -> SourceFormat | None:
 
 
 def is_source(file: Path) -> bool:
-    """Whether a file can be imported, judged by its suffix, and for `.xml` by its root element.
+    """Returns whether a file can be imported, by its suffix, and for `.xml` by its root element.
 
     Raises:
         OSError: it cannot be read.
@@ -298,8 +300,8 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
         try:
             compiled = compile_or_raise(map_assets(found.document, name), inside, sink)
         except SceneError as error:
-            told = [_move_to_source(each, found, source) for each in error.diagnostics]
-            raise SceneError([*context.sink.diagnostics(), *told]) from None
+            moved = [_move_to_source(each, found, source) for each in error.diagnostics]
+            raise SceneError([*context.sink.diagnostics(), *moved]) from None
     placed = [
         _move_to_source(each, found, source) for each in sink.diagnostics() if each.code not in found.codes_of_losses
     ]
@@ -312,14 +314,14 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
     return compiled
 
 
-def _move_to_source(told: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:
+def _move_to_source(finding: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:
     """Moves a finding about the scene to the place in the imported file that caused it."""
-    if told.location.file is not None:
-        return replace(told, related=())
-    section, _, rest = told.path.partition(".")
+    if finding.location.file is not None:
+        return replace(finding, related=())
+    section, _, rest = finding.path.partition(".")
     names = [name for name in found.places if section == "entities" and f"{rest}.".startswith(f"{name}.")]
     place = found.places[max(names, key=len)] if names else Location(str(source))
-    return replace(told, location=place, related=())
+    return replace(finding, location=place, related=())
 
 
 def _companions(compiled: CompileResult) -> dict[Path, tuple[Path, ...]]:
@@ -381,11 +383,11 @@ def find_prefabs(document: Node, taken: Iterable[str], path: Callable[[str], str
     entities: Node = document.get("entities", {})
     alike: dict[str, list[str]] = {}
     for name, node in entities.items():
-        alike.setdefault(json.dumps(_content(node), sort_keys=True), []).append(name)
+        alike.setdefault(json.dumps(_without_pose(node), sort_keys=True), []).append(name)
     files, free = dict[str, Node](), Names(*taken)
     made, inner = dict[str, Node](), dict[str, str]()
     for text, names in alike.items():
-        content = _content(entities[names[0]])
+        content = _without_pose(entities[names[0]])
         if "repeat" in content or _NOT_SHARED in text:
             continue
         lines = len(scene_text({"entities": {names[0]: content}}).splitlines())
@@ -409,7 +411,7 @@ def find_prefabs(document: Node, taken: Iterable[str], path: Callable[[str], str
     return replace(found, document={**found.document, **({"materials": named} if named else {})})
 
 
-def _content(node: Node) -> Node:
+def _without_pose(node: Node) -> Node:
     return {key: value for key, value in node.items() if key != "pose"}
 
 

@@ -113,7 +113,7 @@ REPAIRED: Final = "SC488"
 
 @frozen
 class Loss:
-    """Something in the file that the scene does not have, or has differently.
+    """Content of the file that the scene lacks or replaces.
 
     Attributes:
         kind: a key of `LOSSES`.
@@ -130,7 +130,7 @@ class Loss:
 
 @dataclass(frozen=True, slots=True)
 class Asset:
-    """A file of the scene. It takes the place of a path in the document.
+    """A file of the scene, which the document holds instead of a path.
 
     The writer refers to it by a relative path, `pkg://` or `asset://`, or else copies it beside the scene.
 
@@ -166,7 +166,7 @@ class ImportedScene:
         bodies: name in the scene (`ENTITY` or `ENTITY/LINK`) → name in the source (`model::link`, a prim's path), for
             the comparison of poses and masses.
         reference: name in the source → pose and mass from the source's own library; empty if an engine is used instead.
-        judge: the library of `reference`.
+        engine: name of the library that gave `reference`.
         places: name in the scene, as in `bodies`, or of an entity → location in the file.
         codes_of_losses: codes of findings about the scene that `losses` already covers.
     """
@@ -175,7 +175,7 @@ class ImportedScene:
     losses: tuple[Loss, ...] = ()
     bodies: Mapping[str, str] = field(default_factory=dict[str, str])
     reference: Mapping[str, ReferencePose] = field(default_factory=dict[str, ReferencePose])
-    judge: str = ""
+    engine: str = ""
     places: Mapping[str, Location] = field(default_factory=dict[str, Location])
     codes_of_losses: frozenset[str] = frozenset()
 

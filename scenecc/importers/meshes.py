@@ -140,7 +140,7 @@ def polyline_obj(corners: list[tuple[float, float]], height: float) -> bytes:
         raise MeshError("has more than 1000 corners")
     if _area(points) < 0:
         points.reverse()
-    cap, n = _ears(points), len(points)
+    cap, n = _triangulate_polygon(points), len(points)
     vertices = np.array([(x, y, z) for z in (0.0, height) for x, y in points])
     sides = [(i, (i + 1) % n, (i + 1) % n + n) for i in range(n)] + [(i, (i + 1) % n + n, i + n) for i in range(n)]
     top = [(a + n, b + n, c + n) for a, b, c in cap]
@@ -151,14 +151,14 @@ def _area(points: list[tuple[float, float]]) -> float:
     return sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(points, [*points[1:], points[0]], strict=True)) / 2
 
 
-def _ears(points: list[tuple[float, float]]) -> list[tuple[int, int, int]]:
+def _triangulate_polygon(points: list[tuple[float, float]]) -> list[tuple[int, int, int]]:
     """Triangulates a counterclockwise polygon by ear clipping."""
     left, found = list(range(len(points))), list[tuple[int, int, int]]()
     while len(left) > 2:
         for i in range(len(left)):
             a, b, c = left[i - 1], left[i], left[(i + 1) % len(left)]
             triangle = [points[a], points[b], points[c]]
-            if _area(triangle) > 0 and not any(_inside(points[k], triangle) for k in left if k not in {a, b, c}):
+            if _area(triangle) > 0 and not any(_is_inside(points[k], triangle) for k in left if k not in {a, b, c}):
                 found.append((a, b, c))
                 del left[i]
                 break
@@ -167,5 +167,5 @@ def _ears(points: list[tuple[float, float]]) -> list[tuple[int, int, int]]:
     return found
 
 
-def _inside(point: tuple[float, float], triangle: list[tuple[float, float]]) -> bool:
+def _is_inside(point: tuple[float, float], triangle: list[tuple[float, float]]) -> bool:
     return all(_area([triangle[i], triangle[(i + 1) % 3], point]) >= 0 for i in range(3))

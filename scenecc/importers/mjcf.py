@@ -1,4 +1,4 @@
-"""Imports an MJCF: an entity refers to the file, beside time step, gravity, lights and cameras."""
+"""Imports an MJCF as an entity that refers to the file, with time step, gravity, lights and cameras."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ _FIXED: Final = 0
 
 
 def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
-    """Returns a scene with everything in an MJCF; None after an error."""
+    """Returns the scene of an MJCF; None after an error."""
     found = context.resolve(path)
     if found is None:
         return None
@@ -94,8 +94,8 @@ class _Importer:
         self._name = Names().new(path.stem)
         self._constraints = self._world_constraints({place for kind, _, place in read.losses if kind == WORLD_EQUALITY})
         built = {place for place, _ in self._constraints}
-        told = [(kind.partition("/")[0], words, place) for kind, words, place in read.losses if place not in built]
-        self._losses = [Loss(_KINDS[kind], message, place) for kind, message, place in told if kind not in _BUILT]
+        losses = [(kind.partition("/")[0], words, place) for kind, words, place in read.losses if place not in built]
+        self._losses = [Loss(_KINDS[kind], message, place) for kind, message, place in losses if kind not in _BUILT]
         for element in self._model.source.elements:
             if element.tag == "option":
                 unread = [f"`{name}`" for name in element.attributes if name not in _READ_OPTIONS]
@@ -125,7 +125,7 @@ class _Importer:
             tuple(self._losses),
             bodies,
             self._reference(),
-            judge="MuJoCo",
+            engine="MuJoCo",
             codes_of_losses=frozenset({"SC484", "SC490"}),
         )
 
@@ -146,12 +146,12 @@ class _Importer:
                 self._losses.append(Loss("saved-states", f"the keyframe `{name}`{hint}", place))
         return used
 
-    def _world_constraints(self, told: set[Location]) -> list[tuple[Location, dict[str, Any]]]:
-        """Returns constraints between moving bodies and the world. `told`: locations of these equalities."""
+    def _world_constraints(self, lost: set[Location]) -> list[tuple[Location, dict[str, Any]]]:
+        """Returns constraints between moving bodies and the world. `lost`: locations of these equalities."""
         model = self._model
         made: list[tuple[Location, dict[str, Any]]] = []
         for number, kind in enumerate(model["eq_type"].tolist()):
-            if model.location("eq", number) not in told:
+            if model.location("eq", number) not in lost:
                 continue
             ends = equality_frames(model, number, kind)
             (first, in_world), (body, in_body) = ends if ends[0][0] == WORLD else ends[::-1]

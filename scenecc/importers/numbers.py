@@ -52,7 +52,7 @@ def plain_pose(pose: Pose7) -> Any:
 
 
 def is_identity(pose: Pose7) -> bool:
-    """Whether a pose, as written, is the identity."""
+    """Returns whether a pose, as written, is the identity."""
     return plain_pose(pose) == [0, 0, 0]
 
 

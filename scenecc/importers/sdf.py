@@ -78,7 +78,7 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
     parts = SceneParts()
     for model in world.models.values():
         SdfModelReader(model, world.model_pose(model), parts).read()
-        _tell_losses(model)
+        _report_losses(model)
     _apply_bitmasks(parts)
     for name, robot, element in reader.robots:
         place = pose_key(world.placed(element, world.base))
@@ -175,8 +175,8 @@ def _physics(file: SdfFile, world: SourceElement, *, is_world: bool) -> Node:
     return {**physics, "default_material": material}
 
 
-def _tell_losses(model: Scope) -> None:
-    """Reports the content of a model that no entity is built from."""
+def _report_losses(model: Scope) -> None:
+    """Reports the content of a model that the scene does not use."""
     _lose_elements(model.element, model.file, model.name, skip={"model", "link", "joint"})
     for name, link in model.links.items():
         _lose_elements(link, model.file, f"{model.name}{SEPARATOR}{name}", skip={"visual", "collision"})
@@ -185,7 +185,7 @@ def _tell_losses(model: Scope) -> None:
     for joint in model.joints.values():
         _lose_elements(joint, model.file, model.name, skip=set())
     for inner in model.models.values():
-        _tell_losses(inner)
+        _report_losses(inner)
 
 
 def _lose_elements(element: SourceElement, file: SdfFile, path: str, *, skip: set[str]) -> None:

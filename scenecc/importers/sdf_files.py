@@ -48,7 +48,7 @@ class SdfFile:
         self.version = tuple(int(part) for part in re.findall(r"\d{1,9}", version)[:2])
 
     def is_before(self, *version: int) -> bool:
-        """Whether the file has an older SDF version. A file without a version does not."""
+        """Returns whether the file has an older SDF version; False without a version."""
         return bool(self.version) and self.version < version
 
     def error(self, message: str, element: SourceElement, hint: str | None = None, code: str = "SC433") -> None:
@@ -230,7 +230,7 @@ def _version(text: str) -> tuple[int, ...]:
 
 
 def _candidates(uri: str, file: SdfFile) -> Iterator[Path] | str:
-    """Returns the paths that a URI may mean, or the reason why it means none."""
+    """Returns the candidate paths of a URI, or the reason why there are none."""
     match = _URI.fullmatch(uri)
     scheme, inner = ("", uri) if match is None else (match[1].lower(), match[2])
     if scheme in {"http", "https", "fuel", "ignition.fuel"}:

@@ -124,10 +124,10 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
     velocity = file.number(axis, "limit", "velocity", default=-1)
     if velocity <= 0 or velocity > _UNLIMITED:
         velocity = None
-    return Hinge(kind, _in_joint(joint, axis, xyz), keys, velocity, drive)
+    return Hinge(kind, _axis_in_joint(joint, axis, xyz), keys, velocity, drive)
 
 
-def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
+def _axis_in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
     element = find_element(axis, "xyz")
     frame = "" if element is None else element.attributes.get("expressed_in", "")
     is_model = joint.scope.file.flag(axis, "use_parent_model_frame", default=False) or joint.scope.file.is_before(1, 5)

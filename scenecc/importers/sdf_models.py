@@ -147,9 +147,9 @@ class SdfModelReader:
         for group in groups:
             self._add(group, joints_of.get(group[0], []), is_only=len(groups) == 1)
         if len(groups) > 1 and not self._model.is_static:
-            self._separate(entities)
+            self._disable_self_collisions(entities)
 
-    def _separate(self, before: set[str]) -> None:
+    def _disable_self_collisions(self, before: set[str]) -> None:
         """Disables collisions between the bodies of one model, unless it sets `self_collide`."""
         model, parts = self._model, self._parts
         added = [node for name, node in parts.entities.items() if name not in before and _collides(node)]
@@ -263,7 +263,7 @@ class SdfModelReader:
 
     def keep_bitmask(self, node: Node, link: SdfLink, entity: str) -> None:
         """Moves the bitmasks that `link_content` left in a node and its shapes to `parts`."""
-        for one in (node, *_colliding(node)):
+        for one in (node, *_collision_shapes(node)):
             if "bitmask" in one:
                 self._parts.bitmasks.append(Bitmask(one, one.pop("bitmask"), link, entity))
 
@@ -314,19 +314,19 @@ class SdfModelReader:
 
 def _note_bitmask(content: Node) -> None:
     """Merges equal bitmasks of a link's shapes into one of the link."""
-    masks = {shape["bitmask"] for shape in _colliding(content)}
+    masks = {shape["bitmask"] for shape in _collision_shapes(content)}
     if len(masks) == 1:
         (content["bitmask"],) = masks
-        for shape in _colliding(content):
+        for shape in _collision_shapes(content):
             del shape["bitmask"]
 
 
-def _colliding(content: Node) -> list[Node]:
+def _collision_shapes(content: Node) -> list[Node]:
     return [*content.get("shapes", ()), *content.get("collisions", ())]
 
 
 def _collides(node: Node) -> bool:
-    """Whether an entity, or a link below it, has a collision shape."""
+    """Returns whether an entity, or a link below it, has a collision shape."""
     return any(
         key in {"shapes", "collisions"}
         or (key == "root" and _collides(value))
@@ -338,15 +338,15 @@ def _collides(node: Node) -> bool:
 def _mass(link: SdfLink, content: Node) -> Node:
     """Returns the mass keys of a link: from the file, from its shapes (`auto`), or SDF's default 1 kg, 1 kg·m²."""
     file, inertial = link.scope.file, link.element.find("inertial")
-    collides = bool(_colliding(content))
+    collides = bool(_collision_shapes(content))
     if inertial is not None and inertial.attributes.get("auto", "").lower() in {"true", "1"} and collides:
         if inertial.find("mass") is not None:
             return {"mass": plain_number(file.positive(inertial, "mass", default=1))}
         density = file.positive(inertial, "density", default=1000)
-        mass = sum(solid_mass(shape, density) for shape in _colliding(content))
+        mass = sum(solid_mass(shape, density) for shape in _collision_shapes(content))
         # SAPIEN's cylinders are hulls and weigh slightly less.
         return {"density": plain_number(density)} if math.isnan(mass) else {"mass": plain_number(mass)}
-    for shape in _colliding(content):
+    for shape in _collision_shapes(content):
         shape.pop("density", None)
     mass = file.number(inertial, "mass", default=1)
     names, default = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), (1, 1, 1, 0, 0, 0)
@@ -465,7 +465,7 @@ class _Tree:
             made = sdf_tree_joint(called, hinge, (above, below, joint.pose), is_reversed=is_reversed)
             self._note_joint(hinge, called)
             if is_last:
-                nodes.append(self._node(child, entity, self._mimicking(joint, made)))
+                nodes.append(self._node(child, entity, self._add_mimic(joint, made)))
             else:
                 small: Node = {"mass": _DUMMY_MASS, "inertia": [_DUMMY_MASS] * 3}
                 nodes.append({"name": self._link_names.new(f"{name}_{number + 1}"), "joint": made, "inertial": small})
@@ -474,7 +474,7 @@ class _Tree:
             outer["children"] = [inner]
         return nodes[0]
 
-    def _mimicking(self, joint: SdfJoint, made: Node) -> Node:
+    def _add_mimic(self, joint: SdfJoint, made: Node) -> Node:
         mimic = None if made["type"] == "fixed" else mimic_of(joint, self._called)
         return made if mimic is None else {**made, "mimic": mimic}
 

@@ -71,10 +71,10 @@ class Scope:
 
     def model_pose(self, model: Scope) -> Pose7:
         """Returns the pose of a nested model's frame in the scope's own frame."""
-        stands = self.placed(model.placing, self.base, model.placing_file)
+        placed_pose = self.placed(model.placing, self.base, model.placing_file)
         if not model.placement_frame:
-            return stands
-        return compose(stands, invert(model.pose_of(model.placement_frame, model.placing)))
+            return placed_pose
+        return compose(placed_pose, invert(model.pose_of(model.placement_frame, model.placing)))
 
     def link_of(self, name: str, user: SourceElement, depth: int = 0) -> str | None:
         """Returns the path from this scope to the link that a frame is attached to; None after an error at `user`."""
@@ -98,12 +98,12 @@ class Scope:
             merged = next((each for each in self.models.values() if each.is_merged and each.knows(name)), None)
             target = None if merged is None else f"{merged.name}{SEPARATOR}{name}"
         if target is None or depth > len(self.joints) + len(self.frames) + len(self.models) + 10:
-            self._unknown(name, user)
+            self._report_unknown(name, user)
             return None
         return self.link_of(target, user, depth + 1)
 
     def knows(self, name: str) -> bool:
-        """Whether the scope has a frame of this name."""
+        """Returns whether the scope has a frame of this name."""
         head, _, rest = name.partition(SEPARATOR)
         if rest:
             return head in self.models and self.models[head].knows(rest)
@@ -133,10 +133,10 @@ class Scope:
         merged = next((each for each in self.models.values() if each.is_merged and each.knows(name)), None)
         if merged is not None:
             return compose(self.model_pose(merged), merged.pose_of(name, user))
-        self._unknown(name, user)
+        self._report_unknown(name, user)
         return IDENTITY_POSE
 
-    def _unknown(self, name: str, user: SourceElement) -> None:
+    def _report_unknown(self, name: str, user: SourceElement) -> None:
         if name.partition(SEPARATOR)[0] in self.missing:
             # The missing model is a loss already; so is everything attached to it.
             self.file.lose("joints", f"<{user.tag}> is attached to the missing model `{name}`", user)

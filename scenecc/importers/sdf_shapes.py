@@ -70,13 +70,13 @@ def read_shapes(link: SourceElement, place: LinkPlace) -> dict[str, list[Shape]]
     seen = [shape for each in link.all("visual") for shape in _visual(each, place)]
     twins: dict[str, list[int]] = {}
     for number, visual in enumerate(seen):
-        twins.setdefault(repr(_form(visual)), []).append(number)
+        twins.setdefault(repr(_geometry_keys(visual)), []).append(number)
     shapes: list[Shape] = []
     collisions: list[Shape] = []
     for collision in collided:
-        form = _form(collision)
+        form = _geometry_keys(collision)
         numbers = twins.get(repr(form), []) if _is_shared(collision) else []
-        if numbers and _form(seen[numbers[0]]) == form:
+        if numbers and _geometry_keys(seen[numbers[0]]) == form:
             shapes.append(_merge_sides(collision, seen[numbers[0]]))
             seen[numbers.pop(0)] = {}
         else:
@@ -102,7 +102,7 @@ def solid_mass(shape: Shape, density: float) -> float:
     return density * volumes.get(shape["type"], math.nan)
 
 
-def _form(shape: Shape) -> dict[str, Any]:
+def _geometry_keys(shape: Shape) -> dict[str, Any]:
     looks = {"material", "color", "density", "name", "bitmask"}
     form = {key: shape[key] for key in sorted(shape) if key not in looks}
     if form["type"] == "plane":
@@ -235,8 +235,8 @@ def _geometry(element: SourceElement, place: LinkPlace, *, collides: bool) -> Sh
     if isinstance(made, str):
         _lose_shape(element, place, collides, made)
         return None
-    stands = made.pop("pose", pose)
-    return {**made, **pose_key(stands)}
+    shape_pose = made.pop("pose", pose)
+    return {**made, **pose_key(shape_pose)}
 
 
 def _lose_shape(element: SourceElement, place: LinkPlace, collides: bool, why: str) -> None:  # noqa: FBT001

@@ -1,4 +1,4 @@
-"""Imports a URDF: an entity refers to the file, which stays unchanged."""
+"""Imports a URDF as an entity that refers to the unchanged file."""
 
 from __future__ import annotations
 
@@ -45,38 +45,38 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
 
 def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription | None, tuple[Loss, ...], list[str]]:
     """Reads the file with as few repairs as necessary."""
-    described, trial = _attempt(file, frozenset(), context)
+    described, trial = _try_read(file, frozenset(), context)
     needed: list[str] = []
     if described is None:
-        errors = _count(trial)
-        needed = [name for name in _REPAIRS if _count(_attempt(file, frozenset({name}), context)[1]) < errors]
-        described, trial = _attempt(file, frozenset(needed), context)
+        errors = _count_errors(trial)
+        needed = [name for name in _REPAIRS if _count_errors(_try_read(file, frozenset({name}), context)[1]) < errors]
+        described, trial = _try_read(file, frozenset(needed), context)
     if described is None:
         read_robots(file, scope=context.scope, sink=context.sink, repair=frozenset(needed))
         return None, (), []
-    if "inertia" not in needed and _unreal(trial):
-        whole, repaired = _attempt(file, frozenset({*needed, "inertia"}), context)
-        if whole is not None and len(_unreal(repaired)) < len(_unreal(trial)):
+    if "inertia" not in needed and _inertia_warnings(trial):
+        whole, repaired = _try_read(file, frozenset({*needed, "inertia"}), context)
+        if whole is not None and len(_inertia_warnings(repaired)) < len(_inertia_warnings(trial)):
             described, trial, needed = whole, repaired, ["inertia", *needed]
     losses: list[Loss] = []
     for name in needed:
-        notes = _attempt(file, frozenset({name}), context)[1].diagnostics()
-        told = [note for note in notes if note.code == REPAIRED]
-        losses += [Loss(_REPAIRS[name], note.message, note.location) for note in told]
-    losses += [Loss("inertias", note.message, note.location) for note in _unreal(trial)]
+        notes = _try_read(file, frozenset({name}), context)[1].diagnostics()
+        repaired = [note for note in notes if note.code == REPAIRED]
+        losses += [Loss(_REPAIRS[name], note.message, note.location) for note in repaired]
+    losses += [Loss("inertias", note.message, note.location) for note in _inertia_warnings(trial)]
     return described, tuple(losses), needed
 
 
-def _unreal(sink: Sink) -> list[Diagnostic]:
+def _inertia_warnings(sink: Sink) -> list[Diagnostic]:
     return [note for note in sink.diagnostics() if note.code in _UNREAL_INERTIAS]
 
 
-def _attempt(
+def _try_read(
     file: ResolvedFile, repair: frozenset[str], context: ImportContext
 ) -> tuple[RobotDescription | None, Sink]:
     trial = context.sink.another()
     return read_robots(file, scope=context.scope, sink=trial, repair=repair), trial
 
 
-def _count(sink: Sink) -> int:
+def _count_errors(sink: Sink) -> int:
     return sum(found.severity == "error" for found in sink.diagnostics())

@@ -48,7 +48,7 @@ def import_usd(path: Path, context: ImportContext) -> ImportedScene | None:
         return None
     if done.returncode > 0:
         *_, reason = ["no reason", *done.stderr.decode(errors="replace").split("\n")[:-1]]
-        message = f"scenecc's reader of USD failed: {cut(reason)}"
+        message = f"scenecc's USD reader failed:  {cut(reason)}"
         hint = "if other programs open the stage, this is a bug in scenecc"
         context.sink.report("SC430", message, Location(str(path)), hint=hint)
         return None
@@ -71,7 +71,7 @@ def _decode(answer: dict[str, Any], path: Path, context: ImportContext) -> Impor
         tuple(Loss(kind, message, place, where) for kind, message, where in answer["losses"]),
         answer["bodies"],
         {name: ReferencePose(tuple(pose), mass) for name, (pose, mass) in answer["reference"].items()},
-        judge="UsdPhysics",
+        engine="UsdPhysics",
     )
 
 

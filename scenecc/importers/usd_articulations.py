@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenecc.importers.usd_stage import Prim, UsdStage
 
 _DUMMY_MASS: Final = 1e-3
-"""Mass of a link between two freedoms of one joint, as a share of the next link's mass."""
+"""Mass of a link between two freedoms of one joint, relative to the next link's mass."""
 
 _OFF_POSITION, _OFF_ANGLE = 1e-4, 1e-3
 """Largest offset between a joint's frames that is not reported as a loss [m, rad]."""

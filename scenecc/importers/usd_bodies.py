@@ -70,7 +70,7 @@ class UsdBodyReader:
                 continue
             for shape in made:
                 entry = shape.entry() | self._contact_keys(prim)
-                both = len(made) == 1 and prim.GetPath() in seen and self._looks_as_it_collides(prim, shape)
+                both = len(made) == 1 and prim.GetPath() in seen and self._matches_visual(prim, shape)
                 if both:
                     seen.discard(prim.GetPath())
                     self._materials.set_both(entry, prim, parsed)
@@ -103,8 +103,8 @@ class UsdBodyReader:
             return []
         return made
 
-    def _looks_as_it_collides(self, prim: Prim, shape: UsdShape) -> bool:
-        """Whether a collision shape looks like its prim."""
+    def _matches_visual(self, prim: Prim, shape: UsdShape) -> bool:
+        """Returns whether a collision shape looks like its prim."""
         plain = str(prim.GetTypeName()) != "Mesh" or shape.keys["type"] in {"convex_mesh", "triangle_mesh"}
         if shape.keys["type"] in {"box", "sphere"} and str(prim.GetTypeName()) == "Mesh":
             return False
@@ -152,12 +152,13 @@ class UsdBodyReader:
                 solids.setdefault(prim.GetPath(), []).append(shape.mass)
         computed = self._compute_mass(body, solids)
         said = {
-            name: self._said(body.prim, name) for name in ("mass", "centerOfMass", "diagonalInertia", "principalAxes")
+            name: self._read_authored(body.prim, name)
+            for name in ("mass", "centerOfMass", "diagonalInertia", "principalAxes")
         }
         plain = (
             bool(shapes) and all(shape.exact and shape.mass for _, _, shape in shapes) and len(entries) == len(shapes)
         )
-        plain = plain and not any(self._said(prim, "mass") for prim, _, _ in shapes if prim != body.prim)
+        plain = plain and not any(self._read_authored(prim, "mass") for prim, _, _ in shapes if prim != body.prim)
         if plain and not any(said[name] is not None for name in said if name != "mass"):
             for (prim, parsed, _), entry in zip(shapes, entries, strict=True):
                 density = self._density(prim, parsed, body.prim)
@@ -176,7 +177,7 @@ class UsdBodyReader:
 
         def information(prim: Prim) -> Any:
             found = api.MassInformation()
-            total = _together(solids.get(prim.GetPath(), []))
+            total = _add_masses(solids.get(prim.GetPath(), []))
             found.volume = total.volume / metres**3
             found.inertia = gf.Matrix3f(*(total.inertia / metres**5).ravel().tolist())
             found.localPos = gf.Vec3f(*(total.centre / metres).tolist())
@@ -185,7 +186,7 @@ class UsdBodyReader:
             return found
 
         found = api(body.prim).ComputeMassProperties(information)
-        known = found[0] > 0 and (solids or self._said(body.prim, "mass"))
+        known = found[0] > 0 and (solids or self._read_authored(body.prim, "mass"))
         self.masses[str(body.prim.GetPath())] = float(found[0]) * self._stage.frames.kilograms if known else None
         return found
 
@@ -198,17 +199,17 @@ class UsdBodyReader:
             self._stage.lose(
                 "assumed-masses", "a body without mass and colliders; it gets 1 kg, as in PhysX", body.prim
             )
-        said = self._said(body.prim, "diagonalInertia")
+        said = self._read_authored(body.prim, "diagonalInertia")
         if said is not None:  # usd-core ignores small moments
-            moments, axes = said, self._said(body.prim, "principalAxes")
+            moments, axes = said, self._read_authored(body.prim, "principalAxes")
         inertia = [float(each) * frames.kilograms * frames.metres**2 for each in moments]
         # Without colliders usd-core leaves these uninitialised.
         if said is None and (not solids or not all(each > 0 and math.isfinite(each) for each in inertia)):
             inertia, axes = [0.4 * mass * _BALL_RADIUS**2] * 3, None
             message = f"a body without inertia; it gets that of a sphere of radius {_BALL_RADIUS} m"
             self._stage.lose("assumed-masses", message, body.prim)
-        self._keep_triangle_rule(inertia, body.prim)
-        own = self._said(body.prim, "centerOfMass")
+        self._enforce_triangle_rule(inertia, body.prim)
+        own = self._read_authored(body.prim, "centerOfMass")
         if own is not None:
             x, y, z = (split_matrix(frames.world(body.prim))[1] @ np.array(own, np.float64)).tolist()
         else:
@@ -216,7 +217,7 @@ class UsdBodyReader:
         com = pose_key((x, y, z, *(IDENTITY if axes is None else quat_of(axes))), "com")
         return {"mass": plain_number(mass), **com, "inertia": plain_numbers(inertia)}
 
-    def _keep_triangle_rule(self, inertia: list[float], prim: Prim) -> None:
+    def _enforce_triangle_rule(self, inertia: list[float], prim: Prim) -> None:
         """Lowers the largest moment to the sum of the others, its physical maximum."""
         largest = max(range(3), key=inertia.__getitem__)
         others = sum(inertia) - inertia[largest]
@@ -225,7 +226,7 @@ class UsdBodyReader:
             self._stage.lose("inertias", message, prim)
             inertia[largest] = others
 
-    def _said(self, prim: Prim, name: str) -> Any:
+    def _read_authored(self, prim: Prim, name: str) -> Any:
         """Returns an authored number of a prim's `MassAPI`; None if it is missing, or a placeholder like 0 or -inf."""
         found = self._stage.authored(prim, f"physics:{name}")
         if found is None:
@@ -332,7 +333,7 @@ def _join_equal(keys: dict[str, Any]) -> None:
             del entry["density"]
 
 
-def _together(solids: list[SolidMass]) -> SolidMass:
+def _add_masses(solids: list[SolidMass]) -> SolidMass:
     volume = sum(each.volume for each in solids)
     if not volume:
         return SolidMass(0.0, np.zeros(3), np.zeros((3, 3)))

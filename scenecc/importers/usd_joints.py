@@ -209,7 +209,7 @@ class UsdJointReader:
         if not parsed.jointEnabled:
             self._stage.lose("idle-joints", "a disabled joint", prim)
             return None
-        ends = [self._end(prim, k, body) for k, body in ((0, parsed.body0), (1, parsed.body1))]
+        ends = [self._resolve_end(prim, k, body) for k, body in ((0, parsed.body0), (1, parsed.body1))]
         bodies = (ends[0][0], ends[1][0])
         if bodies[0] == bodies[1]:
             self._stage.lose("idle-joints", "a joint that does not connect two bodies", prim)
@@ -235,7 +235,7 @@ class UsdJointReader:
             bool(parsed.excludeFromArticulation),
         )
 
-    def _end(self, prim: Prim, k: int, body: Any) -> tuple[str, Pose7]:
+    def _resolve_end(self, prim: Prim, k: int, body: Any) -> tuple[str, Pose7]:
         """Returns the path of a joint's body ("" for the world), and the joint's frame on that side in the world."""
         stage = self._stage
         targets = prim.GetRelationship(f"physics:body{k}").GetTargets()

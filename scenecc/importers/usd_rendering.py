@@ -73,7 +73,7 @@ class RenderingReader:
         if prim.IsA(lux.DistantLight):
             kind, color = "directional", self._color(prim)
         elif prim.IsA(lux.SphereLight):
-            # A sphere is seen as a disk: its intensity is its radiance times the area of that disk.
+            # From any side, a sphere is a disk: its intensity is its radiance times the area of that disk.
             area = math.pi * (stage.value(prim, "inputs:radius", 0.5) * stage.frames.metres) ** 2
             kind, color = "point", self._color(prim, 1.0 if stage.value(prim, "inputs:normalize") else area)
         else:

@@ -90,7 +90,7 @@ class UsdSceneReader:
             "entities": entities,
             "constraints": constraints,
             **RenderingReader(self._stage, self._materials, self._body_of, self._where).sections(
-                lambda prim: self._names.new(self._wish(prim))
+                lambda prim: self._names.new(self._preferred_name(prim))
             ),
         }
         report_unread(self._stage)
@@ -137,7 +137,7 @@ class UsdSceneReader:
                     groups.setdefault(str(prim.GetPath()), self._bodies[str(prim.GetPath())])
                 continue
             path = str(prim.GetPath())
-            seen = self._is_seen(prim)
+            seen = self._is_visible(prim)
             if path not in shapes and not seen:
                 continue
             if str(prim.GetTypeName()) not in SOLID_TYPES and path not in shapes:
@@ -153,7 +153,7 @@ class UsdSceneReader:
                 body.visuals.append(prim)
         return groups
 
-    def _is_seen(self, prim: Prim) -> bool:
+    def _is_visible(self, prim: Prim) -> bool:
         image = self._stage.geom.Imageable(prim)
         if image.ComputeVisibility(self._stage.time) == self._stage.geom.Tokens.invisible:
             return False
@@ -166,8 +166,8 @@ class UsdSceneReader:
             return found
         parent = prim.GetParent()
         default = self._stage.stage.GetDefaultPrim()
-        alone = parent.IsPseudoRoot() or parent == default or not parent.IsA(self._stage.geom.Xform)
-        frame = prim if alone else parent
+        is_own_frame = parent.IsPseudoRoot() or parent == default or not parent.IsA(self._stage.geom.Xform)
+        frame = prim if is_own_frame else parent
         return UsdBody(frame, self._stage.frames.pose(frame), "none")
 
     def _body_of(self, prim: Prim) -> UsdBody | None:
@@ -213,7 +213,7 @@ class UsdSceneReader:
         shapes = any(key in keys for key in ("shapes", "collisions", "visuals"))
         if not shapes and body.body_type != "dynamic":
             return {}
-        name = self._find_free_name(self._names, self._wish(body.prim), body.prim)
+        name = self._find_free_name(self._names, self._preferred_name(body.prim), body.prim)
         self._where[path] = name
         placed = pose_key(body.pose)
         if not shapes:
@@ -227,12 +227,12 @@ class UsdSceneReader:
         return {name: self._keys[path]}
 
     def _articulation(self, tree: JointTree) -> dict[str, Any]:
-        name = self._names.new(self._tree_wish(tree))
+        name = self._names.new(self._preferred_tree_name(tree))
         link_names, joint_names = Names(*(() if tree.root else ("world",))), Names()
         links: dict[str, str] = {}
         for path in tree.bodies:
             prim = self._bodies[path].prim
-            links[path] = self._find_free_name(link_names, self._wish(prim), prim)
+            links[path] = self._find_free_name(link_names, self._preferred_name(prim), prim)
             self._where[path] = f"{name}/{links[path]}"
         joints = {id(joint): joint_names.new(joint.name) for joint in tree.joints}
         writer = ArticulationWriter(self._stage, self._reader, self._bodies)
@@ -241,14 +241,14 @@ class UsdSceneReader:
         merge_settings(entity)
         return {name: entity}
 
-    def _tree_wish(self, tree: JointTree) -> str:
+    def _preferred_tree_name(self, tree: JointTree) -> str:
         """Returns a name for an articulation: that of the innermost prim that contains all its bodies."""
         if (
             tree.prim is not None
             and str(tree.prim.GetPath()) not in self._bodies
             and not tree.prim.IsA(self._stage.physics.Joint)
         ):
-            return self._wish(tree.prim)
+            return self._preferred_name(tree.prim)
         paths = [self._bodies[body].prim.GetPath() for body in tree.bodies]
         common = paths[0].GetParentPath()
         for path in paths[1:]:
@@ -258,8 +258,8 @@ class UsdSceneReader:
             prim = prim.GetParent()
         default = self._stage.stage.GetDefaultPrim()
         if prim and not prim.IsPseudoRoot() and (prim != default or len(tree.bodies) > 1):
-            return self._wish(prim)
-        return self._wish(self._bodies[tree.bodies[0]].prim)
+            return self._preferred_name(prim)
+        return self._preferred_name(self._bodies[tree.bodies[0]].prim)
 
     def _constraints(self, joints: list[UsdJoint]) -> dict[str, Any]:
         names = Names()
@@ -293,7 +293,7 @@ class UsdSceneReader:
             self._stage.lose("names", f"`{cut(wish)}` is renamed to `{plain_name(wish)}`", prim)
         return names.new(wish)
 
-    def _wish(self, prim: Prim) -> str:
+    def _preferred_name(self, prim: Prim) -> str:
         """Returns a prim's display name, else its name."""
         return str(prim.GetDisplayName() or prim.GetName())
 
@@ -494,7 +494,7 @@ class CollisionFilters:
                 neighbours.setdefault(a, set()).add(b)
                 neighbours.setdefault(b, set()).add(a)
         order = [path for path in keys if path in neighbours]
-        classes = _twins(order, neighbours)
+        classes = _find_twins(order, neighbours)
         if len(set(classes.values())) > _MAX_GROUPS:
             for pair in self._pairs:
                 self._stage.lose("collision-filters", "a filtered pair", self._stage.prim(min(pair)))
@@ -514,8 +514,8 @@ class CollisionFilters:
         return found
 
 
-def _twins(order: list[str], neighbours: Mapping[str, set[str]]) -> dict[str, str]:
-    """Returns body → first body with the same filtered partners, either including one another or not."""
+def _find_twins(order: list[str], neighbours: Mapping[str, set[str]]) -> dict[str, str]:
+    """Returns body → first body with the same filtered partners, whether or not they filter each other."""
     found: dict[str, str] = {}
     near: dict[frozenset[str], list[str]] = {}
     far: dict[frozenset[str], list[str]] = {}
@@ -523,6 +523,6 @@ def _twins(order: list[str], neighbours: Mapping[str, set[str]]) -> dict[str, st
         near.setdefault(frozenset(neighbours[path] | {path}), []).append(path)
         far.setdefault(frozenset(neighbours[path]), []).append(path)
     for members in (*(each for each in near.values() if len(each) > 1), *far.values()):
-        alone = [path for path in members if path not in found]
-        found.update(dict.fromkeys(alone, alone[0]) if alone else {})
+        singles = [path for path in members if path not in found]
+        found.update(dict.fromkeys(singles, singles[0]) if singles else {})
     return found

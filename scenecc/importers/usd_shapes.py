@@ -314,7 +314,7 @@ def _ball_mass(pose: Pose7, radius: float) -> SolidMass:
 
 
 def mesh_mass(mesh: UsdMesh, pose: Pose7, stretch: NDArray[np.float64], *, hull: bool = False) -> SolidMass | None:
-    """Returns the mass of the volume in a mesh, or in its hull, after a `stretch` and a pose; None if there is none."""
+    """Returns the mass of a mesh or of its hull, after a `stretch` and a pose; None without volume."""
     from importlib import import_module  # noqa: PLC0415
 
     used, faces = np.unique(mesh.faces, return_inverse=True)

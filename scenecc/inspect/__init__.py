@@ -1,4 +1,4 @@
-"""Summaries of a plan or a built scene for people: one row per object, the fields that vary, and a tree of facts."""
+"""Readable summaries of a plan or a built scene: one row per object, the fields that vary, and a tree of facts."""
 
 from scenecc.inspect.entities import SummaryRow, summarize
 from scenecc.inspect.facts import Fact, Item

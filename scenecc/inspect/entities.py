@@ -114,7 +114,7 @@ _MASSES: Final = SIZE_FIELDS | {"density", "mass"}
 _POSITIONS: Final = SIZE_FIELDS | {"qpos"}
 
 _NEUTRAL: Final[dict[str, Any]] = {"pose.p": [0, 0, 0], "scale": [1, 1, 1]}
-"""Values of shapes that have no effect, and are not shown to people."""
+"""Values of shapes that have no effect, and are not displayed."""
 
 Made = tuple[int, "MeasuredEntity"]
 """Index of a scene, and a measured entity of it."""
@@ -168,9 +168,9 @@ class _Bodies:
         self._stance_differs = not _POSITIONS.isdisjoint(name.rsplit(".", 1)[-1] for name in names)
 
     def facts(self, structure: BodyStructure | ArticulationStructure) -> Iterator[Fact]:
-        """Facts of a structure itself."""
+        """Yields the facts of a structure itself."""
         if not isinstance(structure, ArticulationStructure):
-            made = self._made_of(structure)
+            made = self._measured_bodies(structure)
             yield from self._body(structure, made[0] if made else None)
             return
         yield fact("link_count", len(structure.links))
@@ -188,7 +188,7 @@ class _Bodies:
 
     def _measured_facts(self, structure: ArticulationStructure) -> Iterator[Fact]:
         """Yields measured mass and size of all links."""
-        made = self._made_of(structure)
+        made = self._measured_bodies(structure)
         if made:
             masses = [body.mass.mass for body in made if body.mass is not None]
             if masses:
@@ -196,14 +196,14 @@ class _Bodies:
         if made and (size := measured_size(made)) is not None:
             yield self._with_scene(_size(size), differs=self._stance_differs)
 
-    def _made_of(self, structure: BodyStructure | ArticulationStructure) -> tuple[MeasuredBody, ...]:
+    def _measured_bodies(self, structure: BodyStructure | ArticulationStructure) -> tuple[MeasuredBody, ...]:
         """Returns the measured bodies of a structure; empty if it was not built."""
         if self._made is None or self._made[1].structure is not structure:
             return ()
         return self._made[1].bodies
 
     def _body(self, body: BodyStructure, made: MeasuredBody | None) -> Iterator[Fact]:
-        """Facts of a body, or of a link."""
+        """Yields the facts of a body or a link."""
         given = body.mass if body.inertial is None else body.inertial.mass
         if given is not None and (made is None or (self._row is None and given.may_vary)):
             yield from self._facts.value("mass", given)
@@ -273,7 +273,7 @@ class _Bodies:
 
     def _link(self, structure: ArticulationStructure, number: int) -> Item:
         link = structure.links[number]
-        made = self._made_of(structure)
+        made = self._measured_bodies(structure)
         facts = [*self._body(link.body, made[number] if made else None)]
         facts += self._facts.of(link, without=("name", "body", "parent", "joint"))
         shapes = tuple(self._shapes(link.body, in_link=True))
@@ -423,7 +423,9 @@ def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, 
         idxs = tuple(index for index in entity.scene_idxs if index in asked)
         if idxs:
             fields = entity_fields(entity, plan)
-            rows.append(_planned_row(entity, idxs, fields) if batch is None else _built(entity, idxs, batch, fields))
+            rows.append(
+                _planned_row(entity, idxs, fields) if batch is None else _built_row(entity, idxs, batch, fields)
+            )
     others: list[tuple[Section, Constraint | Environment | Light | Camera]] = [
         *[("constraints", one) for one in plan.constraints],
         *[("environment", one) for one in (plan.environment,) if one is not None],
@@ -434,14 +436,14 @@ def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, 
         within = range(plan.num_scenes) if isinstance(one, Environment) else one.scene_idxs
         idxs = tuple(index for index in within if index in asked)
         if idxs:
-            rows.append(_other(section, one, idxs, object_fields(one, plan) if batch is None else _NO_FIELDS))
+            rows.append(_other_row(section, one, idxs, object_fields(one, plan) if batch is None else _NO_FIELDS))
     return rows
 
 
 _NO_FIELDS: Final = Fields(0, ())
 
 
-def _other(
+def _other_row(
     section: Section, one: Constraint | Environment | Light | Camera, scene_idxs: tuple[int, ...], fields: Fields
 ) -> SummaryRow:
     mounts: tuple[Mount | None, ...] = ()
@@ -471,7 +473,7 @@ def _other(
 def _planned_row(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> SummaryRow:
     structures = entity.structures
     first = entity.structure(entity.scene_idxs.index(scene_idxs[0])) if _is_known(entity) else structures[0]
-    row = _common(entity, first, scene_idxs, fields)
+    row = _common_fields(entity, first, scene_idxs, fields)
     return replace(
         row,
         shape_count=max(map(_shape_count, structures)),
@@ -481,7 +483,7 @@ def _planned_row(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) ->
     )
 
 
-def _common(
+def _common_fields(
     entity: Entity, first: BodyStructure | ArticulationStructure, scene_idxs: tuple[int, ...], fields: Fields
 ) -> SummaryRow:
     """Returns the part of a row that needs no engine. `first`: the structure in the first of the scenes."""
@@ -514,7 +516,7 @@ def _size_differs(entity: Entity, fields: Fields) -> bool:
     )
 
 
-def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch, fields: Fields) -> SummaryRow:
+def _built_row(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch, fields: Fields) -> SummaryRow:
     row = entity.scene_idxs.index(scene_idxs[0])
     structure = entity.structure(row)
     if isinstance(structure, ArticulationStructure):
@@ -522,7 +524,7 @@ def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch, field
     else:
         masses, size = _measure_bodies(batch.entities[entity.name].objs, structure, row)
     return replace(
-        _common(entity, structure, scene_idxs, fields),
+        _common_fields(entity, structure, scene_idxs, fields),
         mass=masses[0] if masses else None,
         size=size,
         masses=(min(masses), max(masses)) if masses else None,

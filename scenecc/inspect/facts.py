@@ -1,4 +1,4 @@
-"""A tree of items with facts that describes a scene, for people and for programs."""
+"""A tree of items with facts that describes a scene, for people and programs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _LABELS: Final = {
     "defaults": "",
     "bytes": "",
 }
-"""Labels of facts for people, if they differ from the names."""
+"""Displayed labels of facts, if they differ from the names."""
 
 
 @frozen
@@ -42,7 +42,7 @@ class Fact:
         name: as in scene files, if they have it.
         value: plain data, in SI units; infinite numbers are "inf" and "-inf". If scenes differ and no scene was
             requested, a mapping: `alternatives`, or `low` and `high`, and `at_reset` if a reset draws it.
-        words: for people, with the unit. "": shown only to programs.
+        words: displayed text, with the unit. "": not displayed.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Fact:
 
     @property
     def label(self) -> str:
-        """Its label for people; "" if the words suffice."""
+        """Its displayed label; "" if the words suffice."""
         return _LABELS.get(self.name, self.name)
 
 
@@ -132,7 +132,7 @@ UNITS: Final = {
 _IDENTITY: Final = (1.0, 0.0, 0.0, 0.0)
 _NO_UNITS: Final[Mapping[str, str]] = {}
 _MOST_LISTED: Final = 64
-"""Largest number of alternatives that are listed for programs. Above it, bounds are given."""
+"""Largest number of alternatives in plain data. Beyond it, bounds are given."""
 
 
 class FactReader:
@@ -170,7 +170,7 @@ class FactReader:
         found: Any = value.row(self.row or 0).tolist()
         last = name.rsplit(".", 1)[-1]
         if is_pose(name):
-            # A shape at the origin of its body needs no words; an entity at the world's origin does.
+            # A shape at its body's origin needs no text, but an entity at the world's origin does.
             here = name != "pose" and found[:3] == [0, 0, 0]
             yield Fact(f"{name}.p", found[:3], "") if here else fact(f"{name}.p", found[:3])
             if tuple(found[3:]) != _IDENTITY:

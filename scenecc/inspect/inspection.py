@@ -62,11 +62,14 @@ def scene_item(
         facts.append(Fact("description", plan.description, plan.description.partition("\n")[0]))
     groups: list[tuple[str, Item | tuple[Item, ...]]] = [
         ("physics", Item("", "", tuple(FactReader(plan, 0).of(plan.physics)) or _DEFAULTS)),
-        ("parameters", tuple(_param(row, given or {}) for row in params)),
-        ("entities", tuple(entity_item(one, plan, scene, made.get(one.name)) for one in _in(plan.entities, scene))),
-        ("constraints", tuple(_object(one, one.joint, plan, scene) for one in _in(plan.constraints, scene))),
-        ("lights", tuple(_object(one, one.light, plan, scene) for one in _in(plan.lights, scene))),
-        ("cameras", tuple(_object(one, one.lens, plan, scene) for one in _in(plan.cameras, scene))),
+        ("parameters", tuple(_param_item(row, given or {}) for row in params)),
+        (
+            "entities",
+            tuple(entity_item(one, plan, scene, made.get(one.name)) for one in _in_scene(plan.entities, scene)),
+        ),
+        ("constraints", tuple(_object_item(one, one.joint, plan, scene) for one in _in_scene(plan.constraints, scene))),
+        ("lights", tuple(_object_item(one, one.light, plan, scene) for one in _in_scene(plan.lights, scene))),
+        ("cameras", tuple(_object_item(one, one.lens, plan, scene) for one in _in_scene(plan.cameras, scene))),
     ]
     if plan.expectations:
         from scenecc.plan.expect import describe_expectation
@@ -90,11 +93,11 @@ def entities_item(entities: Iterable[Entity], plan: ScenePlan, *, scene: int | N
 
 def matching(plan: ScenePlan, pattern: str | None, scene: int | None) -> list[Entity]:
     """Returns the entities of a scene (None: of all) whose names match a pattern (`*`, `?`, `[…]`; None: any)."""
-    entities = _in(plan.entities, scene)
+    entities = _in_scene(plan.entities, scene)
     return [one for one in entities if pattern is None or one.name == pattern or fnmatchcase(one.name, pattern)]
 
 
-def _in(listed: Iterable[Any], scene: int | None) -> list[Any]:
+def _in_scene(listed: Iterable[Any], scene: int | None) -> list[Any]:
     return [one for one in listed if scene is None or scene in one.scene_idxs]
 
 
@@ -102,7 +105,7 @@ _DESCRIBED_FIELDS: Final = frozenset({"name", "scene_idxs", "parent", "joint", "
 """Fields of a constraint, light or camera that are described separately."""
 
 
-def _object(one: Constraint | Light | Camera, kind: Any, plan: ScenePlan, scene: int | None) -> Item:
+def _object_item(one: Constraint | Light | Camera, kind: Any, plan: ScenePlan, scene: int | None) -> Item:
     """Returns the item of a constraint, light or camera. `kind`: its joint, light or lens, whose fields are inlined."""
     facts = FactReader(plan, None if scene is None else one.scene_idxs.index(scene))
     first: tuple[Fact, ...] = ()
@@ -120,7 +123,7 @@ def _map_word(plan: ScenePlan) -> str:
     return "" if around is None else "sky map" if isinstance(around, SkyMap) else "cube map"
 
 
-def _param(row: ParamRow, given: Mapping[str, Any]) -> Item:
+def _param_item(row: ParamRow, given: Mapping[str, Any]) -> Item:
     facts: list[Fact] = []
     if row.name in given:
         facts.append(Fact("value", given[row.name], str(given[row.name])))
@@ -139,7 +142,7 @@ def _param(row: ParamRow, given: Mapping[str, Any]) -> Item:
 def _materials(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
     """Returns the tables of materials, because shapes refer to them by number."""
     users: dict[tuple[str, int], list[Entity]] = {}
-    for entity in _in(plan.entities, scene):
+    for entity in _in_scene(plan.entities, scene):
         for kind, numbers in used_materials(entity).items():
             for number in numbers:
                 users.setdefault((kind, number), []).append(entity)
@@ -160,10 +163,10 @@ def _materials(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
 def _variation(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
     """Returns the varying fields of each object, as a dry run lists them."""
     rows = summarize(plan, None, None if scene is None else (scene,))
-    return tuple(Item(row.name, "", tuple(map(_differing, row.varying))) for row in rows if row.varying)
+    return tuple(Item(row.name, "", tuple(map(_varying_fact, row.varying))) for row in rows if row.varying)
 
 
-def _differing(field: VaryingField) -> Fact:
+def _varying_fact(field: VaryingField) -> Fact:
     words = f"{field.values} at reset" if field.at_reset else field.values
     return Fact(field.field, {"values": field.values, "at_reset": field.at_reset}, words)
 
@@ -186,7 +189,7 @@ def file_items(
     used = {plan.files[index].path: use for index, use in _uses(plan).items()}
     by_uri = {naming.uri: path for path, naming in named.items()}
     files = {path: naming.uri for path, naming in named.items()} | {file.path: file.uri for file in plan.files}
-    found = [] if scene is None else [_item(scene[0], scene[1], "scene", (), ())]
+    found = [] if scene is None else [_file_item(scene[0], scene[1], "scene", (), ())]
     for path, uri in files.items():
         naming = named.get(path)
         by = () if naming is None else tuple(naming.by)
@@ -196,7 +199,7 @@ def file_items(
             # SRDF.
             owner = used.get(next((by_uri[name] for name in by if name in by_uri), path), ("other", ()))[0]
             role = owner if path.suffix.lower() not in _IMAGES else "heights" if _is_of_scene_files(by) else "texture"
-        found.append(_item(uri, path, role, by, names))
+        found.append(_file_item(uri, path, role, by, names))
     return tuple(found)
 
 
@@ -243,7 +246,7 @@ def _list_values(entity: Entity, plan: ScenePlan) -> Iterator[tuple[str, Value, 
             yield "texture", texture.file, entity.name
 
 
-def _item(uri: str, path: Path, role: str, by: tuple[str, ...], names: tuple[str, ...]) -> Item:
+def _file_item(uri: str, path: Path, role: str, by: tuple[str, ...], names: tuple[str, ...]) -> Item:
     facts = [Fact("path", str(path), "")]
     read = _read(path)
     if read is None:
@@ -335,7 +338,7 @@ def inspect_source(source: Source, **given: Unpack[InspectArguments]) -> Inspect
     depth = None if depth is None else integer(depth, "depth", 0)
     done = compile_or_raise(source, asked, sink)
     plan = done.plan
-    chosen = _chosen(plan, scene, entity, sink)
+    chosen = _select_entities(plan, scene, entity, sink)
     made = _measure_entities(plan, chosen, scene, sink, given.get("progress")) if build and chosen else {}
     if entity is not None:
         item = entities_item(chosen, plan, scene=scene, made=made)
@@ -345,7 +348,7 @@ def inspect_source(source: Source, **given: Unpack[InspectArguments]) -> Inspect
     return Inspection(item if depth is None else item.cut(depth), sink.diagnostics())
 
 
-def _chosen(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) -> list[Entity]:
+def _select_entities(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) -> list[Entity]:
     """Returns the entities to describe. Raises SceneError if the scene or the entity does not exist."""
     if scene is not None:
         select_scenes(str(integer(scene, "scene", 0)), plan.num_scenes, sink, "scene")

@@ -34,8 +34,8 @@ class VaryingField:
 
     Attributes:
         field: as in the scene file: `pose.p`, `shapes[0].half_size`.
-        values: its possible values in words: `0.1 | 0.5`, `0.1 … 0.5`.
-        at_reset: whether a reset draws it again.
+        values: its possible values as text: `0.1 | 0.5`, `0.1 … 0.5`.
+        at_reset: whether a reset redraws it.
     """
 
     field: str
@@ -73,24 +73,24 @@ def _shown_bounds(value: Value) -> ValueBounds:
         return found
     try:
         return ValueBounds.of_samples(value.samples)
-    except DrawError:  # a pose of what is placed, which has no samples
+    except DrawError:  # the pose of a placed entity, which has no samples
         return ValueBounds.of_samples(value.data)
 
 
 def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str = "") -> str:
-    """Returns the possible values of a field, for people. `name`: of the field in scene files."""
+    """Returns the possible values of a field as text. `name`: of the field in scene files."""
     support = _shown_bounds(value)
     words = _words(name, support, files)
     each = " each" if words.endswith(" each") else ""
-    return f"{_about(support)}{words.removesuffix(each)} {unit}".rstrip() + each
+    return f"{_bounds_prefix(support)}{words.removesuffix(each)} {unit}".rstrip() + each
 
 
 def pose_words(value: Value) -> tuple[str, str]:
-    """Returns the possible positions [m] and rotations (wxyz) of a pose, for people."""
+    """Returns the possible positions [m] and rotations (wxyz) of a pose as text."""
     support = _shown_bounds(value)
     if support.low is None:
         return ("by an expression", "by an expression")
-    about = _about(support)
+    about = _bounds_prefix(support)
     p, q = slice_value_bounds(support, 0, 3), slice_value_bounds(support, 3, 7)
     return f"{about}{format_value_bounds(p)} m", _rotation(q, about)
 
@@ -174,7 +174,7 @@ def _material(where: str, materials: list[Any]) -> Iterator[_Found]:
 def _list_differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[VaryingField]:
     support = union_bounds(item.bounds for item in items)
     at_reset = any(item.at_reset for item in items)
-    about = _about(support)
+    about = _bounds_prefix(support)
     if is_pose(label) and support.low is not None:
         p, q = slice_value_bounds(support, 0, 3), slice_value_bounds(support, 3, 7)
         if p.low != p.high:
@@ -186,7 +186,7 @@ def _list_differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterato
     yield VaryingField(label, about + _words(name, support, plan.files), at_reset)
 
 
-def _about(support: ValueBounds) -> str:
+def _bounds_prefix(support: ValueBounds) -> str:
     """Returns the word before the bounds of samples."""
     return "" if support.exact or support.alternatives is not None else "about "
 

@@ -523,8 +523,8 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
         for entity in plan.entities:
             (local if frames.placed_root(entity.name) else standing)[entity.name] = _pose(entity, frames, batch)
         still = {one.name for one in plan.placements if all(map(frames.is_fixed, one.entities))}
-        drawn_anew = {one.name for one in plan.entities if not one.pose.known and not frames.is_fixed(one.name)}
-        placer = Placer(plan, batch, standing, local, still, drawn_anew)
+        redrawn = {one.name for one in plan.entities if not one.pose.known and not frames.is_fixed(one.name)}
+        placer = Placer(plan, batch, standing, local, still, redrawn)
         for placement in plan.placements:
             origin = placement.origin or origin
             placer.place(placement)

@@ -138,7 +138,7 @@ def cylinder() -> Surface:
     low, side = _AROUND + 1, 2 * _AROUND + 2
     near = np.stack([zero, 1 + here, 1 + there], axis=1)
     far = np.stack([low + zero, low + 1 + there, low + 1 + here], axis=1)
-    quads = _between(side + here, side + there, side + _AROUND + here, side + _AROUND + there)
+    quads = _band_faces(side + here, side + there, side + _AROUND + here, side + _AROUND + there)
     return make_surface(vertices, np.concatenate([near, far, quads]), normals, np.zeros((len(vertices), 2)))
 
 
@@ -177,14 +177,14 @@ def _ball_faces(rings: int) -> NDArray[np.int64]:
     step = _AROUND + 1
     for ring in range(rings - 1):
         upper = first + ring * step
-        faces.append(_between(upper, upper + 1, upper + step, upper + step + 1, first="far"))
+        faces.append(_band_faces(upper, upper + 1, upper + step, upper + step + 1, first="far"))
     last = first + (rings - 1) * step
     pole = _AROUND + rings * step + here
     faces.append(np.stack([last, pole, last + 1], axis=1))
     return np.concatenate(faces)
 
 
-def _between(
+def _band_faces(
     a: NDArray[np.int64], b: NDArray[np.int64], c: NDArray[np.int64], d: NDArray[np.int64], *, first: str = "near"
 ) -> NDArray[np.int64]:
     """Returns two triangles for each square between ring a, b and the ring c, d below, split along a diagonal."""

@@ -1,1 +1,1 @@
-"""Poses of placed entities, from a plan's `placements`, vectorized over scenes in numpy."""
+"""Poses of placed entities, from a plan's `placements`, vectorized over scenes with NumPy."""

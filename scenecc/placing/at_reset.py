@@ -1,4 +1,4 @@
-"""Placement at a reset: only in the reset scenes, with the same results as in a build of all scenes."""
+"""Placement at a reset: only in the scenes that are reset, with the same results as in a build of all scenes."""
 
 from __future__ import annotations
 

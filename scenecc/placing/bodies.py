@@ -120,9 +120,7 @@ class Part:
 
     def triangles_near(self, rows: Indices, p: Floats, reach: Floats) -> tuple[Indices, Indices]:
         """Returns pairs of rows (as indices into `rows`) and triangles that may be within `reach` (n,) of points (n,
-        3).
-
-        The boxes around the triangles decide.
+        3), by the boxes around the triangles.
         """
         assert self.points is not None
         assert self.triangles is not None

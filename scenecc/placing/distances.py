@@ -104,7 +104,7 @@ class Cores:
         return np.matmul(turn, found[:, :, None])[:, :, 0] + self.p[rows]
 
 
-def joined(parts: Sequence[Cores]) -> Cores:
+def concatenate_cores(parts: Sequence[Cores]) -> Cores:
     """Concatenates several sets of cores."""
     clouds: list[Floats] = []
     numbers: list[Indices] = []
@@ -211,7 +211,7 @@ def _nearest_of(simplex: Floats, corners: int) -> tuple[Floats, NDArray[np.bool_
     best = squares.argmin(axis=1)
     nearest, needed = every[np.arange(len(simplex)), best], features.corners[best]
     if corners > 3:
-        inside = _holds_origin(simplex)
+        inside = _contains_origin(simplex)
         nearest[inside], needed[inside] = 0.0, True
     return nearest, needed
 
@@ -238,7 +238,7 @@ def _face_points(simplex: Floats, faces: Indices) -> tuple[Floats, NDArray[np.bo
     return start + s[:, :, None] * u + t[:, :, None] * v, ~flat & (s > 0) & (t > 0) & (s + t < 1)
 
 
-def _holds_origin(simplex: Floats) -> NDArray[np.bool_]:
+def _contains_origin(simplex: Floats) -> NDArray[np.bool_]:
     """Returns whether tetrahedra (n, 4, 3) contain the origin, (n,)."""
     start = simplex[:, 0]
     u, v, w = (simplex[:, corner] - start for corner in (1, 2, 3))

@@ -29,10 +29,10 @@ _SLACK: Final = 1e-6
 """[m] Added to a bound; much larger than its rounding error."""
 
 
-def core_pair_lots(
+def core_pair_chunks(
     a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float
 ) -> Iterator[tuple[Indices, Cores, Cores]]:
-    """Yields `core_pairs` in lots that need little memory.
+    """Yields `core_pairs` in chunks that need little memory.
 
     Args:
         a: first part; not a plane.
@@ -114,7 +114,7 @@ def are_too_near(a: Part, b: Part, least: float) -> Flags:
     # If the hulls are apart, so are the triangles.
     rows = rows[~are_apart(a.cores(rows), b.cores(rows), np.full(len(rows), wanted))]
     near = np.zeros(len(near), np.bool_)
-    for pair, first, second in core_pair_lots(a, rows, b, rows, wanted):
+    for pair, first, second in core_pair_chunks(a, rows, b, rows, wanted):
         if not least:
             first.p = first.p.copy()
             first.p[:, 2] += np.where(first.p[:, 2] < second.p[:, 2], -LIFT, LIFT)
@@ -143,7 +143,7 @@ def part_distances(a: Part, b: Part) -> Floats:
         return found
     near = _point_near(b, _point_near(a, b.p))
     within = float(np.linalg.norm(near - _point_near(a, near), axis=1)[rows].max()) + _SLACK
-    for pair, first, second in core_pair_lots(a, rows, b, rows, within):
+    for pair, first, second in core_pair_chunks(a, rows, b, rows, within):
         np.minimum.at(found, rows[pair], distances(first, second))
     return found
 

@@ -1,5 +1,5 @@
-"""Placement of entities by rejection sampling. Tries are drawn by (seed, entity, key, scene, try); the first that fits
-counts.
+"""Placement of entities by rejection sampling: the first try that fits. Tries are drawn by (seed, entity, key, scene,
+try).
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 
 from scenecc.geometry import rotation_arrays
 from scenecc.placing.bodies import Part, entity_parts, link_pose, matrices, point_part, rows_in, rows_of
-from scenecc.placing.distances import Cores, are_apart, distances, joined
-from scenecc.placing.pairs import LIFT, TOLERANCE, are_too_near, core_pair_lots
+from scenecc.placing.distances import Cores, are_apart, concatenate_cores, distances
+from scenecc.placing.pairs import LIFT, TOLERANCE, are_too_near, core_pair_chunks
 from scenecc.placing.regions import (
     about_z,
     drawn_units,
@@ -63,7 +63,7 @@ class PlacingError(Exception):
     Attributes:
         name: name of the placement.
         scenes: indices of those scenes.
-        message: what happened, in words.
+        message: the error in one sentence.
         why: the most frequent reason in the first of the scenes.
     """
 
@@ -72,13 +72,13 @@ class PlacingError(Exception):
         self.name, self.scenes, self.message, self.why = name, tuple(scenes), message, why
 
 
-def along(direction: Floats, rows: Indices) -> Floats:
+def repeat_direction(direction: Floats, rows: Indices) -> Floats:
     """Returns a direction repeated for some rows (n, 3)."""
     return np.broadcast_to(direction, (len(rows), 3))
 
 
-def as_in_engine(poses: Floats) -> Floats:
-    """Returns poses rounded to float32, so that a build and a reset see the same obstacles."""
+def round_to_float32(poses: Floats) -> Floats:
+    """Returns poses rounded to float32, so that a build and a reset have the same obstacles."""
     return poses.astype(np.float32).astype(np.float64)
 
 
@@ -91,7 +91,7 @@ class Placer:
         standing: poses (B, 7) in the world of all entities that are not placed.
         local: poses (B, 7) of the other members of placements, relative to the placement.
         still: placements that keep their built pose.
-        drawn_anew: entities whose poses a reset draws; kept placements do not avoid them.
+        redrawn: entities whose poses a reset draws; kept placements do not avoid them.
 
     Attributes:
         bodies: collision parts in the world of all entities with a final pose: entity → parts.
@@ -105,13 +105,13 @@ class Placer:
         standing: Mapping[str, Floats],
         local: Mapping[str, Floats],
         still: Container[str],
-        drawn_anew: Container[str],
+        redrawn: Container[str],
     ) -> None:
         self.plan = plan
         self.batch = batch
         self.local = local
-        self._still, self._drawn_anew = still, drawn_anew
-        self.poses: dict[str, Floats] = {name: as_in_engine(pose) for name, pose in standing.items()}
+        self._still, self._redrawn = still, redrawn
+        self.poses: dict[str, Floats] = {name: round_to_float32(pose) for name, pose in standing.items()}
         self._entities = {entity.name: entity for entity in plan.entities}
         self.bodies: dict[str, list[Part]] = {
             name: [part.moved(matrices(pose[:, 3:]), pose[:, :3]) for part in self.own_parts(name)]
@@ -138,7 +138,7 @@ class Placer:
         by_scene[self.batch.scenes] = found
         self.batch.placed = {**self.batch.placed, placement.name: by_scene}
         for member in placement.entities:
-            self.poses[member] = world = as_in_engine(rotation_arrays.compose(found, self.local[member]))
+            self.poses[member] = world = round_to_float32(rotation_arrays.compose(found, self.local[member]))
             turn = matrices(world[:, 3:])
             self.bodies[member] = [part.moved(turn, world[:, :3]) for part in self.own_parts(member)]
 
@@ -164,7 +164,7 @@ class Placer:
         """Yields all other parts with a final pose: entity, part, and required distance [m]; 0: no overlap."""
         members, carrying = set(placement.entities), set(placement.carrying)
         for name, parts in self.bodies.items():
-            if name in members or (placement.name in self._still and name in self._drawn_anew):
+            if name in members or (placement.name in self._still and name in self._redrawn):
                 continue
             other = self.by_member.get(name)
             for part in parts:
@@ -172,7 +172,7 @@ class Placer:
 
     def drawn_overlap(self) -> str | None:
         """Returns a message about a drawn pose that is too close to a kept placement; None if there is none."""
-        drawn = [name for name in self.bodies if name in self._drawn_anew and name not in self.by_member]
+        drawn = [name for name in self.bodies if name in self._redrawn and name not in self.by_member]
         for placement in self.plan.placements:
             for member in placement.entities if placement.name in self._still else ():
                 for name in drawn:
@@ -224,19 +224,19 @@ class _Trial:
             part.there = part.there & self._there
         bare = self._there & ~np.any([part.there for part in self._parts], axis=0)
         if bare.any():
-            # An entity without collision shapes stands on its origin.
+            # An entity without collision shapes is placed by its origin.
             self._parts.append(point_part(bare))
         self._why: Counter[str] = Counter()
         self._target = placer.target_parts(placement.target)
         if not self._target:
             message = f"`{placement.target}` has no collision shape"
             raise PlacingError(placement.name, self._batch.scenes[self._there].tolist(), message)
-        self._top = extent(self._target, along(_UP, self._rows))
-        self._surfaces = self._carrying_surfaces()
+        self._top = extent(self._target, repeat_direction(_UP, self._rows))
+        self._surfaces = self._find_supports()
         self._outline = None if placement.kind == "on" else footprint_polygons(self._target)
         frame = placer.pose_of(placement.target) if placement.frame is None else self._value(placement.frame)
         self._origin, self._heading = frame[:, :3], headings(frame[:, 3:])
-        self._rectangle = self._whole_top() if placement.at is placement.low is placement.center is None else None
+        self._rectangle = self._top_rectangle() if placement.at is placement.low is placement.center is None else None
         self._obstacles = [
             # Only its possible supports are often below it.
             _Obstacle(
@@ -245,7 +245,7 @@ class _Trial:
                 number,
                 apart,
                 there,
-                None if apart or part.is_plane else part.extent(along(_UP, self._rows)),
+                None if apart or part.is_plane else part.extent(repeat_direction(_UP, self._rows)),
             )
             for name, part, apart in placer.obstacles(placement)
             for number, mine in enumerate(self._parts)
@@ -263,7 +263,7 @@ class _Trial:
         found[:, 3] = 1.0
         left, done = np.flatnonzero(self._there), 0
         while left.size:
-            # Twice as many as before: most scenes need few tries, and tries after the first fit are wasted.
+            # Doubled each time: most scenes need few tries, and tries after the first fit are wasted.
             rows_together = min(_ROWS, max(_FEW_ROWS, 2 * done * len(left)))
             count = min(max(1, rows_together // len(left)), _TRIES_TOGETHER, self._placement.tries - done)
             if not count:
@@ -292,7 +292,7 @@ class _Trial:
         drawn = (self._batch if batch is None else batch).evaluate(value.recipe)
         return np.asarray(to_field_rows(drawn), np.float64)
 
-    def _carrying_surfaces(self) -> list[SupportSurface]:
+    def _find_supports(self) -> list[SupportSurface]:
         placer, placement = self._placer, self._placement
         if placement.kind == "above":
             return []
@@ -307,7 +307,7 @@ class _Trial:
             for one in placer.surfaces(placement.target if name == placement.target.entity else Mount(name))
         ]
 
-    def _whole_top(self) -> Floats:
+    def _top_rectangle(self) -> Floats:
         """Returns the rectangle (B, 4) around the target's top in its axes: minimum x and y, then maximum [m]."""
         if self._outline is not None:
             return rectangle_of([(self._outline, np.ones(len(self._rows), np.bool_))], self._origin, self._heading)
@@ -317,7 +317,7 @@ class _Trial:
     def _try_poses(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
         """Returns the poses (M, 7) of some tries, and which of them fit."""
         batch = self._batch.only(rows) if not tries.any() else self._batch.tried(rows, tries)
-        pose = self._upright(rows, batch)
+        pose = self._poses_at_height_zero(rows, batch)
         turn = matrices(pose[:, 3:])
         parts = [part.taken(rows).moved(turn, pose[:, :3]) for part in self._parts]
         pose[:, 2] = self._heights(parts, rows, batch)
@@ -336,7 +336,7 @@ class _Trial:
                     kept = np.flatnonzero(fits)
         return pose, fits
 
-    def _upright(self, rows: Indices, batch: Batch) -> Floats:
+    def _poses_at_height_zero(self, rows: Indices, batch: Batch) -> Floats:
         """Returns poses (M, 7) in the world at height 0."""
         placement, heading = self._placement, self._heading[rows]
         point = points_in_regions(placement, self._rectangle, rows, batch, lambda v: self._value(v, rows, batch))
@@ -359,7 +359,7 @@ class _Trial:
     def _heights(self, parts: list[Part], rows: Indices, batch: Batch) -> Floats:
         """Returns the height of the origin (M,) [m]; not finite if there is none. `parts`: at height 0."""
         placement = self._placement
-        lowest = -extent(parts, along(_DOWN, rows))
+        lowest = -extent(parts, repeat_direction(_DOWN, rows))
         within = np.ones(len(rows), np.bool_)
         if self._outline is not None:
             within = is_within(parts, self._outline[rows])
@@ -389,19 +389,19 @@ class _Trial:
             if part.is_plane:
                 normal = part.turn[rows, :, 0]
                 height = -own.extent(-normal) - np.einsum("ij,ij->i", normal, part.p[rows])
-                self._refuse(free, np.flatnonzero(there[rows] & ~(height >= (wanted or -LIFT))), name)
+                self._reject(free, np.flatnonzero(there[rows] & ~(height >= (wanted or -LIFT))), name)
                 continue
             between = own.p - part.p[rows]
             reach = own.reach + part.reach[rows] + apart
             maybe = there[rows] & (np.einsum("ij,ij->i", between, between) < reach * reach)
             if top is not None:
-                maybe &= -own.extent(along(_DOWN, rows)) <= top[rows]
+                maybe &= -own.extent(repeat_direction(_DOWN, rows)) <= top[rows]
             close = np.flatnonzero(maybe)
             if close.size and not (own.triangles is part.triangles is None):
                 # If the hulls are apart, so are the triangles, of which there may be millions of pairs.
                 least_ = np.full(len(close), wanted)
                 close = close[~are_apart(own.cores(close), part.cores(rows[close]), least_)]
-                self._refuse(free, self._find_meeting(own, close, part, rows[close], wanted), name)
+                self._reject(free, self._find_colliding(own, close, part, rows[close], wanted), name)
             elif close.size:
                 mine.append(own.cores(close))
                 others.append(part.cores(rows[close]))
@@ -412,10 +412,10 @@ class _Trial:
                     # Touching is not overlap.
                     mine[-1].p = mine[-1].p - LIFT * _DOWN
         if whose:
-            apart_ = are_apart(joined(mine), joined(others), np.concatenate(least))
+            apart_ = are_apart(concatenate_cores(mine), concatenate_cores(others), np.concatenate(least))
             ends = np.cumsum([len(one) for one in whose])[:-1]
             for name, index, far in zip(names, whose, np.split(apart_, ends), strict=True):
-                self._refuse(free, index[~far], name)
+                self._reject(free, index[~far], name)
         return free
 
     def _obstacles_near(self, parts: list[Part], rows: Indices) -> Sequence[_Obstacle]:
@@ -436,10 +436,10 @@ class _Trial:
             found += [one for one, is_near in zip(some, near, strict=True) if is_near or one.part.is_plane]
         return found
 
-    def _find_meeting(self, own: Part, close: Indices, part: Part, rows: Indices, wanted: float) -> Indices:
+    def _find_colliding(self, own: Part, close: Indices, part: Part, rows: Indices, wanted: float) -> Indices:
         """Returns the rows `close` of a part in which its triangles, or those of another, overlap or are too close."""
         meet = np.zeros(len(close), np.bool_)
-        for pair, first, second in core_pair_lots(own, close, part, rows, wanted):
+        for pair, first, second in core_pair_chunks(own, close, part, rows, wanted):
             if meet[pair].all():
                 continue
             if not wanted:
@@ -448,7 +448,7 @@ class _Trial:
             meet[pair[~are_apart(first, second, np.full(len(pair), wanted))]] = True
         return close[meet]
 
-    def _refuse(self, free: Flags, index: Indices, name: str) -> None:
+    def _reject(self, free: Flags, index: Indices, name: str) -> None:
         """Records that some tries do not fit, because they are too close to an entity."""
         free[index] = False
         if len(index):
@@ -461,6 +461,6 @@ class _Trial:
             for own in parts:
                 there = np.flatnonzero(own.there & other.there[rows])
                 if there.size and not other.is_plane:
-                    for pair, first, second in core_pair_lots(own, there, other, rows[there], near.most):
+                    for pair, first, second in core_pair_chunks(own, there, other, rows[there], near.most):
                         np.minimum.at(closest, there[pair], distances(first, second))
         return (closest >= near.least - TOLERANCE) & (closest <= near.most + TOLERANCE)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 LEVEL: Final = 0.9998
-"""Minimum z of the normal of a supporting surface: level within about a degree."""
+"""Minimum z of the unit normal of a supporting surface: level within about a degree."""
 
 COPLANAR: Final = 0.001
 """Maximum height difference of coplanar surfaces [m]."""
@@ -212,10 +212,10 @@ def highest_below(parts: Sequence[Part], surfaces: Sequence[SupportSurface], lev
             fits[rows] = is_within([part.taken(rows) for part in parts], surface.corners[rows])
             open_ &= fits
         best = np.where(open_, surface.z, best)
-    return _joined_surfaces(parts, surfaces, levels, best)
+    return _highest_joined(parts, surfaces, levels, best)
 
 
-def _joined_surfaces(
+def _highest_joined(
     parts: Sequence[Part], surfaces: Sequence[SupportSurface], levels: Floats | None, best: Floats
 ) -> Floats:
     """Returns the result of `highest_below` for supports made of several coplanar surfaces."""
@@ -269,25 +269,25 @@ def is_covered(polygon: Floats, by: Sequence[Floats]) -> bool:
     """Returns whether convex polygons together cover another one; all (k, 2), counterclockwise."""
     rest = [polygon]
     for cover in by:
-        rest = [piece for one in rest for piece in _outside(one, cover)]
+        rest = [piece for one in rest for piece in _subtract(one, cover)]
     return sum(map(area_of, rest)) <= 1e-9 * area_of(polygon)
 
 
-def _outside(polygon: Floats, cover: Floats) -> list[Floats]:
+def _subtract(polygon: Floats, cover: Floats) -> list[Floats]:
     """Returns the convex pieces of a polygon outside another one."""
     pieces: list[Floats] = []
     inside = polygon
     for start, end in zip(cover, np.roll(cover, -1, axis=0), strict=True):
-        beyond = _clipped(inside, end, start)
+        beyond = _clip(inside, end, start)
         if len(beyond) > 2:
             pieces.append(beyond)
-        inside = _clipped(inside, start, end)
+        inside = _clip(inside, start, end)
         if len(inside) < 3:
             break
     return pieces
 
 
-def _clipped(polygon: Floats, start: Floats, end: Floats) -> Floats:
+def _clip(polygon: Floats, start: Floats, end: Floats) -> Floats:
     """Returns the part of a convex polygon to the left of a line."""
     if not len(polygon):
         return polygon

@@ -1,4 +1,4 @@
-"""Pictures and videos of a scene for `scenecc render`: build, simulate, take pictures."""
+"""Builds and simulates a scene for `scenecc render`, and takes pictures and films."""
 
 from scenecc.render.choices import RenderChoices
 from scenecc.render.recorder import Picture

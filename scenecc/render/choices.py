@@ -33,7 +33,7 @@ class RenderChoices(TypedDict, total=False):
 
     Attributes:
         camera: a camera of the file. None: one that frames each scene at its first picture.
-        focus: an entity, or a link as ENTITY/LINK, to frame. None: what moves.
+        focus: an entity, or a link as ENTITY/LINK, to frame. None: everything that moves.
         eye: position of the framing camera [m]. None: where the whole subject is in view.
         look_at: the point in the middle of its picture [m]. None: the middle of the subject.
         scenes: scenes to show, as `scene_idxs` of a file: `3`, `0:4`, `0,2`. None: the first that has the camera, or
@@ -42,8 +42,8 @@ class RenderChoices(TypedDict, total=False):
         size: width and height of each picture [px], instead of the camera's (for the framing camera 640 × 480, on a
             sheet 320 × 240).
         what: "color", "depth", "segmentation" or "normal".
-        legend: draw a bar of metres beside depths, or names beside the colours of a segmentation. The pixels of this
-            picture are colours, for people.
+        legend: draw a scale bar [m] beside depths, or names beside the colours of a segmentation. The pixels of this
+            picture are colours for viewing.
         samples: samples per pixel, 1 to 256, whose mean is the colour. None: 4 for the framing camera, 1 for one of the
             file, 32 for ray tracing.
         shader: "rt" traces rays, with denoising on an NVIDIA device. None: the camera's own.
@@ -56,8 +56,8 @@ class RenderChoices(TypedDict, total=False):
         frames: draw the axes of entities and links, x red, y green, z blue.
         contacts: draw the contact points of the last step, and forces as arrows.
         steps: steps to simulate before the picture.
-        video: record a video of these steps, "mp4" or "gif".
-        every: steps between two frames of the video. None: about 30 frames per second. It plays in real time.
+        film: record a film of these steps, "mp4" or "gif".
+        every: steps between two frames of the film. None: about 30 frames per second. It plays in real time.
         collision: show collision shapes instead of visuals.
         hidden: also show `hidden` entities. None: only if the camera is not from the file.
         progress: called with (finished, all) scenes, steps, frames or pictures, one after the other.
@@ -198,7 +198,7 @@ _FRAMING_SAMPLES, _RAY_SAMPLES = 4, 32
 """Samples per pixel of this camera, and of one that traces rays (as in SAPIEN)."""
 
 _MOST_OF_A_PICTURE, _MOST_OF_A_FRAME, _MOST_OF_ALL_SAMPLES = 2**26, 2**23, 2**28
-"""Limits in pixels of a picture and of a video's frame, each of which takes some 300 bytes during the simulation; and
+"""Limits in pixels of a picture and of a film's frame, which take about 300 bytes per pixel during the simulation, and
 limit of pixels times samples.
 """
 
@@ -236,7 +236,7 @@ class RenderSetup:
 def choose_pictures(plan: ScenePlan, choices: RenderChoices, sink: Sink) -> RenderSetup:
     """Checks choices against a plan. Raises SceneError."""
     name, shader, size = choices.get("camera"), choices.get("shader"), choices.get("size")
-    camera = None if name is None else _camera(plan, name, choices, sink)
+    camera = None if name is None else _find_camera(plan, name, choices, sink)
     having = tuple(range(plan.num_scenes)) if camera is None else camera.scene_idxs
     grid = choices.get("grid", False)
     scene_idxs = having if grid else having[:1]
@@ -302,8 +302,8 @@ def _names_of(entity: Any) -> list[str]:
     return [entity.name, *(f"{entity.name}/{link}" for link in links)]
 
 
-def _camera(plan: ScenePlan, name: str, choices: RenderChoices, sink: Sink) -> Camera | None:
-    """Returns the camera with a name, or None if it was reported."""
+def _find_camera(plan: ScenePlan, name: str, choices: RenderChoices, sink: Sink) -> Camera | None:
+    """Returns the camera with a name, or None after an error, which is reported."""
     camera = {camera.name: camera for camera in plan.cameras}.get(name)
     if camera is None:
         hint = suggest(name, [camera.name for camera in plan.cameras]) or "leave it out to see the whole scene"

@@ -34,21 +34,21 @@ _MILLIMETRES: Final = 1000.0
 _FARTHEST: Final = 65535
 
 
-def encoded(what: What, pixels: NDArray[Any]) -> NDArray[Any]:
+def encode_pixels(what: What, pixels: NDArray[Any]) -> NDArray[Any]:
     """Returns the pixels of a PNG: (H, W) uint16 for a depth [mm], otherwise (H, W, 3) uint8."""
     return millimetres(pixels) if what == "depth" else video_pixels(what, pixels)
 
 
 def video_pixels(what: What, pixels: NDArray[Any]) -> NDArray[np.uint8]:
-    """Returns the pixels of a video's frame (H, W, 3): like `encoded`, with a depth in shades of grey."""
+    """Returns the pixels of a film (H, W, 3): like `encode_pixels`, with a depth in shades of grey."""
     if what == "color":
         # Truncated, not rounded, as in SAPIEN's examples and in ManiSkill.
         return (np.clip(pixels[..., :3], 0, 1) * 255).astype(np.uint8)
     if what == "depth":
-        return _grey(pixels[..., 0])
+        return _grey_pixels(pixels[..., 0])
     if what == "segmentation":
         return colors(pixels[..., 0])
-    return _normal(pixels)
+    return _normal_pixels(pixels)
 
 
 def millimetres(depth: NDArray[Any]) -> NDArray[np.uint16]:
@@ -70,13 +70,13 @@ def colors(ids: NDArray[Any]) -> NDArray[np.uint8]:
     return found
 
 
-def _grey(depth: NDArray[Any]) -> NDArray[np.uint8]:
+def _grey_pixels(depth: NDArray[Any]) -> NDArray[np.uint8]:
     """Returns shades of grey: white at the lens, half as bright at 1 m, a third at 2 m; black where empty."""
     grey = np.where(depth > 0, np.rint(255 / (1 + np.maximum(depth, 0))), 0).astype(np.uint8)
     return np.repeat(grey[..., None], 3, axis=2)
 
 
-def _normal(pixels: NDArray[Any]) -> NDArray[np.uint8]:
+def _normal_pixels(pixels: NDArray[Any]) -> NDArray[np.uint8]:
     """Maps -1 to 1 of each axis to 0 to 255; black where there is nothing."""
     nothing = ~pixels.any(axis=2, keepdims=True)
     return np.where(nothing, 0, np.rint((np.clip(pixels, -1, 1) + 1) * 127.5)).astype(np.uint8)
@@ -111,14 +111,14 @@ def sheet(tiles: Sequence[NDArray[Any]], labels: Sequence[str]) -> NDArray[Any]:
     whole = np.zeros((rows * (height + BAR), columns * width, *channels), tiles[0].dtype)
     for number, (tile, label) in enumerate(zip(tiles, labels, strict=True)):
         top, left = number // columns * (height + BAR), number % columns * width
-        letters = _letters(label, width) * (np.iinfo(whole.dtype).max // 255)
+        letters = _render_text(label, width) * (np.iinfo(whole.dtype).max // 255)
         whole[top : top + BAR, left : left + width] = letters[..., None] if channels else letters
         whole[top + BAR : top + BAR + height, left : left + width] = tile
     return whole
 
 
-def _letters(text: str, width: int) -> NDArray[np.uint16]:
-    """Renders a text as (BAR, width), 0 to 255; what does not fit is cut off."""
+def _render_text(text: str, width: int) -> NDArray[np.uint16]:
+    """Renders a text as (BAR, width), 0 to 255; longer text is cut off."""
     from PIL import Image, ImageDraw, ImageFont
 
     image = Image.new("L", (width, BAR))
@@ -196,19 +196,19 @@ def mp4(frames: Iterable[NDArray[np.uint8]], rate: float) -> bytes:
         OSError: the encoder cannot be run, or fails.
     """
     rest = iter(frames)
-    first = _even(next(rest))
+    first = _pad_to_even(next(rest))
     with tempfile.TemporaryFile() as file:
         with _encoder(first.shape[1], first.shape[0], rate, file.fileno()) as put:
-            for frame in chain([first], map(_even, rest)):
+            for frame in chain([first], map(_pad_to_even, rest)):
                 put(frame)
         return file.read()
 
 
 @contextmanager
 def _encoder(width: int, height: int, rate: float, video: int) -> Generator[Callable[[NDArray[np.uint8]], object]]:
-    """Runs ffmpeg and yields a function that takes frames. Unless something failed, the video is complete afterwards.
+    """Runs ffmpeg and yields a function that takes frames. The film is complete afterwards, unless ffmpeg failed.
 
-    `video` is the descriptor of an unnamed file, so that a killed process leaves no file.
+    `film` is the descriptor of an unnamed file, so that a killed process leaves no file.
     """
     ffmpeg: Any = import_module("imageio_ffmpeg")
     frame_rate = Fraction(rate).limit_denominator(1000)
@@ -238,7 +238,7 @@ def _encoder(width: int, height: int, rate: float, video: int) -> Generator[Call
                 process.stdin.close()
 
 
-def _even(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _pad_to_even(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
     height, width, _ = frame.shape
     return np.ascontiguousarray(np.pad(frame, ((0, height % 2), (0, width % 2), (0, 0)), "edge"))
 

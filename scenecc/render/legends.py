@@ -1,4 +1,4 @@
-"""Depths and segmentations for people: depths as colours with a scale bar, and names beside the colours of ids."""
+"""Depths and segmentations for viewing: depths as colours with a scale bar, and names beside the colours of ids."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _channel(number: int) -> tuple[list[float], list[int]]:
     return [place for place, _ in _SCALE], [color[number] for _, color in _SCALE]
 
 
-def with_depth_bar(picture: NDArray[np.uint8], low: float, high: float) -> NDArray[np.uint8]:
+def add_depth_bar(picture: NDArray[np.uint8], low: float, high: float) -> NDArray[np.uint8]:
     """Returns a picture (H, W, 3) with a bar of these depths [m] on its right."""
     from PIL import Image, ImageDraw
 
@@ -96,7 +96,7 @@ def _ticks(low: float, high: float, height: int) -> list[float]:
     return sorted(chosen) or [low, high]
 
 
-def with_names(picture: NDArray[np.uint8], rows: Sequence[tuple[str, str]]) -> NDArray[np.uint8]:
+def add_names(picture: NDArray[np.uint8], rows: Sequence[tuple[str, str]]) -> NDArray[np.uint8]:
     """Returns a picture (H, W, 3) with colours (#rrggbb) and names on its right, in as many columns as needed."""
     from PIL import Image, ImageDraw
 

@@ -131,7 +131,7 @@ class Overlay:
             return True
         return False
 
-    def drawn(self, pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    def draw(self, pixels: NDArray[np.float32]) -> NDArray[np.float32]:
         """Returns the picture (H, W, 4) with the overlay, or unchanged if there is none."""
         if not (self.lines or self.dots or self.texts or self.captions):
             return pixels

@@ -1,4 +1,4 @@
-"""The plan that a picture is built from: one camera, resized, and only what the picture shows."""
+"""Restricts a plan to what one picture needs: its camera, resized, and the visible content."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 def restrict_to_camera(plan: ScenePlan, camera: Camera | None, *, collision: bool, unlit: bool = False) -> ScenePlan:
-    """The plan with this camera alone, or none.
+    """Returns the plan with only this camera.
 
     Args:
         plan: the plan.
-        camera: one of its own, or one of these resized.
-        collision: whether its pictures will show what collides: nothing else is seen in it then.
-        unlit: whether to leave out its lights and its environment too.
+        camera: a camera of the plan, possibly resized; None: no camera.
+        collision: remove visual shapes, since pictures show collision shapes.
+        unlit: remove lights and environment.
     """
     if unlit:
         plan = replace(plan, lights=(), environment=None)
@@ -34,9 +34,9 @@ def restrict_to_camera(plan: ScenePlan, camera: Camera | None, *, collision: boo
 
 
 def resize_camera(camera: Camera, width: int, height: int) -> Camera:
-    """The camera with pictures of another size [px].
+    """Returns the camera with pictures of another size [px].
 
-    Its angles, or its `top`, stay as they are; a matrix is scaled with the picture, so that it shows the same.
+    Angles of view and `top` stay; an intrinsic matrix is scaled with the picture, so that the view stays the same.
     """
     lens = camera.lens
     if isinstance(lens, Intrinsic):

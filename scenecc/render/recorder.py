@@ -41,7 +41,7 @@ class Picture:
     names: dict[int, str]
 
 
-def labelled(tiles: Sequence[NDArray[Any]], pictures: Sequence[Picture]) -> NDArray[Any]:
+def label_sheet(tiles: Sequence[NDArray[Any]], pictures: Sequence[Picture]) -> NDArray[Any]:
     """Joins pictures, (H, W) or (H, W, 3) each, on a sheet, with the scene of each above it."""
     return sheet(tiles, [f"scene {picture.scene_idx}" for picture in pictures])
 
@@ -119,7 +119,7 @@ class FrameRecorder:
         tile = self._framing_camera(width, height)
         tile.capture("color", [index])  # the first picture compiles shaders
         started = time.perf_counter()
-        tile.capture("color", [index], shift=(0.25, 0.25))  # SAPIEN does not render again if nothing has changed
+        tile.capture("color", [index], shift=(0.25, 0.25))  # SAPIEN renders again only after a change
         seconds = time.perf_counter() - started
         tile.retire(index)
         return seconds * pictures * setup.width * setup.height / (width * height)
@@ -159,10 +159,10 @@ class FrameRecorder:
             self._batch.step(stride if number else 0, check=True)
             pictures = [self._picture(index) for index in self._batch.scene_idxs]
             tiles = [video_pixels(self._what, picture.pixels) for picture in pictures]
-            yield labelled(tiles, pictures) if self._setup.grid else tiles[0]
+            yield label_sheet(tiles, pictures) if self._setup.grid else tiles[0]
 
     def _stills(self) -> tuple[Picture, ...]:
-        """Takes the last pictures, one scene after another, so that one camera's memory is enough."""
+        """Takes the last pictures, scene by scene, so that the memory of one camera is enough."""
         pictures: list[Picture] = []
         for index in self._batch.scene_idxs:
             self._progress(len(pictures), len(self._batch))
@@ -193,11 +193,11 @@ class FrameRecorder:
                 beyond = (np.array(setup.background) / 255) ** _GAMMA
                 linear = np.where(alpha == 0, beyond, linear)
             if ground:
-                linear = self._with_ground(index, linear, shot["depth"][0], shift)
+                linear = self._draw_ground_grid(index, linear, shot["depth"][0], shift)
             total += np.concatenate([linear, alpha], axis=-1) / len(shifts)
         return np.concatenate([total[..., :3] ** (1 / _GAMMA), total[..., 3:]], axis=-1).astype(np.float32)
 
-    def _with_ground(
+    def _draw_ground_grid(
         self, index: int, linear: NDArray[np.float64], depth: NDArray[np.float32], shift: tuple[float, float]
     ) -> NDArray[np.float64]:
         cell = self.cell
@@ -222,7 +222,7 @@ class FrameRecorder:
             links = self._batch.articulations
             names = {number: _entity(name, links) for number, name in self._camera.names(index).items()}
             overlay.add_labels(ids, names)
-        return overlay.drawn(pixels)
+        return overlay.draw(pixels)
 
     def _projection(self, index: int) -> Projection:
         camera = self._camera

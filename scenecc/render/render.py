@@ -21,10 +21,10 @@ from scenecc.options import Options
 from scenecc.pipeline import Source, build_batch, compile_or_raise
 from scenecc.plan.rendering import RAY_TRACING_SHADERS
 from scenecc.render.choices import RenderArguments, RenderChoices, check_choices, choose_pictures, raise_errors
-from scenecc.render.images import NO_ENCODER, What, colors, encoded, has_encoder, png, png_of_ids, video_pixels
-from scenecc.render.legends import depth_colors, depth_range, with_depth_bar, with_names
+from scenecc.render.images import NO_ENCODER, What, colors, encode_pixels, has_encoder, png, png_of_ids, video_pixels
+from scenecc.render.legends import add_depth_bar, add_names, depth_colors, depth_range
 from scenecc.render.plan_cameras import restrict_to_camera
-from scenecc.render.recorder import FrameRecorder, Picture, labelled
+from scenecc.render.recorder import FrameRecorder, Picture, label_sheet
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -92,13 +92,15 @@ class Rendering:
         but colours on a sheet or if an id exceeds 255. With a legend, all are colours.
         """
         if self.explained:
-            return png(self._with_legend())
+            return png(self._add_legend())
         if self.grid:
-            return png(labelled([encoded(self.what, picture.pixels) for picture in self.pictures], self.pictures))
+            return png(
+                label_sheet([encode_pixels(self.what, picture.pixels) for picture in self.pictures], self.pictures)
+            )
         (picture,) = self.pictures
         if self.what == "segmentation":
             return png_of_ids(picture.pixels[..., 0])
-        return png(encoded(self.what, picture.pixels))
+        return png(encode_pixels(self.what, picture.pixels))
 
     def legend(self) -> list[LegendRow]:
         """Returns the visible ids of a segmentation, ascending; empty for other pictures."""
@@ -112,18 +114,18 @@ class Rendering:
             for (number, name), idxs in sorted(scenes.items())
         ]
 
-    def _with_legend(self) -> NDArray[np.uint8]:
+    def _add_legend(self) -> NDArray[np.uint8]:
         """Returns the picture or sheet in colours, (H, W, 3), with its legend on the right."""
         found = [picture.pixels for picture in self.pictures]
         low, high = depth_range(found) if self.what == "depth" else (0.0, 1.0)
         tiles = [
             depth_colors(one, low, high) if self.what == "depth" else video_pixels(self.what, one) for one in found
         ]
-        whole = labelled(tiles, self.pictures) if self.grid else tiles[0]
+        whole = label_sheet(tiles, self.pictures) if self.grid else tiles[0]
         if self.what == "depth":
-            return with_depth_bar(whole, low, high)
+            return add_depth_bar(whole, low, high)
         names: dict[tuple[str, str], None] = {(row.color, row.name): None for row in self.legend()}
-        return with_names(whole, [*names])
+        return add_names(whole, [*names])
 
 
 def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:

@@ -1,4 +1,4 @@
-"""Reports, memory budget and file search for reading a robot's file.
+"""Reports, memory budget and file search of the robot readers.
 
 Errors are reported at the lines of the robot's file, with the place in the scene that names it. Meshes, textures, SRDF
 and included files must be inside the folders that the scene may read.
@@ -149,7 +149,7 @@ _MAX_PARENT_FOLDERS = 40
 _FILE_NOT_FOUND = "SC401"
 
 _NO_FILE = (_FILE_NOT_FOUND, "SC403")
-"""Codes of references to no file: missing, or an unknown scheme."""
+"""Codes of unresolved references: a missing file, or an unknown scheme."""
 
 MAX_MISSING = 1000
 """Maximum number of missing files to search for: each search takes milliseconds, in all folders of a package."""
@@ -163,7 +163,7 @@ class RobotFiles:
         owner: the robot's file.
         scope: folders that may be read.
         package: resolves a `package://` path in the folder that the scene gives; None: the scene gives none.
-        repairs: whether the scene sets `repair: [files]`, so that dispensable files may be missing.
+        repairs: whether the scene sets `repair: [files]`, so that optional files may be missing.
         found: files found, by URI.
         missing: error of each reference that was not found.
     """

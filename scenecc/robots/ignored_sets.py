@@ -11,7 +11,7 @@ Pairs = set[tuple[int, int]]
 """Pairs of link indices, the lower first."""
 
 
-def ordered(first: int, second: int) -> tuple[int, int]:
+def order_pair(first: int, second: int) -> tuple[int, int]:
     """Returns a pair of links in the order of `Pairs`."""
     return min(first, second), max(first, second)
 
@@ -28,8 +28,8 @@ def cover_pairs(wanted: Pairs, free: Pairs, count: int) -> list[list[int]]:
     while wanted:
         together: list[int] = [*min(wanted)]
         for number in range(count):
-            if number not in together and all(ordered(number, one) in free for one in together):
+            if number not in together and all(order_pair(number, one) in free for one in together):
                 together.append(number)
         sets.append(together)
-        wanted = wanted - {ordered(*pair) for pair in combinations(together, 2)}
+        wanted = wanted - {order_pair(*pair) for pair in combinations(together, 2)}
     return sets

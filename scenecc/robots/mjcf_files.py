@@ -45,13 +45,13 @@ class MjcfReport:
         """Returns the report of the file that contains a location."""
         return self.included.get(location.file or "", self.findings)
 
-    def left_out(self, kind: str, message: str, location: Location, hint: str | None = None) -> None:
+    def leave_out(self, kind: str, message: str, location: Location, hint: str | None = None) -> None:
         """Warns about something that is not built, once per kind."""
         self.losses.append((kind, message, location))
         self.of(location).report_once("SC484", kind, message, location, hint)
 
-    def elsewhere(self, kind: str, message: str, location: Location) -> None:
-        """Notes something that is set elsewhere in a scene, once per kind."""
+    def note_elsewhere(self, kind: str, message: str, location: Location) -> None:
+        """Notes something that a scene sets elsewhere, once per kind."""
         self.losses.append((kind, message, location))
         self.of(location).report_once("SC490", kind, message, location)
 
@@ -120,10 +120,10 @@ class MjcfFiles:
             if any(child.tag == "include" for child in own):
                 children: list[SourceElement] = []
                 for child in own:
-                    children.extend(self._content(child, chain, level) if child.tag == "include" else [child])
+                    children.extend(self._read_included(child, chain, level) if child.tag == "include" else [child])
                 parent.children[:] = children
 
-    def _content(self, include: SourceElement, chain: int, depth: int) -> list[SourceElement]:
+    def _read_included(self, include: SourceElement, chain: int, depth: int) -> list[SourceElement]:
         """Returns the elements of an included file. `depth`: of the element that contains the `include`."""
         name = include.attributes.get("file")
         if name is None:

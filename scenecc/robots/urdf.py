@@ -340,7 +340,9 @@ def read_urdf(
         return None
     files = RobotFiles(file, scope, package, repairs="files" in repair)
     pairing = FileReport(sink, srdf_origin or origin)
-    return _UrdfReader(root, files, findings, pairing, float(scale), repair, is_seen=collision_is_visual).read(srdf)
+    return _UrdfReader(
+        root, files, findings, pairing, float(scale), repair, collision_is_visual=collision_is_visual
+    ).read(srdf)
 
 
 class _UrdfReader:
@@ -355,14 +357,14 @@ class _UrdfReader:
         scale: float,
         repair: frozenset[str],
         *,
-        is_seen: bool,
+        collision_is_visual: bool,
     ) -> None:
         self._root = root
         self._files = files
         self._findings = findings
         self._pairing = pairing
         self._scale = scale
-        self._is_seen = is_seen
+        self._collision_is_visual = collision_is_visual
         self._repair = repair
         self._looks = UrdfMaterials(root, files, findings)
 
@@ -447,7 +449,7 @@ class _UrdfReader:
             shape = self._shape(collision, name)
             if shape is not None:
                 collisions.append(DescribedCollision(*shape))
-                if self._is_seen:
+                if self._collision_is_visual:
                     visuals.append(DescribedVisual(*shape))
         inertial = read_inertial(element, len(collisions), self._scale, self._findings, self._repair)
         return DescribedLink(

@@ -146,7 +146,7 @@ def _read_solid(
 
 
 def _is_empty(kind: str, sizes: Sequence[float], *, is_visual: bool) -> bool:
-    """Whether sizes of 0 make a visual solid invisible or take a collision solid's volume."""
+    """Returns whether sizes of 0 make a visual solid invisible or a collision solid empty."""
     if min(sizes) < 0:
         return False
     if kind == "box":
@@ -227,7 +227,7 @@ def read_inertial(
         return None
     if mass and not inertia.any() and repaired is not None:
         why = "there is no <inertia>" if tensor is None else "the inertia is 0"
-        return _from_shapes(mass, pose, scale, why, tensor or element, repaired, findings)
+        return _inertial_from_shapes(mass, pose, scale, why, tensor or element, repaired, findings)
     if mass and inertia.any() and tensor is not None:
         return _principal_inertia(mass, pose, inertia, scale, tensor, findings, repaired)
     if mass or inertia.any():
@@ -252,7 +252,7 @@ def _read_tensor(tensor: SourceElement | None, findings: FileReport) -> NDArray[
 _INERTIA_HINT = "write it, or set `repair: [inertia]` in the scene: it is then computed from the collision shapes"
 
 
-def _from_shapes(
+def _inertial_from_shapes(
     mass: float,
     pose: Pose7,
     scale: float,
@@ -303,7 +303,7 @@ def _principal_inertia(
     breaks_triangle = ordered[0] + ordered[1] < ordered[2] * (1 - 1e-6)
     if repaired is not None and (ordered[0] <= 0 or breaks_triangle):
         why = f"principal moments of inertia {shown} are impossible"
-        return _from_shapes(mass, pose, scale, why, tensor, repaired, findings)
+        return _inertial_from_shapes(mass, pose, scale, why, tensor, repaired, findings)
     if not all(moment > 0 for moment in moments):
         findings.report(
             "SC467",
@@ -353,12 +353,12 @@ class UrdfMaterials:
         if element is None:
             return None
         name = element.attributes.get("name", "")
-        meant = self._elements.get(name, element) if name else element
-        if meant is not element:
-            self._compare(element, meant)
-        if id(meant) not in self._read:
-            self._read[id(meant)] = self._look(meant)
-        return self._read[id(meant)]
+        first = self._elements.get(name, element) if name else element
+        if first is not element:
+            self._compare(element, first)
+        if id(first) not in self._read:
+            self._read[id(first)] = self._look(first)
+        return self._read[id(first)]
 
     def _add_shared(self, element: SourceElement) -> None:
         name = read_text_attribute(element, "name", self._findings)
@@ -373,9 +373,9 @@ class UrdfMaterials:
                 related=[("the first is here", first.at("name"), "value")],
             )
 
-    def _compare(self, element: SourceElement, meant: SourceElement) -> None:
+    def _compare(self, element: SourceElement, first: SourceElement) -> None:
         """Warns about a material that differs from the first one of its name."""
-        own, shared = _material_key(element), _material_key(meant)
+        own, shared = _material_key(element), _material_key(first)
         if any(own) and own != shared:
             name = element.attributes["name"]
             self._findings.report_once(
@@ -383,7 +383,7 @@ class UrdfMaterials:
                 name,
                 f"material `{name}` differs from the first one of this name, which is used everywhere",
                 element.location,
-                hint=f"the first is on line {meant.line + 1}; give this one a different name",
+                hint=f"the first is on line {first.line + 1}; give this one a different name",
             )
 
     def _look(self, element: SourceElement) -> DescribedMaterial | None:

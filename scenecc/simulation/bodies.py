@@ -62,17 +62,17 @@ def constrained_entities(plan: ScenePlan) -> set[str]:
 
 
 def gravity_of(plan: ScenePlan) -> Floats:
-    """(3,) gravity in the world frame [m/s²]; SAPIEN's default if the plan gives none."""
+    """Returns gravity in the world frame (3,) [m/s²]; SAPIEN's default if the plan sets none."""
     return np.array(plan.physics.gravity or (0.0, 0.0, -9.81))
 
 
 def poses(bodies: list[MovingBody]) -> Floats:
-    """(N, 7) poses in the world of their scenes, p [m] then q (wxyz)."""
+    """Returns poses (N, 7) in the world of their scenes, p [m] then q (wxyz)."""
     return np.array([body.obj.get_pose().__getstate__() for body in bodies], np.float64).reshape(-1, 7)
 
 
 def velocities(bodies: list[MovingBody]) -> Floats:
-    """(N, 6) velocities in the world frame, linear [m/s] then angular [rad/s]."""
+    """Returns velocities (N, 6) in the world frame, linear [m/s] then angular [rad/s]."""
     linear = np.array([body.component.get_linear_velocity() for body in bodies], np.float64).reshape(-1, 3)
     angular = np.array([body.component.get_angular_velocity() for body in bodies], np.float64).reshape(-1, 3)
     return np.hstack([linear, angular])

@@ -44,7 +44,7 @@ def solid_components(system: Any) -> list[Any]:
 
 
 def bounding_boxes(solid: list[Any]) -> Floats:
-    """(N, 2, 3) [m] minimum and maximum corners of collision components."""
+    """Returns minimum and maximum corners (N, 2, 3) of collision components [m]."""
     return np.array([each.get_global_aabb_fast() for each in solid], np.float64).reshape(-1, 2, 3)
 
 
@@ -76,7 +76,7 @@ def _cuts_plane(component: Any, boxes: Floats, depth: float) -> bool:
 
 
 def _deep_pairs(boxes: Floats, depth: float) -> NDArray[np.intp] | None:
-    """(N, 2) indices of boxes that overlap by more than `depth` along all axes; None if that takes too long."""
+    """Returns index pairs (N, 2) of boxes that overlap by more than `depth` on all axes; None if that is too slow."""
     candidates = [_candidates(boxes[:, 0, axis], boxes[:, 1, axis], depth) for axis in range(3)]
     order, last = min(candidates, key=lambda one: one[1].sum())
     counts = last - np.arange(1, len(order) + 1)

@@ -23,11 +23,18 @@ from scenecc.options import CompileOptions, Options, check_types, integer
 from scenecc.pipeline import CHECK_TYPES, as_plan, build_batch, compile_source, read_input
 from scenecc.simulation.bodies import moving_bodies
 from scenecc.simulation.bounds import scenes_in_doubt
-from scenecc.simulation.expect import Judge, expectation_origins, overlap_rules, report_unused_exceptions
+from scenecc.simulation.expect import ExpectationChecker, expectation_origins, overlap_rules, report_unused_exceptions
 from scenecc.simulation.findings import report_findings, view_command
 from scenecc.simulation.loads import joint_positions, jumps, long_steps, mass_ratios, uneven_scenes, weak_drives
 from scenecc.simulation.settle import simulate
-from scenecc.simulation.start import OVERLAP, SPACING, crowded, overlaps, torn_constraints, unsupported
+from scenecc.simulation.start import (
+    OVERLAP,
+    SPACING,
+    crowded_scenes,
+    overlaps,
+    unsupported_bodies,
+    violated_constraints,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -107,7 +114,7 @@ def check_source(
 
 
 class _Check:
-    """Checks a scene with one seed after another. A fault found with several seeds is reported once.
+    """Checks a scene seed by seed. A fault found with several seeds is reported once.
 
     Args:
         settle: simulated time [s].
@@ -214,10 +221,10 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     """
     moving = moving_bodies(batch)
     rules = overlap_rules(batch.plan, excused, OVERLAP)
-    judge = Judge(batch, moving, excused) if batch.plan.expectations else None
-    yield from unsupported(batch, moving)
-    yield from crowded(batch)
-    yield from torn_constraints(batch)
+    checker = ExpectationChecker(batch, moving, excused) if batch.plan.expectations else None
+    yield from unsupported_bodies(batch, moving)
+    yield from crowded_scenes(batch)
+    yield from violated_constraints(batch)
     yield from weak_drives(batch)
     yield from long_steps(batch, moving)
     positions = joint_positions(batch)
@@ -227,8 +234,8 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     yield from jumps(positions, batch.timestep)
     yield from overlaps(contacts, batch.plan, rules)
     yield from mass_ratios(batch, moving, contacts)
-    if settle or judge:
-        yield from simulate(batch, moving, settle, rules, judge)
+    if settle or checker:
+        yield from simulate(batch, moving, settle, rules, checker)
 
 
 def origins_of(plan: ScenePlan) -> dict[str, Origin | None]:

@@ -108,7 +108,7 @@ def report_unused_exceptions(plan: ScenePlan, used: set[Excuse], sink: Sink) -> 
             sink.report("SC863", message, place, hint="remove it")
 
 
-class Judge:
+class ExpectationChecker:
     """Checks the expectations of a batch during its simulation.
 
     Args:
@@ -138,8 +138,8 @@ class Judge:
         """The step counts after which something is checked, ascending."""
         return sorted(self._due)
 
-    def judge(self, step: int) -> Iterator[Finding]:
-        """Yields what does not hold after `step` steps. Conditions at the start are checked after the first step."""
+    def check(self, step: int) -> Iterator[Finding]:
+        """Yields unmet expectations after `step` steps. Conditions at the start are checked after the first step."""
         if step:
             self._values = {}
             self._observe(step)
@@ -147,7 +147,7 @@ class Judge:
             if isinstance(one, Settled):
                 yield from self._find_unsettled(one)
             else:
-                yield from self._unmet(one, self._observe_contacts(one) | self._values)
+                yield from self._check_condition(one, self._observe_contacts(one) | self._values)
 
     def _observe(self, step: int) -> None:
         for one in self._due.get(step, ()):
@@ -186,7 +186,9 @@ class Judge:
                 f"and turned by {np.degrees(turned):.3g}°",
             )
 
-    def _unmet(self, condition: Condition, observed: Mapping[Reading, Mapping[int, Any]]) -> Iterator[Finding]:
+    def _check_condition(
+        self, condition: Condition, observed: Mapping[Reading, Mapping[int, Any]]
+    ) -> Iterator[Finding]:
         chosen = set(condition.scene_idxs)
         scenes = [scene for scene in self._batch.scene_idxs if scene in chosen]
         if not scenes:
@@ -194,7 +196,7 @@ class Judge:
         try:
             draws = self._draws(condition, scenes)
         except DrawError as error:
-            yield _failure(condition, error.scene, f"a draw that this reads has no value: {error.message}")
+            yield _failure(condition, error.scene, f"a draw that this condition reads has no value: {error.message}")
             return
         for row, scene in enumerate(scenes):
             values = {name: values[row] for name, values in draws.items()}
@@ -219,7 +221,7 @@ class Judge:
                 yield Finding("SC861", (expectation_key(condition.name),), scene, 0.0, message)
 
     def _draws(self, condition: Condition, scenes: list[int]) -> dict[str, list[Any]]:
-        """Returns what does not depend on the simulation: draws, the scene and constants, one row per scene."""
+        """Returns the values that do not depend on the simulation: draws, the scene and constants, a row per scene."""
         plan, count = self._batch.plan, len(scenes)
         drawn = Batch(np.array(scenes, np.int64), plan.seed, plan.num_scenes, dict(plan.draws), {})
         found: dict[str, list[Any]] = {

@@ -143,12 +143,12 @@ def long_steps(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]
         for body in bodies:
             if not body.component.collision_shapes:
                 continue
-            yield from _passed_wall(body, fixed, boxes, step)
+            yield from _find_passed_walls(body, fixed, boxes, step)
             if gravity > 0 and not body.component.get_disable_gravity():
-                yield from _long_step(body, fixed, boxes, gravity, step)
+                yield from _find_long_step(body, fixed, boxes, gravity, step)
 
 
-def _passed_wall(body: MovingBody, fixed: list[Any], boxes: Any, step: float) -> Iterator[Finding]:
+def _find_passed_walls(body: MovingBody, fixed: list[Any], boxes: Any, step: float) -> Iterator[Finding]:
     """Yields bodies that a body may pass through within a second at its initial velocity."""
     velocity = np.array(body.component.get_linear_velocity(), np.float64)
     if not velocity[:2].any():
@@ -174,7 +174,7 @@ def _is_thick(component: Any) -> bool:
     return all(type(shape).__name__ not in thin for shape in component.collision_shapes)
 
 
-def _long_step(body: MovingBody, fixed: list[Any], boxes: Any, gravity: float, step: float) -> Iterator[Finding]:
+def _find_long_step(body: MovingBody, fixed: list[Any], boxes: Any, gravity: float, step: float) -> Iterator[Finding]:
     low, high = np.array(body.component.get_global_aabb_fast(), np.float64)
     below = (boxes[:, 0, :2] <= high[:2]).all(axis=1) & (boxes[:, 1, :2] >= low[:2]).all(axis=1)
     below &= boxes[:, 1, 2] <= low[2]
@@ -220,7 +220,7 @@ def jumps(before: Positions, timestep: float) -> Iterator[Finding]:
                 yield Finding(
                     "SC864", (f"{entity}/{link}",), scene, way / JUMP[slides],
                     f"the drive of joint `{joint.name}` of `{entity}` is too stiff for a time step of {timestep:g} s: "
-                    f"it moves {_amount(way, slides=slides)} in the first step",
+                    f"it moves {_amount_text(way, slides=slides)} in the first step",
                     "start at the target, lower `stiffness`, or set `force_limit` or `max_velocity`",
                 )  # fmt: skip
 
@@ -235,7 +235,7 @@ def beyond_limits(batch: SceneBatch, seconds: float) -> Iterator[Finding]:
             if way > BEYOND[slides]:
                 yield Finding(
                     "SC865", (f"{entity}/{link}",), scene, way / BEYOND[slides],
-                    f"joint `{joint.name}` of `{entity}` is {_amount(way, slides=slides)} beyond its limits after "
+                    f"joint `{joint.name}` of `{entity}` is {_amount_text(way, slides=slides)} beyond its limits after "
                     f"{seconds:g} s",
                     "a force is stronger than the limit: look for an overlap, a constraint, or unequal masses",
                 )  # fmt: skip
@@ -246,5 +246,5 @@ def _children(articulation: Any) -> list[str]:
     return [joint.child_link.name for joint in articulation.get_active_joints()]
 
 
-def _amount(way: float, *, slides: bool) -> str:
+def _amount_text(way: float, *, slides: bool) -> str:
     return length_text(way) if slides else f"{np.degrees(way):.3g}°"

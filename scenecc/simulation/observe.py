@@ -87,7 +87,7 @@ class Observer:
         }
 
     def _poses(self, name: str) -> dict[int, Floats]:
-        """(7,) pose in the world of each scene, p [m] then q (wxyz)."""
+        """Returns the pose (7,) in the world of each scene, p [m] then q (wxyz)."""
         bodies = self._bodies(name).items()
         return {scene: np.array(obj.get_pose().__getstate__(), np.float64) for scene, (obj, _) in bodies}
 

@@ -13,7 +13,7 @@ from scenecc.simulation.bodies import constrained_entities, gravity_of, poses, v
 from scenecc.simulation.bounds import scenes_in_doubt
 from scenecc.simulation.findings import Finding, length_text
 from scenecc.simulation.loads import beyond_limits
-from scenecc.simulation.start import articulation_names, fixed_bodies, owner, unsupported
+from scenecc.simulation.start import articulation_names, fixed_bodies, owner, unsupported_bodies
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien import SceneBatch
     from scenecc.plan import ScenePlan
     from scenecc.simulation.bodies import MovingBody
-    from scenecc.simulation.expect import Judge, OverlapRules
+    from scenecc.simulation.expect import ExpectationChecker, OverlapRules
 
     Floats = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ TOPPLED: Final = np.radians(30)
 """[rad] A body that tilts by more has toppled."""
 
 STANDING: Final = np.cos(np.radians(5))
-"""A body stands if one of its axes is this close to vertical. Other bodies may topple."""
+"""A body is upright if one of its axes is this close to vertical. Other bodies may topple."""
 
 SUNK: Final = 0.002
 """[m] How deep a body may overlap another at the end. PhysX lets bodies at rest overlap by tenths of millimetres."""
@@ -47,16 +47,16 @@ _STRIDE: Final = 10
 
 
 def simulate(
-    batch: SceneBatch, moving: list[MovingBody], seconds: float, rules: OverlapRules, judge: Judge | None
+    batch: SceneBatch, moving: list[MovingBody], seconds: float, rules: OverlapRules, checker: ExpectationChecker | None
 ) -> Iterator[Finding]:
-    """Simulates a batch after its first step, and yields bodies that do not stay as they were.
+    """Simulates a batch after its first step, and yields bodies that topple, sink, fall or are thrown.
 
     Args:
         batch: a batch after its first step.
         moving: its moving bodies.
         seconds: simulated time [s]; 0: only what the expectations need, and only they are checked.
         rules: how deep bodies may overlap.
-        judge: checks the expectations, which may need a longer simulation; None: there are none.
+        checker: checks the expectations, which may need a longer simulation; None: there are none.
 
     Raises:
         SceneError: a state is not finite (SC820).
@@ -65,12 +65,12 @@ def simulate(
     start, fastest, done = poses(moving), np.zeros(len(moving)), 1
     deep: dict[tuple[int, str, str], float] = {}
     gravity = float(np.linalg.norm(gravity_of(batch.plan)))
-    for end in sorted({last, *(judge.steps if judge else ())}):
+    for end in sorted({last, *(checker.steps if checker else ())}):
         while done < end:
             # Overlapping bodies are fastest within the first steps.
             stride = 1 if done <= _STRIDE else min(_STRIDE, end - done)
             if done + stride >= last > done:
-                deep = _deep(batch)
+                deep = _overlap_depths(batch)
             batch.step(stride, check=True)
             done += stride
             if moving and done <= last:
@@ -79,11 +79,11 @@ def simulate(
                 fastest = np.maximum(fastest, speed - np.sqrt(2 * gravity * way))
         if end == last and seconds:
             yield from _find_moved(batch, seconds, moving, start, fastest)
-            yield from _sunk(batch, rules, deep)
+            yield from _find_sunk(batch, rules, deep)
             yield from beyond_limits(batch, seconds)
-            yield from _fallen(batch, [body for body in moving if not body.moves_at_start], seconds)
-        if judge:
-            yield from judge.judge(end)
+            yield from _find_fallen(batch, [body for body in moving if not body.moves_at_start], seconds)
+        if checker:
+            yield from checker.check(end)
 
 
 def _find_moved(
@@ -94,12 +94,12 @@ def _find_moved(
     `fastest` (N,) [m/s]: the maximum excess of each speed over that of a fall over the distance moved.
     """
     end = poses(moving)
-    free = {body.entity for body in moving} - _moved_on_purpose(batch.plan)
-    judged = [not body.moves_at_start and body.entity in free for body in moving]
-    tilt, stands = tilts(moving, start, end), _stands(start)
+    free = {body.entity for body in moving} - _expected_to_move(batch.plan)
+    is_checked = [not body.moves_at_start and body.entity in free for body in moving]
+    tilt, is_upright = tilts(moving, start, end), _is_upright(start)
     for number, body in enumerate(moving):
         name = body.entity
-        if judged[number] and stands[number] and tilt[number] > TOPPLED:
+        if is_checked[number] and is_upright[number] and tilt[number] > TOPPLED:
             yield Finding(
                 "SC854",
                 (name,),
@@ -107,18 +107,18 @@ def _find_moved(
                 float(tilt[number]),
                 f"`{name}` topples: it tilts by {np.degrees(tilt[number]):.0f}° after {seconds:g} s",
             )
-        if judged[number] and fastest[number] > THROWN:
+        if is_checked[number] and fastest[number] > THROWN:
             yield Finding(
                 "SC856",
                 (name,),
                 body.scene,
                 float(fastest[number]),
-                f"`{name}` is thrown: it becomes {fastest[number]:.3g} m/s faster than by falling the same distance",
+                f"`{name}` is thrown: it is {fastest[number]:.3g} m/s faster than after falling the same distance",
             )
 
 
 def tilts(moving: list[MovingBody], start: Floats, end: Floats) -> Floats:
-    """(N,) [rad] tilt of each body since the start; for a round body, the tilt of its axis; for a ball, zero."""
+    """Returns the tilt (N,) of each body since the start [rad]: of its axis for a round body, zero for a ball."""
     up = np.zeros((len(moving), 3))
     up[:, 2] = 1.0
     own = rotate(start[:, 3:] * (1.0, -1.0, -1.0, -1.0), up)
@@ -132,20 +132,20 @@ def tilts(moving: list[MovingBody], start: Floats, end: Floats) -> Floats:
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
-def _moved_on_purpose(plan: ScenePlan) -> set[str]:
-    """Returns entities that are placed above something, to fall, and those that hang on a constraint."""
+def _expected_to_move(plan: ScenePlan) -> set[str]:
+    """Returns entities that start above a support in order to fall, and those that a constraint holds."""
     placed = {name for one in plan.placements if one.kind == "above" for name in one.entities}
     return placed | constrained_entities(plan)
 
 
-def _stands(start: Floats) -> NDArray[np.bool_]:
-    """(N,) whether one of the axes of each body is nearly vertical."""
+def _is_upright(start: Floats) -> NDArray[np.bool_]:
+    """Returns whether one of the axes of each body is nearly vertical (N,)."""
     w, x, y, z = start[:, 3:].T
     up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
     return np.abs(up).max(axis=1, initial=0.0) > STANDING
 
 
-def _deep(batch: SceneBatch) -> dict[tuple[int, str, str], float]:
+def _overlap_depths(batch: SceneBatch) -> dict[tuple[int, str, str], float]:
     """Returns the depth of overlapping bodies, links included [m]: (scene, name, name) → depth."""
     contacts = batch.contacts(scene_idxs=scenes_in_doubt(batch, SUNK))
     deepest: dict[tuple[int, str, str], float] = {}
@@ -155,11 +155,11 @@ def _deep(batch: SceneBatch) -> dict[tuple[int, str, str], float]:
     return deepest
 
 
-def _sunk(batch: SceneBatch, rules: OverlapRules, before: dict[tuple[int, str, str], float]) -> Iterator[Finding]:
+def _find_sunk(batch: SceneBatch, rules: OverlapRules, before: dict[tuple[int, str, str], float]) -> Iterator[Finding]:
     """Yields bodies that overlap at the end. `before`: depths shortly before; other pairs collide only now."""
     bodies, fixed = set(batch.entities), fixed_bodies(batch.plan)
     articulations = articulation_names(batch.plan)
-    for (scene, a, b), deep in _deep(batch).items():
+    for (scene, a, b), deep in _overlap_depths(batch).items():
         depth = min(deep, before.get((scene, a, b), before.get((scene, b, a), 0.0)))
         if depth < SUNK or (depth < PRESSED and not {a, b} <= bodies) or {a, b} <= fixed:
             continue
@@ -170,9 +170,9 @@ def _sunk(batch: SceneBatch, rules: OverlapRules, before: dict[tuple[int, str, s
         yield Finding("SC855", (first, second), scene, depth, message)
 
 
-def _fallen(batch: SceneBatch, moving: list[MovingBody], seconds: float) -> Iterator[Finding]:
+def _find_fallen(batch: SceneBatch, moving: list[MovingBody], seconds: float) -> Iterator[Finding]:
     """Yields bodies that lost their support. Bodies without support at the start are reported separately."""
-    for found in unsupported(batch, moving):
+    for found in unsupported_bodies(batch, moving):
         message = f"nothing is below `{found.names[0]}` after {seconds:g} s: it falls forever"
         hint = "it rolls or slides off its support, or passes through it: `scenecc view` shows how"
         yield replace(found, message=message, amount=-math.inf, hint=hint)

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 OVERLAP: Final = 0.0005
 """Maximum overlap of bodies at the start [m]. PhysX pushes them apart too slowly to be visible."""
 
-TORN: Final = 0.001
+MAX_CONSTRAINT_ERROR: Final = 0.001
 """[m] Maximum initial error of a constraint. PhysX pulls the bodies together with full force."""
 
-TORN_TURN: Final = math.radians(1)
+MAX_CONSTRAINT_ANGLE: Final = math.radians(1)
 """[rad] Maximum initial error of rotation of a constraint."""
 
 SPACING: Final = "physics:scene_spacing"
@@ -55,7 +55,7 @@ def overlaps(contacts: Contacts, plan: ScenePlan, rules: OverlapRules) -> Iterat
         owners = owner(a, articulations), owner(b, articulations)
         if -contacts.separation[number] <= rules.allowed(*owners) or rules.excuses((a, owners[0]), (b, owners[1])):
             continue
-        if a in fixed and a == owners[0]:  # the ground is seldom the misplaced body
+        if a in fixed and a == owners[0]:  # the ground is rarely the misplaced body
             a, b, owners = b, a, (owners[1], owners[0])
         # For two entities, only the deepest pair of links is reported; for one robot, every pair.
         key = int(contacts.scene[number]), *((a, b) if owners[0] == owners[1] else owners)
@@ -102,7 +102,7 @@ def fixed_bodies(plan: ScenePlan) -> set[str]:
     return fixed
 
 
-def crowded(batch: SceneBatch) -> Iterator[Finding]:
+def crowded_scenes(batch: SceneBatch) -> Iterator[Finding]:
     """Yields bodies that reach beyond half of `scene_spacing`, for scenes that share one space on a GPU."""
     spacing = batch.plan.physics.scene_spacing
     if spacing is None or batch.plan.num_scenes < 2:
@@ -119,7 +119,7 @@ def crowded(batch: SceneBatch) -> Iterator[Finding]:
             )  # fmt: skip
 
 
-def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]:
+def unsupported_bodies(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]:
     """Yields dynamic bodies with no support below them, so that they fall forever."""
     if gravity_of(batch.plan)[2] >= 0:
         return
@@ -135,14 +135,14 @@ def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding
         boxes = bounding_boxes(solid)
         for body in bodies:
             parts = _parts(body.component)
-            if any(_meet(part, plane) for plane in planes for part in parts):
+            if any(_can_collide(part, plane) for plane in planes for part in parts):
                 continue
             own = np.isin([id(each) for each in solid], [id(part) for part in parts])
             low, high = boxes[own].min(axis=0)[0], boxes[own].max(axis=0)[1]
             below = (boxes[:, 0, :2] <= high[:2]).all(axis=1) & (boxes[:, 1, :2] >= low[:2]).all(axis=1)
             below &= ~own & (boxes[:, 0, 2] < high[2])
             under = [solid[number] for number in np.flatnonzero(below).tolist()]
-            if not any(_meet(part, each) for each in [*under, *planes] for part in parts):
+            if not any(_can_collide(part, each) for each in [*under, *planes] for part in parts):
                 yield Finding(
                     "SC852",
                     (body.entity,),
@@ -159,7 +159,7 @@ def _parts(component: Any) -> list[Any]:
     return [component] if articulation is None else list(articulation.links)
 
 
-def _meet(one: Any, other: Any) -> bool:
+def _can_collide(one: Any, other: Any) -> bool:
     """Returns whether any shapes of two components collide."""
     return any(
         groups_collide(a.collision_groups, b.collision_groups)
@@ -174,7 +174,7 @@ def _falls(body: MovingBody) -> bool:
     return not all(part.get_disable_gravity() for part in parts) and any(part.collision_shapes for part in parts)
 
 
-def torn_constraints(batch: SceneBatch) -> Iterator[Finding]:
+def violated_constraints(batch: SceneBatch) -> Iterator[Finding]:
     """Yields constraints whose limits are violated at the start. The batch must not have been stepped."""
     for constraint in batch.plan.constraints:
         if constraint.name not in batch.constraints:
@@ -198,17 +198,19 @@ def _errors(constraint: Constraint, row: int, component: Any) -> Iterator[tuple[
     joint = constraint.joint
     pose = component.relative_pose
     if isinstance(joint, Connection):
-        yield from _find_beyond(component.distance, 0.0, 0.0, TORN, "its frames are {} apart")
+        yield from _find_excess(component.distance, 0.0, 0.0, MAX_CONSTRAINT_ERROR, "its frames are {} apart")
     elif isinstance(joint, Distance) and joint.stiffness is None:
         low, high = map(float, joint.limits.row(row))
-        yield from _find_beyond(
-            component.distance, low, high, TORN, f"its frames are {{}} beyond {low:g}…{high:g} m apart"
+        yield from _find_excess(
+            component.distance, low, high, MAX_CONSTRAINT_ERROR, f"its frames are {{}} beyond {low:g}…{high:g} m apart"
         )
     elif isinstance(joint, Weld):
         distance = math.hypot(*map(float, pose.p))
-        yield from _find_beyond(distance, 0.0, 0.0, TORN, "its frames are {} apart")
+        yield from _find_excess(distance, 0.0, 0.0, MAX_CONSTRAINT_ERROR, "its frames are {} apart")
         turn = 2 * math.acos(min(1.0, abs(float(pose.q[0]))))
-        yield from _find_beyond(turn, 0.0, 0.0, TORN_TURN, "its frames are rotated by {} relative to each other")
+        yield from _find_excess(
+            turn, 0.0, 0.0, MAX_CONSTRAINT_ANGLE, "its frames are rotated by {} relative to each other"
+        )
     elif isinstance(joint, Drive):
         twist = 2 * math.atan2(float(pose.q[1]), float(pose.q[0]))
         twist = math.remainder(twist, 2 * math.pi)
@@ -217,14 +219,16 @@ def _errors(constraint: Constraint, row: int, component: Any) -> Iterator[tuple[
                 continue
             low, high = map(float, limit.limits.row(row))
             if limit.axis == "twist":
-                yield from _find_beyond(twist, low, high, TORN_TURN, "its twist is {} beyond its limits")
+                yield from _find_excess(twist, low, high, MAX_CONSTRAINT_ANGLE, "its twist is {} beyond its limits")
             else:
                 where = float(pose.p["xyz".index(limit.axis)])
-                yield from _find_beyond(where, low, high, TORN, f"along {limit.axis} it is {{}} beyond its limits")
+                yield from _find_excess(
+                    where, low, high, MAX_CONSTRAINT_ERROR, f"along {limit.axis} it is {{}} beyond its limits"
+                )
 
 
-def _find_beyond(value: float, low: float, high: float, tolerance: float, text: str) -> Iterator[tuple[float, str]]:
+def _find_excess(value: float, low: float, high: float, tolerance: float, text: str) -> Iterator[tuple[float, str]]:
     excess = max(low - value, value - high)
     if excess > tolerance:
-        shown = f"{math.degrees(excess):.3g}°" if tolerance == TORN_TURN else length_text(excess)
+        shown = f"{math.degrees(excess):.3g}°" if tolerance == MAX_CONSTRAINT_ANGLE else length_text(excess)
         yield excess / tolerance, text.format(shown)

@@ -108,7 +108,7 @@ CASES: dict[str, tuple[Sabotage, str, tuple[str, ...]]] = {
     "removed light": (removed, "", ("entities in the scene", "scene 0")),
     "one light less": (unmounted, "lights", ("scene 1", "lights = 'bulb', 'film', 'panel', 'sun', but the plan")),
     "swapped scenes": (swapped, "lights.bulb", ("build order", "1 more")),
-    "one camera more": (another, "cameras", ("cameras = 'flat', 'matrix', 'more', 'tall', 'wide', and", "scene 1")),
+    "one camera more": (another, "cameras", ("cameras = 'flat', 'matrix', 'more', 'tall', 'wide', but", "scene 1")),
 }
 
 

@@ -44,7 +44,7 @@ def test_planes_of_a_single_scene_are_unchanged() -> None:
 @pytest.mark.parametrize(
     ("ground", "message"),
     [
-        ({"shapes": [PLANE], "scene_idxs": [0, 1]}, "in some environments only"),
+        ({"shapes": [PLANE], "scene_idxs": [0, 1]}, "only in some environments"),
         ({"shapes": [PLANE], "pose": [0, 0, {"per_scene": [0, 1, 2]}]}, "differs"),
         ({"shapes": [{**PLANE, "offset": {"per_scene": [0, 1, 2]}}]}, "differs"),
     ],

@@ -77,7 +77,7 @@ def test_sensors_see_the_scene_without_hidden_entities() -> None:
     ("change", "message"),
     [
         ({"entities": {"cube": {**SCENE["entities"]["cube"], "hidden": True}}, "cameras": {}}, "'cube' is hidden"),
-        ({"cameras": {"eye": {"width": 8, "height": 8, "orthographic": {"top": 1}}}}, "no perspective"),
+        ({"cameras": {"eye": {"width": 8, "height": 8, "orthographic": {"top": 1}}}}, "not a perspective camera"),
     ],
 )
 def test_unsupported_cameras_and_hidden_entities_are_refused(change: dict[str, Any], message: str) -> None:

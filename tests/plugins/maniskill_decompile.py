@@ -42,7 +42,7 @@ def decompiled(gymnasium: Any, asked: str) -> dict[str, Any]:
     from plugins.trajectory import first_difference, trajectory
 
     import scenecc
-    from scenecc.decompiler.verify import untouched_engine
+    from scenecc.decompiler.verify import default_engine_settings
 
     task, _, count = asked.partition("*")
     envs: list[Any] = []
@@ -51,7 +51,7 @@ def decompiled(gymnasium: Any, asked: str) -> dict[str, Any]:
             envs.append(gymnasium.make(task, num_envs=1, sim_backend="cpu", render_backend="none").unwrapped)
             envs[-1].reset(seed=seed)
     found = scenecc.decompile(envs if count else envs[0], recording=recording, name=task)
-    with untouched_engine(), scenecc.load_scene(found.document, render=False) as batch:
+    with default_engine_settings(), scenecc.load_scene(found.document, render=False) as batch:
         pairs = zip((env.scene.sub_scenes[0] for env in envs), batch.scenes, strict=True)
         steps = [first_difference(trajectory(live, STEPS), trajectory(built, STEPS)) for live, built in pairs]
     return {

@@ -37,7 +37,7 @@ def instantiate(plan: ScenePlan, scene: ManiSkillScene, sink: Sink, *, audit: bo
     Args:
         plan: has as many scenes as `scene` has environments.
         scene: a `mani_skill.envs.scene.ManiSkillScene` before its simulation is set up, as in `_load_scene`.
-        sink: receives what cannot be built, at the node that asked.
+        sink: receives errors, located at the nodes that cause them.
         audit: compare counts, order, poses and masses with the plan afterwards.
 
     Returns:

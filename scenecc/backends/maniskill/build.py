@@ -45,7 +45,7 @@ _SIM_FREQ_LIMIT = 1_000_000
 def report_conflicts(physics: Physics, scene: Any, sink: Sink) -> bool:
     """Reports every key that conflicts with the environment's setting. Returns whether there are any."""
     found = False
-    for path, said, present in _compared_settings(physics, scene):
+    for path, said, present in _pair_settings(physics, scene):
         if not np.array_equal(np.asarray(said, np.float32), np.asarray(present, np.float32)):
             message = f"`{'.'.join(path)}` is {_format_value(said)}, but the environment has {_format_value(present)}"
             sink.report(CONFLICT_CODE, message, _key_origin(physics.origin, *path), hint=_CONFLICT_HINT)
@@ -54,15 +54,12 @@ def report_conflicts(physics: Physics, scene: Any, sink: Sink) -> bool:
 
 
 def physics_sim_config(physics: Physics, sink: Sink, control_freq: int | None = None) -> Any:
-    """Returns ManiSkill's `SimConfig` with the settings of a plan, and ManiSkill's defaults for the rest.
+    """Returns ManiSkill's `SimConfig` with the settings of a plan and ManiSkill's defaults, or None after an error.
 
     Args:
         physics: of the plan. `sdf` is not part of ManiSkill's configuration: it is set while a scene is loaded.
         sink: receives the error about a time step that ManiSkill does not support.
         control_freq: actions per second. None: ManiSkill's 20, or the next lower divisor of the steps per second.
-
-    Returns:
-        None after an error.
 
     Raises:
         ValueError: `control_freq` is not positive, or does not divide the steps per second.
@@ -101,7 +98,7 @@ def _control_freq(sim_freq: int, requested: int | None) -> int:
     return requested
 
 
-def _compared_settings(physics: Physics, scene: Any) -> Iterator[tuple[tuple[str, ...], Any, Any]]:
+def _pair_settings(physics: Physics, scene: Any) -> Iterator[tuple[tuple[str, ...], Any, Any]]:
     """Yields each key that the plan sets, with its value and the environment's."""
     if physics.timestep is not None:
         yield ("timestep",), physics.timestep, scene.px.timestep
@@ -149,7 +146,7 @@ _AGENT_HINT = (
 
 
 def build_plan(plan: ScenePlan, scene: Any, sink: Sink, *, audit: bool) -> LoadedScene | None:
-    """Builds as `scenecc.backends.maniskill.instantiate`, once ManiSkill is known to be installed."""
+    """Implements `scenecc.backends.maniskill.instantiate`. ManiSkill must be installed."""
     if not _check_environment(plan, scene, sink):
         return None
     try:
@@ -211,7 +208,7 @@ def _built_scenes(
     lights: LightSet | None,
     scene: Any,
 ) -> BuiltScenes:
-    """Returns what is compared with the plan while the environment loads its scene, before its simulation is set up."""
+    """Returns the input of the audit, before the environment sets up its simulation."""
     return BuiltScenes(
         plan,
         prepared_entities,
@@ -220,7 +217,7 @@ def _built_scenes(
         [] if lights is None else [(light, lights.lights[light.name]) for light in plan.lights],
         rendered=lights is not None,
         shared=True,
-        # Environments that are shown together are moved apart.
+        # ManiSkill offsets environments that are shown together.
         poses=not scene.parallel_in_single_scene,
         # On a GPU the buffers for joint positions do not exist yet, so links are not at their poses.
         link_poses=not scene.gpu_sim_enabled,

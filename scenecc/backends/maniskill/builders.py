@@ -65,7 +65,7 @@ def _is_shared(shape: CollisionShape) -> bool:
 
 def _deduplicate_plane(entity: Entity, num_scenes: int) -> Entity:
     if len(entity.scene_idxs) < num_scenes:
-        message = f"the plane of '{entity.name}' is in some environments only"
+        message = f"the plane of '{entity.name}' is only in some environments"
         raise EngineFailure(UNSUPPORTED_CODE, message, origin=entity.origin, hint=_PLANE_HINT)
     whole = entity.structures[0]
     if len(entity.structures) > 1 or not isinstance(whole, BodyStructure) or _plane_varies(entity, whole):
@@ -83,7 +83,7 @@ def _plane_varies(entity: Entity, structure: BodyStructure) -> bool:
 
 
 _BODY_TYPES = {"none": "static"}
-"""ManiSkill's name for a body type that it does not have: a static one."""
+"""Plan's body type → ManiSkill's, where they differ. ManiSkill has no bodies without physics."""
 
 
 class PlannedActorBuilder(ActorBuilder):
@@ -96,7 +96,7 @@ class PlannedActorBuilder(ActorBuilder):
     def __init__(self, prepared: PreparedActor) -> None:
         super().__init__()  # pyright: ignore[reportUnknownMemberType]
         self._prepared = prepared
-        # Shapes come only from the plan. The add_* methods append to these, and must not do so silently.
+        # Shapes come only from the plan, so the add_* methods, which append to these, must fail.
         self.collision_records = self.visual_records = ()
         structure = prepared.parts[0].structure
         self.physx_body_type = _BODY_TYPES.get(structure.body_type, structure.body_type)
@@ -136,7 +136,7 @@ def build_actor(prepared: PreparedActor, scene: Any) -> Any:
 
 
 def batched_pose(prepared: PreparedEntity, scene: Any) -> Any:
-    """Returns the start pose of an entity: a row for each of its scenes, or one for all."""
+    """Returns the initial pose of an entity: a row for each of its scenes, or one for all."""
     rows = select_rows(prepared.entity.pose, prepared.rows).astype(np.float32)
     return Pose.create(torch.from_numpy(np.ascontiguousarray(rows)), device=scene.device)
 
@@ -150,7 +150,7 @@ def _refuse_mixed_types(prepared: PreparedActor) -> None:
 
 
 def _shapes_differ(prepared: PreparedActor) -> bool:
-    """Returns whether the mesh of one scene's body would be wrong for another's."""
+    """Returns whether bodies of different scenes need different meshes."""
     if len(prepared.scene_idxs) == 1:
         return False
     first, *others = (without_planes(part.structure) for part in prepared.parts)
@@ -167,7 +167,7 @@ class PlannedArticulationBuilder(ArticulationBuilder):
     """ManiSkill's builder, with links made by a `PreparedArticulation`, scene by scene.
 
     ManiSkill's `build` adds them to their sub-scenes and registers the articulation. A `PreparedArticulation` makes
-    links, joints and mimics, because ManiSkill drops frictions and its mimics mean something else.
+    links, joints and mimics, because ManiSkill drops frictions and defines mimics differently.
     """
 
     def __init__(self, prepared: PreparedArticulation, scene_idxs: Sequence[int]) -> None:
@@ -286,8 +286,8 @@ def hidden_objects(plan: ScenePlan, scene: Any) -> list[Any]:
     return [scene.actors[entity.name] for entity in plan.entities if entity.hidden and _can_hide(entity)]
 
 
-def _follows_what_is_drawn(camera: Camera) -> bool:
-    """Returns whether a camera's pose is relative to a frame that a reset draws again."""
+def _follows_drawn_frame(camera: Camera) -> bool:
+    """Returns whether a camera's pose is relative to a frame that a reset redraws."""
     recipe = camera.pose.recipe
     return isinstance(recipe, Composed) and isinstance(recipe.outer, NODES) and not isinstance(recipe.outer, Rows)
 
@@ -295,9 +295,9 @@ def _follows_what_is_drawn(camera: Camera) -> bool:
 def _unsupported_camera(camera: Camera, plan: ScenePlan, *, on_gpu: bool) -> tuple[str, str] | None:
     """Returns what is wrong with a camera, and a hint."""
     if len(camera.scene_idxs) < plan.num_scenes:
-        return "is in some environments only", "ManiSkill's sensors are in all environments: leave `scene_idxs` out"
-    if on_gpu and _follows_what_is_drawn(camera):
-        return "is posed relative to what a reset draws again", "mount it there, so that it moves along on a GPU"
+        return "is only in some environments", "ManiSkill's sensors are in all environments: leave `scene_idxs` out"
+    if on_gpu and _follows_drawn_frame(camera):
+        return "is posed relative to a frame that a reset redraws", "mount it on a body, so that it moves on a GPU"
     mount = camera.mount and next(entity for entity in plan.entities if entity.name == camera.mount.entity)
     if mount is not None and _has_several_links(mount):
         reason = f"is mounted on '{mount.name}', whose links differ between environments"
@@ -308,7 +308,7 @@ def _unsupported_camera(camera: Camera, plan: ScenePlan, *, on_gpu: bool) -> tup
 def _unsupported_lens(camera: Camera) -> tuple[str, str] | None:
     """Returns what is wrong with a camera's lens or shader, and a hint."""
     if not isinstance(camera.lens, Perspective | Intrinsic):
-        return "has no perspective", "ManiSkill's sensors need one: give it a `fovy`"
+        return "is not a perspective camera", "ManiSkill's sensors must be: give it a `fovy`"
     if isinstance(camera.lens, Intrinsic) and camera.lens.skew.data.any():
         return "has a skew", "ManiSkill's sensors do not support skew"
     if camera.shader is not None and camera.shader not in SHADERS:
@@ -344,15 +344,15 @@ def _camera_config(camera: Camera, actors: Mapping[str, Any], articulations: Map
         pose=Pose.create(torch.from_numpy(pose)),
         width=camera.width,
         height=camera.height,
-        near=_one_or_all(camera.near),
-        far=_one_or_all(camera.far),
+        near=_shared_or_listed(camera.near),
+        far=_shared_or_listed(camera.far),
         mount=mount,
         shader_pack=camera.shader or _DEFAULT_SHADER,
         **_lens_arguments(camera),
     )
 
 
-def _one_or_all(value: Value) -> float | list[float]:
+def _shared_or_listed(value: Value) -> float | list[float]:
     found: list[float] = value.data.astype(np.float64).tolist()
     return found if value.varies else found[0]
 
@@ -362,7 +362,7 @@ def _lens_arguments(camera: Camera) -> dict[str, Any]:
     if isinstance(lens, Perspective):
         if lens.fovx is None:
             assert lens.fovy is not None
-            return {"fov": _one_or_all(lens.fovy)}
+            return {"fov": _shared_or_listed(lens.fovy)}
         if lens.fovy is None:
             # ManiSkill's lens with square pixels.
             upright = [2 * atan(tan(fovx / 2) * camera.height / camera.width) for fovx in lens.fovx.data.tolist()]

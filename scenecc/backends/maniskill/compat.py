@@ -1,6 +1,6 @@
-"""The only module that imports ManiSkill and PyTorch. Everything here that needs them imports them from it.
+"""The only module that imports ManiSkill and PyTorch. Others import them from here.
 
-They are untyped here: ManiSkill ships no types, and a type checker need not find either.
+They are untyped: ManiSkill ships no types, and type checks must work without either package.
 """
 
 from __future__ import annotations

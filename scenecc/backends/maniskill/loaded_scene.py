@@ -1,4 +1,4 @@
-"""A loaded plan in a `ManiSkillScene`: its objects, constraints and lights, and their start in an episode.
+"""A loaded plan in a `ManiSkillScene`: its objects, constraints and lights, and their initial states.
 
 On the CPU, states are set on the engine's objects. On a GPU they go into ManiSkill's buffers, which ManiSkill applies
 at the end of a reset.
@@ -19,7 +19,7 @@ from scenecc.backends.sapien.drawn_fields import (
     Holder,
     component_holders,
     drawn_names,
-    is_seen,
+    is_visual,
     plan_holders,
 )
 from scenecc.backends.sapien.objects import (
@@ -67,7 +67,7 @@ class ManiSkillEntityLookup(EntityLookup):
 
 
 def write_state_on_cpu(objects: BodyObjects | ArticulationObjects, state: AnyState) -> None:
-    """Restores the state of an entity in the scenes of the state. Static bodies stay."""
+    """Restores the state of an entity in the scenes of the state. Static bodies do not move."""
     if isinstance(objects, ArticulationObjects):
         assert isinstance(state, ArticulationState)
         placement = ArticulationStateWriter(objects, state)
@@ -92,7 +92,7 @@ def write_state_on_gpu(actors: Sequence[Any], objects: BodyObjects | Articulatio
     Args:
         actors: the ManiSkill objects with the entity's bodies, in scene order.
         objects: the engine's objects.
-        state: of the environments that ManiSkill's setters reach now.
+        state: of the environments in ManiSkill's reset mask.
     """
     if not isinstance(state, ArticulationState):
         _write_actor(actors[0], state)
@@ -142,8 +142,8 @@ def _write_articulation(articulation: Any, state: ArticulationState, *, fixed: b
         articulation.set_root_angular_velocity(state.angular_velocity)
 
 
-def _warn_of_kept(names: Sequence[str]) -> None:
-    """Warns of values that a file draws at a reset, but that stay as built in a simulation on a GPU."""
+def _warn_of_kept_values(names: Sequence[str]) -> None:
+    """Warns of values that a file draws at a reset, but that stay as built on a GPU."""
     if names:
         shown = ", ".join(names[:_SHOWN]) + (", …" if len(names) > _SHOWN else "")
         message = f"a reset draws these again, but on a GPU they stay as built: {shown}"
@@ -202,7 +202,7 @@ class LoadedScene:
     def contacts(self, a: str | None = None, b: str | None = None) -> Contacts:
         """Returns the contacts of the last step, with the names of the plan, like `SceneBatch.contacts`.
 
-        Directly after a reset they are still the old ones. The agent's robot has the names of its links.
+        Right after a reset they are still those from before it. The agent's robot has the names of its links.
 
         Raises:
             KeyError: the plan has no such entity or link.
@@ -235,11 +235,12 @@ class LoadedScene:
         *,
         draws: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        """Resets every object to its start in some environments, and draws again what a running simulation can change.
+        """Resets every object to its initial state in some environments, and redraws values.
 
         Call it in `_initialize_episode`; ManiSkill then passes the values to the simulation. It sets poses, velocities,
-        joint positions and drive targets, and of the rest what the plan draws. Static bodies and other environments are
-        not touched. On a GPU, cameras and physical parameters (masses, gains, frictions) stay as built.
+        joint positions, drive targets, and other values that the plan draws and a simulation can change. Static bodies
+        and other environments are not touched. On a GPU, cameras and physical parameters (masses, gains, frictions)
+        stay as built.
 
         Args:
             env_idx: environments, as passed to `_initialize_episode`. None: all.
@@ -260,13 +261,13 @@ class LoadedScene:
         batch = self._start.batch(chosen, seeds, draws or {})
         states = self._start.drawn(batch)
         drawn = self._drawn_fields.draw(batch)
-        pulls = self._constraints.again(batch)
+        targets = self._constraints.sample_targets(batch)
         self._drawn_fields.apply(drawn)
         self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
         for _, camera in self._cameras():
             # ManiSkill caches what it has read of a camera.
             camera._cached_local_pose = camera._cached_intrinsic_matrix = None  # noqa: SLF001
-        for component, name, arguments in pulls:
+        for component, name, arguments in targets:
             getattr(component, name)(*arguments)
         if not self.scene.gpu_sim_enabled:
             for name, state in states.items():
@@ -293,7 +294,7 @@ class LoadedScene:
         self._passports.provenance = provenance
 
     def _objects(self, name: str) -> list[Any]:
-        """Returns ManiSkill's objects of an entity, in scene order: one, or one a scene if articulations differ."""
+        """Returns ManiSkill's objects of an entity in scene order: one, or one for each scene if links differ."""
         if name in self.actors:
             return [self.scene.actors[name]]
         if name in self.scene.articulations:
@@ -318,8 +319,8 @@ class LoadedScene:
                 for camera in self.plan.cameras
                 for holder in component_holders("cameras", camera, ComponentBatch(camera.name, (), []))
             ]
-            _warn_of_kept(drawn_names([*(one for one in every if not is_seen(one)), *cameras]))
-            holders = filter(is_seen, every)
+            _warn_of_kept_values(drawn_names([*(one for one in every if not is_visual(one)), *cameras]))
+            holders = filter(is_visual, every)
         else:
             holders = (*holders, *self._camera_holders())
         return DrawnFieldSet(holders, self._drawn_objects, rendered=self._lights is not None)

@@ -55,7 +55,7 @@ def instantiate(
 
     Args:
         plan: what to build.
-        sink: receives everything that the engine or the machine cannot do, at the node that asked.
+        sink: receives errors of the engine and the machine, located at the nodes that cause them.
         scene_idxs: indices of the scenes to build. A scene is the same as in the full batch. Default: all.
         render: True builds visuals, False leaves them out, None builds them if there is a render device.
         audit: compare the engine's counts, order, poses, masses and cooked meshes with the plan afterwards.

@@ -81,7 +81,7 @@ def _set_drive_properties(joint: Any, values: tuple[Any, ...]) -> None:
 
 
 def drive_properties(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ...]]:
-    """Returns stiffness, damping, force limit and mode, a row or one for all, with SAPIEN's defaults."""
+    """Returns stiffness, damping, force limit and mode for each row, or once for all, with SAPIEN's defaults."""
     columns = [
         [default] if (value := getattr(joint, field)) is None else to_scalars(select_rows(value, rows))
         for field, default in DRIVE_DEFAULTS.items()
@@ -134,7 +134,7 @@ class PreparedLink:
 
 def _refuse_link_fields(body: BodyStructure) -> None:
     """Refuses properties that SAPIEN's links lack, so that none is dropped silently."""
-    said = [prop.get for prop, _ in BODY_PROPERTIES.said(body) if prop.get not in LINK_FIELDS]
+    said = [prop.get for prop, _ in BODY_PROPERTIES.list_specified(body) if prop.get not in LINK_FIELDS]
     if said:
         raise EngineFailure(REFUSED_CODE, f"a link has no {said[0]}", origin=body.origin)
 
@@ -214,8 +214,8 @@ class BatchArticulationBuilder:
         return entities, links
 
     def settle(self, links: list[Any], row: int) -> Any:
-        """Returns the articulation of links that are in a scene, with its name and properties, but not yet at its
-        start.
+        """Returns the articulation of links that are in a scene, with its name and properties, but not yet in its
+        initial state.
 
         Raises:
             EngineFailure: the engine refuses a value.
@@ -227,7 +227,7 @@ class BatchArticulationBuilder:
         return articulation
 
     def start(self, links: list[Any], row: int) -> Any:
-        """Returns the articulation of links that are in a scene, at its start.
+        """Returns the articulation of links that are in a scene, in its initial state.
 
         Raises:
             EngineFailure: the engine refuses a value.
@@ -257,7 +257,7 @@ class BatchArticulationBuilder:
 
 
 def set_joint_positions(articulation: Any, qpos: NDArray[np.float32]) -> None:
-    """Sets `qpos`, which also moves the entities of all links. Without joints that move, only moves the entities."""
+    """Sets `qpos`, which also moves the entities of all links. Without active joints, only moves the entities."""
     if len(qpos):
         articulation.set_qpos(qpos)
     else:
@@ -273,7 +273,7 @@ def engine_joint_order(structure: ArticulationStructure, links: list[Any]) -> ND
 def joint_rows(
     structure: ArticulationStructure, field: str, rows: NDArray[np.intp], order: NDArray[np.intp]
 ) -> NDArray[np.float32]:
-    """Returns a field of the joints that move, (B, dof) or (1, dof), in the given order; 0 by default."""
+    """Returns a field of the active joints, (B, dof) or (1, dof), in the given order; 0 by default."""
     columns = [getattr(joint, field) for joint in structure.active_joints]
     data = [np.zeros(1) if value is None else select_rows(value, rows) for value in columns]
     found = np.stack(np.broadcast_arrays(*data), axis=-1) if data else np.zeros((1, 0))
@@ -285,5 +285,5 @@ def _refuse_unsupported_articulation(structure: ArticulationStructure) -> None:
     if count > MAX_LINKS:
         message = f"an articulation has {count} links; PhysX on the CPU supports at most {MAX_LINKS}"
         raise EngineFailure(REFUSED_CODE, message, origin=structure.origin)
-    if structure.fix_root_link and (said := [prop.get for prop, _ in ROOT_PROPERTIES.said(structure)]):
+    if structure.fix_root_link and (said := [prop.get for prop, _ in ROOT_PROPERTIES.list_specified(structure)]):
         raise EngineFailure(REFUSED_CODE, f"a fixed root has no {said[0]}", origin=structure.origin)

@@ -1,7 +1,7 @@
 """Files and materials of a plan in the engine: file caches, convex decomposition, mirrored meshes, shared resources.
 
 PhysX and the renderer cache files by path for the life of the process, so a cache is emptied when a file has changed.
-CoACD runs in its own process. Its results, and convex meshes of negative scale, are kept in the user's cache folder.
+CoACD runs in its own process. Its results and mirrored convex meshes are kept in the user's cache folder.
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ def _latest_change(state: Signature) -> int:
 
 
 def _process_start() -> int:
-    """Returns when this process started [ns since the epoch], or 0, which trusts no file, if that is unknown."""
+    """Returns when this process started [ns since the epoch]. If that is unknown, 0, so that no file is trusted."""
     try:
         ticks = int(Path("/proc/self/stat").read_text().rsplit(")", 1)[1].split()[19])
         running = time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
@@ -360,10 +360,10 @@ _live_materials: Final[WeakSet[Any]] = WeakSet()
 
 
 class Resources:
-    """The tables of a plan as engine objects. `drawn` receives the materials that a reset draws again.
+    """The tables of a plan as engine objects. `drawn` receives the materials that a reset redraws.
 
     All shapes that name a material share it, in all scenes where its numbers are the same, as in a script that makes
-    each material once: a later change of its friction applies to all of them. A material that a reset draws again is
+    each material once: a later change of its friction applies to all of them. A material that a reset redraws is
     shared only within a scene.
     """
 
@@ -381,7 +381,7 @@ class Resources:
         self._textures: dict[tuple[object, ...], Any] = {}
 
     def physical(self, material: Value | None, rows: NDArray[np.intp], scene_idxs: Sequence[int]) -> Column:
-        """Returns one `PhysxMaterial` a row, or one for all. None: the default. `scene_idxs`: by row of the plan."""
+        """Returns a `PhysxMaterial` for each row, or one for all. `scene_idxs`: by row of the plan."""
         if material is None:
             return [self.default_material]
         if not material.varies and (fixed := self._shared_material(int(material.as_drawn()[0]))) is not None:
@@ -393,7 +393,7 @@ class Resources:
             numbers[where] = self._numbers(index, rows[where])
         order: list[int] = indices.tolist()
         table = self._plan.physical_materials
-        drawn = {index for index in dict.fromkeys(order) if _is_drawn_anew(table[index].values())}
+        drawn = {index for index in dict.fromkeys(order) if _is_redrawn(table[index].values())}
         if not drawn:
             return list(map(self._physical_material, zip(order, *numbers.T.tolist(), strict=True)))
         made: Column = []
@@ -408,15 +408,15 @@ class Resources:
             made.append(of_index[scene])
         return made
 
-    def crowded(self) -> EngineFailure | None:
-        """Returns a failure if the engine cannot number all physical materials that were requested."""
+    def limit_failure(self) -> EngineFailure | None:
+        """Returns a failure if a process cannot hold all physical materials that were requested."""
         if not self._lacking:
             return None
         count = len(self._physical)
         others = _MATERIAL_LIMIT - (count - self._lacking)
         return EngineFailure(
             "SC821",
-            f"these scenes need {count} physical materials{f' beside {others} of other batches' * (others > 0)},"
+            f"these scenes need {count} physical materials{f' besides {others} of other batches' * (others > 0)},"
             f" and a process can hold {_MATERIAL_LIMIT}",
             hint="build fewer scenes in one process, or draw friction and restitution from few values (`choice`)",
         )
@@ -444,7 +444,7 @@ class Resources:
         if not self._lacking and len(_live_materials) == _MATERIAL_LIMIT:
             gc.collect()  # a batch that was dropped without closing may still hold some
         if self._lacking or len(_live_materials) == _MATERIAL_LIMIT:
-            # SAPIEN crashes at one material too many. From here on they are only counted, for `crowded`.
+            # SAPIEN crashes beyond the limit. Further materials are only counted, for `limit_failure`.
             self._lacking += 1
             return physx.get_default_material()
         made = _make_physical_material(*numbers)
@@ -452,11 +452,11 @@ class Resources:
         return made
 
     def visual(self, material: Value, rows: NDArray[np.intp], scene_idxs: Sequence[int]) -> Column:
-        """Returns one `RenderMaterial` a row, or one for all. `scene_idxs`: by row of the plan."""
+        """Returns a `RenderMaterial` for each row, or one for all. `scene_idxs`: by row of the plan."""
         table = self._plan.visual_materials
         indices: list[int] = select_rows(material, rows).tolist()
         varying = {i: [value for value in table[i].values() if value.varies] for i in dict.fromkeys(indices)}
-        drawn = {i for i in varying if _is_drawn_anew(table[i].values())}
+        drawn = {i for i in varying if _is_redrawn(table[i].values())}
         if len(indices) == 1 and (varying[indices[0]] or drawn):
             indices *= len(rows)
         column: Column = []
@@ -533,11 +533,11 @@ class Resources:
             return render.RenderTexture2D(path, **sampling)
         except (RuntimeError, ValueError) as error:  # ValueError if the renderer's message is not UTF-8
             message = f"the renderer cannot load the image '{path}': {error}"
-            hint = "SAPIEN loads fewer kinds of images than other programs: save it again as PNG or JPEG"
+            hint = "SAPIEN supports few image formats: save it as PNG or JPEG"
             raise EngineFailure("SC807", message, origin=self._plan.files[index].origin, hint=hint) from error
 
 
-def _is_drawn_anew(values: Iterable[Value]) -> bool:
+def _is_redrawn(values: Iterable[Value]) -> bool:
     """Returns whether a reset changes a material, so that each scene needs its own."""
     return any(value.recipe is not None for value in values)
 
@@ -547,7 +547,7 @@ def _make_physical_material(static_friction: float, dynamic_friction: float, res
 
 
 def report_changed_files(plan: ScenePlan, sink: Sink) -> bool:
-    """Returns whether files are as they were when they were checked; reports the first that is not."""
+    """Returns whether files are unchanged since they were checked; reports the first that changed."""
     try:
         check_files_unchanged(plan.files)
     except EngineFailure as failure:

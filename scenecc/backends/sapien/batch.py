@@ -136,7 +136,7 @@ def _body_motion(entities: Sequence[Any], components: Sequence[Any]) -> NDArray[
 
 
 def _joint_motion(objs: Sequence[Any]) -> NDArray[np.float32]:
-    """Returns positions and velocities of all joints that move, (N, 2)."""
+    """Returns positions and velocities of all active joints, (N, 2)."""
     numbers = [np.stack((obj.get_qpos(), obj.get_qvel()), axis=1) for obj in objs]
     return np.concatenate(numbers) if numbers else np.empty((0, 2), np.float32)
 
@@ -174,7 +174,7 @@ class ObjectRegistry:
         """
         if name in self._removed:
             raise ValueError(f"'{name}' is already removed")
-        self._removed[name] = self._present(name)
+        self._removed[name] = self._find_present(name)
         objects = self.objects[name]
         if isinstance(objects, ArticulationObjects):
             self._removed_articulations[name] = RemovedArticulation(read_articulations(objects, objects.scene_idxs))
@@ -192,7 +192,7 @@ class ObjectRegistry:
             ValueError: it is not removed.
         """
         if name not in self._removed:
-            self._present(name)
+            self._find_present(name)
             raise ValueError(f"'{name}' is in the scenes; only a removed entity can be added")
         objects, batch = self.objects[name], self._removed.pop(name)
         for index, entity in iterate_entities(objects):
@@ -236,7 +236,7 @@ class ObjectRegistry:
         self.articulations.clear()
         self._order, self._removed, self._removed_articulations = [], {}, {}
 
-    def _present(self, name: str) -> EntityBatch | ArticulationBatch:
+    def _find_present(self, name: str) -> EntityBatch | ArticulationBatch:
         return NamedObjects({**self.entities, **self.articulations}, "entity")[name]
 
 
@@ -351,7 +351,7 @@ class SceneBatch:
         Args:
             width: of its pictures [px].
             height: of its pictures [px].
-            focus: an entity or link (ENTITY/LINK) to frame instead of what moves.
+            focus: an entity or link (ENTITY/LINK) to frame instead of everything that moves.
             eye: (3,) position [m]. None: in front of, left of and above the subject, where all of it is in view.
             look_at: (3,) point in the middle of the picture [m]. None: the middle of the subject.
             shader: SAPIEN's shader pack. None: its default.
@@ -420,10 +420,9 @@ class SceneBatch:
     def step(self, n: int = 1, *, check: bool = False) -> None:
         """Simulates `n` time steps in every scene. Raises ValueError if negative, RuntimeError once closed.
 
-        With `check`, it checks every ten steps and after the last (or at once if `n` is 0) that everything that moves
-        is finite and within 1e6 m, m/s, rad and rad/s. If not, it stops and raises SceneError (SC820); only a reset
-        recovers the scene. Many steps then take 1.1 to 1.7 times as long, single steps up to 3 times, and more in tiny
-        scenes.
+        With `check`, it checks every ten steps and at the end that all states are finite and within 1e6 m, m/s, rad and
+        rad/s. If not, it stops and raises SceneError (SC820); only a reset recovers the scene. Many steps then take 1.1
+        to 1.7 times as long, single steps up to 3 times, and more in tiny scenes.
         """
         self._check_open()
         if n.__class__ is not int:
@@ -500,58 +499,57 @@ class SceneBatch:
         draws: Mapping[str, ArrayLike] | None = None,
         exact: bool = False,
     ) -> None:
-        """Resets every object to its start, and draws again what a running simulation can change.
+        """Resets every object to its initial state, and redraws the values that a running simulation can change.
 
-        Drawn again, where the plan draws them: poses of dynamic and kinematic bodies, velocities, joint positions and
+        Redrawn, where the plan draws them: poses of dynamic and kinematic bodies, velocities, joint positions and
         drive targets; masses, damping and gravity of bodies; friction and restitution; limits, gains and friction of
         joints; colours and numbers of visual materials; lights, cameras and the ambient light. Everything else (sizes,
-        densities, textures, poses of static bodies) stays as built. Every object of the plan gets the pose, velocities
-        and sleep state of its start. Targets of kinematic bodies and pending forces are cleared. Removed entities stay
-        removed; they are at their start when they are added again. Values that the plan does not draw and that were
-        changed by hand (a mass, a damping) stay, and so do objects that were added to the scenes by hand.
+        densities, textures, poses of static bodies) stays as built.
+
+        Every object of the plan gets its initial pose, velocities and sleep state. Targets of kinematic bodies and
+        pending forces are cleared. Removed entities stay removed; they get their initial state when they are added
+        again. Objects that were added by hand stay, and so do values that were changed by hand and are not drawn.
 
         Args:
             seed: seed of the draws, for all of these scenes or one for each. None: the last seed of each scene, at
                 first that of the plan.
             scene_idxs: scenes to reset; the others are not touched. Default: all.
-            draws: values to use once instead of drawing shared draws: name → one row for each of these scenes. A draw
-                that anything built depends on cannot be given.
-            exact: simulate from here on bit-identically to a batch that was just built with this start. Otherwise the
-                engine keeps its numbering of earlier contacts, and a heap of bodies may differ in the last bit, which
-                grows. These scenes then become new `sapien.Scene` objects in `scenes`. They hold everything that the
-                old ones held, including cameras, lights and what was added by hand; the old ones are empty. Entities
-                and components stay the same objects. Takes two to three times as long.
+            draws: values to use once instead of drawing shared draws: name → one row for each of these scenes. Draws
+                of built values, such as sizes, cannot be given.
+            exact: simulate bit-identically to a newly built batch with this initial state. Otherwise the engine keeps
+                its numbering of earlier contacts, so a heap of bodies may differ in the last bit, and the difference
+                grows. `exact` moves all content, including objects added by hand, to new `sapien.Scene` objects in
+                `scenes`. Entities and components stay the same objects. Takes two to three times as long.
 
         Raises:
-            ValueError: a drawn value is undefined or the engine cannot hold it (the message names entity, field and
-                scene), a draw cannot be changed, or an argument is invalid. Nothing has changed then.
+            ValueError: a drawn value is undefined or out of range (the message names entity, field and scene), a
+                draw cannot be changed, or an argument is invalid. No scene has changed then.
             KeyError: this batch has no such scene.
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        chosen = self._chosen(scene_idxs)
+        chosen = self._select_scenes(scene_idxs)
         seeds = check_seeds(seed, [self._passports.start(index).seed for index in chosen])
         drawing = self._start.batch(chosen, seeds, draws or {})
         states = self._start.drawn(drawing)
         drawn = self._drawn_fields.draw(drawing)
-        again: TargetCalls = []
-        if self._constraints is not None and self._constraints.pulls:
-            again = self._constraints.again(drawing)
+        targets: TargetCalls = []
+        if self._constraints is not None and self._constraints.has_targets:
+            targets = self._constraints.sample_targets(drawing)
         self._drawn_fields.apply(drawn)
         self._place(chosen, states, exact=exact)
-        for component, setter, arguments in again:
+        for component, setter, arguments in targets:
             getattr(component, setter)(*arguments)
         self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
 
     def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
         """Returns the exact poses, velocities, sleep states and kinematic targets of all bodies in these scenes.
 
-        It also holds what a reset draws again: masses, gains, materials, lights, cameras.
+        It also holds what a reset redraws: masses, gains, materials, lights, cameras.
 
-        It can be set in every batch of the same scenes. It lacks what SAPIEN does not expose: the engine's memory of
-        contacts, how long a body has been slow, pending forces, and the velocity of a kinematic body, which follows
-        from its next target. It also lacks drive targets of constraints, because the engine rounds a rotation each time
-        it is set.
+        It can be set in every batch of the same scenes. It lacks what SAPIEN does not expose: the engine's contact
+        cache, sleep timers, pending forces, and the velocity of a kinematic body, which follows from its next target.
+        It also lacks drive targets of constraints, because the engine rounds a rotation each time it is set.
 
         Args:
             scene_idxs: scenes to read. Default: all.
@@ -561,15 +559,14 @@ class SceneBatch:
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        chosen = tuple(sorted(self._chosen(scene_idxs)))
+        chosen = tuple(sorted(self._select_scenes(scene_idxs)))
         return self._members.state(chosen, self._drawn_fields.state(chosen))
 
     def set_state(self, state: SceneState, scene_idxs: Sequence[int] | None = None, *, exact: bool = False) -> None:
         """Restores a state of all bodies. `state` then returns the same state.
 
-        The simulation continues as from a new start with these poses and velocities, not as it continued when the state
-        was taken, because the engine's memory of contacts cannot be saved. With `exact`, it continues bit-identically
-        after every restore.
+        The simulation continues as after a reset to these poses and velocities, because the engine's contact cache
+        cannot be saved. With `exact`, it continues bit-identically after every restore.
 
         Args:
             state: a result of `state`, of this batch or of another batch of the same scenes.
@@ -583,18 +580,17 @@ class SceneBatch:
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        chosen = self._chosen(state.scene_idxs if scene_idxs is None else scene_idxs)
+        chosen = self._select_scenes(state.scene_idxs if scene_idxs is None else scene_idxs)
         states = validate_state(state, self._members.objects, chosen)
         drawn = self._drawn_fields.saved(state.drawn, chosen)
         self._drawn_fields.apply(drawn)
         self._place(chosen, states, exact=exact)
 
     def passport(self, scene: int) -> str:
-        """Returns a line of JSON from which `scenecc replay` rebuilds a scene as it was at its last start.
+        """Returns a line of JSON from which `scenecc replay` rebuilds a scene as after its last build or reset.
 
-        It has hashes of all files, parameters, seeds, versions and a hash of the state at the start, which the build or
-        the last `reset` gave. It does not include what was set by hand or by `set_state`. See
-        `docs/how-to/reproducing.md`.
+        It holds hashes of all files, parameters, seeds, versions and a hash of the initial state after the build or
+        the last `reset`, without values set by hand or by `set_state`. See `docs/how-to/reproducing.md`.
 
         Args:
             scene: index of the scene, one of `scene_idxs`.
@@ -608,12 +604,12 @@ class SceneBatch:
         return str(self.passports([scene])[0])
 
     def passports(self, scene_idxs: Sequence[int] | None = None) -> list[Passport]:
-        """Returns the passports of some scenes (default: all) at their last starts.
+        """Returns the passports of some scenes (default: all) for their last build or reset.
 
         Each is written when its `str` is first taken, which raises the errors of `passport`.
         """
         self._check_open()
-        chosen = self._chosen(scene_idxs)
+        chosen = self._select_scenes(scene_idxs)
         return [Passport(partial(self._write_passport, index, self._passports.start(index))) for index in chosen]
 
     def _write_passport(self, index: int, start: Start) -> str:
@@ -677,10 +673,10 @@ class SceneBatch:
                     if self._rendering is not None:
                         self._rendering.enter_new_scene(index)
                 else:
-                    with nullcontext() if self._constraints is None else self._constraints.apart(index):
+                    with nullcontext() if self._constraints is None else self._constraints.suspend(index):
                         restore_scene(placements, index)
 
-    def _chosen(self, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
+    def _select_scenes(self, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
         if scene_idxs is None:
             return self._scene_idxs
         chosen = check_scene_idxs(scene_idxs)

@@ -102,13 +102,13 @@ def build_sapien_batch(
     audit: bool,
     progress: Callable[[int, int], None] | None,
 ) -> SceneBatch | None:
-    """Builds as `scenecc.backends.sapien.instantiate`, once SAPIEN is known to be installed."""
+    """Implements `scenecc.backends.sapien.instantiate`. SAPIEN must be installed."""
     try:
         rendered = _should_render(render=render)
     except EngineFailure as failure:
         failure.report(sink, plan.origin)
         return None
-    # Without a system that holds it, SAPIEN's renderer is started and stopped for every single material.
+    # SAPIEN starts and stops its renderer for every material unless a system keeps it alive.
     renderer = new_render_system() if rendered else None
     with engine_settings(plan.physics), collector_paused():
         built = build_scenes(plan, scene_idxs, sink, rendered=rendered, progress=progress)
@@ -122,7 +122,7 @@ def build_sapien_batch(
                 plan, sink
             )
         finally:
-            # Also after an error of ours and after Ctrl-C.
+            # Also after scenecc's own errors and after Ctrl-C.
             if not good:
                 batch.close()
         return batch if good else None
@@ -144,11 +144,11 @@ def _add_constraints_and_cameras(
     if not audit:
         return True
     constraints = [(one, batch.constraints[one.name]) for one in plan.constraints if one.name in batch.constraints]
-    seen: list[tuple[Light | Camera, ComponentBatch]] = []
+    visuals: list[tuple[Light | Camera, ComponentBatch]] = []
     if batch.render:
-        seen += [(light, rendering.lights[light.name]) for light in plan.lights]
-        seen += [(camera, rendering.cameras[camera.name]) for camera in plan.cameras]
-    return audit_scenes(BuiltScenes(plan, prepared_entities, lookup, constraints, seen, rendered=batch.render), sink)
+        visuals += [(light, rendering.lights[light.name]) for light in plan.lights]
+        visuals += [(camera, rendering.cameras[camera.name]) for camera in plan.cameras]
+    return audit_scenes(BuiltScenes(plan, prepared_entities, lookup, constraints, visuals, rendered=batch.render), sink)
 
 
 def _should_render(*, render: bool | None) -> bool:

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 
 class PreparedShape(NamedTuple):
-    """How to make one shape of the plan, row by row. A plain tuple, since there is one for every shape of a plan.
+    """How to make one shape of the plan, row by row. A plain tuple, because plans have many shapes.
 
     Attributes:
         make: returns the new shape of a row (a list of shapes if `many`).
@@ -119,7 +119,7 @@ def _prepare_collision(
     if shape.pose is not None:
         found = property_setters(SHAPE_POSE, shape.pose, rows) + found
     if shape.density is None and isinstance(shape.geometry, Plane):
-        # A fresh plane has the density of every fresh shape; SAPIEN's builder sets none.
+        # SAPIEN's builder leaves a plane the density of a new shape.
         found.append((SHAPE_PROPERTIES.by_field["density"].set, [0.0]))
     fixed, varying = split_setters(found)
     return PreparedShape(make, fixed, varying, known.many, _rows_of_files(shape.geometry, rows), "SC801", shape.origin)
@@ -163,7 +163,7 @@ def prepare_mass(
     """Returns a function that sets a component's mass once its shapes are attached. None: the mass follows from
     densities.
 
-    `drawn` receives mass and inertia by density if a reset draws the mass again.
+    `drawn` receives mass and inertia by density if a reset redraws the mass.
     """
     if structure.inertial is not None:
         return _inertial_setter(structure.inertial, rows)
@@ -303,7 +303,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
         super().__init__()
         if structure.body_type in ("static", "none"):
             _refuse_unsupported_fields(structure)
-        # Shapes come only from the plan. SAPIEN's add_* methods append to these, and must not do so silently.
+        # Shapes come only from the plan, so SAPIEN's add_* methods, which append to these, must fail.
         self.collision_records = self.visual_records = ()  # pyright: ignore[reportAttributeAccessIssue]
         self.name = entity.name
         self.physx_body_type = structure.body_type
@@ -372,7 +372,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
 
 def _refuse_unsupported_fields(structure: BodyStructure) -> None:
     """Refuses fields of a body type whose component cannot hold them, so that none is dropped silently."""
-    said = [prop.get for prop, _ in BODY_PROPERTIES.said(structure)]
+    said = [prop.get for prop, _ in BODY_PROPERTIES.list_specified(structure)]
     said += [name for name in ("mass", "inertial") if getattr(structure, name) is not None]
     if structure.body_type == "none":
         said += [name for name in ("collisions", "collision_groups") if getattr(structure, name)]

@@ -73,7 +73,7 @@ def read_normal(camera: Any) -> NDArray[Any]:
     """Returns surface normals (H, W, 3) float32 in the frame of `read_position`; 0 where there is nothing.
 
     Raises:
-        ValueError: the camera's shader pack has no such picture.
+        ValueError: the camera's shader pack does not have this picture.
     """
     if "Normal" not in (names := camera.get_picture_names()):
         raise ValueError(f"no picture 'normal' with this shader; there are {', '.join((*PICTURES, *sorted(names)))}")
@@ -196,7 +196,7 @@ class CameraBatch(RenderComponentBatch):
         """
         wanted = [what] if isinstance(what, str) else list(what)
         rows = self._rows(scene_idxs)
-        found = [self._shot(row, wanted, shift, human=human) for row in rows]
+        found = [self._take(row, wanted, shift, human=human) for row in rows]
         return {name: np.stack([shot[i] for shot in found]) for i, name in enumerate(wanted)}
 
     def retire(self, scene_idx: int) -> None:
@@ -234,7 +234,7 @@ class CameraBatch(RenderComponentBatch):
                 raise KeyError(f"'{self._name}' is not in scene {index} of this batch; it is in {list(have)}")
         return [have.index(index) for index in chosen]
 
-    def _shot(self, row: int, wanted: Sequence[str], shift: tuple[float, float], *, human: bool) -> list[NDArray[Any]]:
+    def _take(self, row: int, wanted: Sequence[str], shift: tuple[float, float], *, human: bool) -> list[NDArray[Any]]:
         self._light(self._scene_idxs[row])
         if self._aim is not None:
             self._aim(row)
@@ -243,7 +243,7 @@ class CameraBatch(RenderComponentBatch):
             raise RuntimeError(f"'{self._name}' was removed from scene {self._scene_idxs[row]}")
         scene = camera.get_entity().get_scene()
         if scene is None:
-            raise RuntimeError(f"what '{self._name}' is mounted on is not in scene {self._scene_idxs[row]} now")
+            raise RuntimeError(f"the mount of '{self._name}' is not in scene {self._scene_idxs[row]} now")
         hidden: Sequence[Any] = () if human else self._hidden(self._scene_idxs[row])
         with _hide_bodies(hidden, scene), _shift_picture(camera, *shift):
             scene.update_render()

@@ -242,22 +242,22 @@ class ConstraintSet:
         }
 
     @property
-    def pulls(self) -> bool:
-        """Returns whether any drive has a target, so that a reset has something to set."""
+    def has_targets(self) -> bool:
+        """Returns whether any drive has a target, which a reset sets."""
         return any(
             isinstance(prepared.constraint.joint, Drive) and prepared.constraint.joint.drives
             for prepared in self._prepared
         )
 
-    def again(self, batch: Batch) -> TargetCalls:
-        """Samples the start targets of drives, without setting them. Raises ValueError if a value is undefined."""
+    def sample_targets(self, batch: Batch) -> TargetCalls:
+        """Samples the initial targets of drives, without setting them. Raises ValueError if a value is undefined."""
         steps: TargetCalls = []
         for prepared in self._prepared:
             steps += sample_targets(prepared, self.batches[prepared.constraint.name].objs, batch)
         return steps
 
     @contextmanager
-    def apart(self, scene_idx: int) -> Generator[None, None, None]:
+    def suspend(self, scene_idx: int) -> Generator[None, None, None]:
         """Removes the constraints of a scene from its simulation within the block, then adds them again in build order.
 
         PhysX solves constraints in an order that depends on when their bodies were added. Another order changes the
@@ -286,7 +286,7 @@ class ConstraintSet:
 def sample_targets(
     prepared: PreparedConstraint, objs: Sequence[Any], batch: Batch
 ) -> Iterator[tuple[Any, str, tuple[Any, ...]]]:
-    """Samples the start targets of one constraint. `objs`: its components in the order of its scenes.
+    """Samples the initial targets of one constraint. `objs`: its components in the order of its scenes.
 
     Raises:
         ValueError: a drawn value is undefined.

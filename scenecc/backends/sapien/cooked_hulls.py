@@ -38,7 +38,9 @@ def report_changed_hulls(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sin
         try:
             hulls = read_hulls(checked_content(file), parts=use == "parts")
             cooked = sum(part.enclosed for part in meshes.parts(geometry, (index, UNMIRRORED)))
-            fault = _change(hulls, cooked, "hulls to {:.0%} of their" if use == "parts" else "hull to {:.0%} of its")
+            fault = _volume_error(
+                hulls, cooked, "hulls to {:.0%} of their" if use == "parts" else "hull to {:.0%} of its"
+            )
         except AssetError as error:
             fault = error
         if fault is not None:
@@ -47,7 +49,7 @@ def report_changed_hulls(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sin
     return failed
 
 
-def _change(hulls: tuple[Measures, ...], cooked: float, whose: str) -> AssetError | None:
+def _volume_error(hulls: tuple[Measures, ...], cooked: float, whose: str) -> AssetError | None:
     """Returns the error for a change in volume, unless it is small. `cooked`: volume in PhysX [m³]."""
     expected = sum(hull.hull_volume or 0.0 for hull in hulls)
     ratio = cooked / expected if expected else 1.0
@@ -55,7 +57,7 @@ def _change(hulls: tuple[Measures, ...], cooked: float, whose: str) -> AssetErro
     if change <= REPORTED_CHANGE:
         return None
     code = "SC423" if change > MAX_CHANGE else "SC416"
-    if cooked > sum(map(_most_volume, hulls)):
+    if cooked > sum(map(_limit_volume, hulls)):
         message = f"SAPIEN reads a different mesh: its hull has {ratio:.0%} of the volume"
         return AssetError(code, message, "export the mesh again, as GLB or OBJ")
     tolerance = max(hull.plane_tolerance for hull in hulls)
@@ -66,7 +68,7 @@ def _change(hulls: tuple[Measures, ...], cooked: float, whose: str) -> AssetErro
     return AssetError(code, message, hint)
 
 
-def _most_volume(hull: Measures) -> float:
+def _limit_volume(hull: Measures) -> float:
     """Returns the volume of a box around a hull [m³], the upper limit of a cooked hull."""
     margin = 2 * _MOST_OUTSIDE * hull.plane_tolerance
     return math.prod(high - low + margin for low, high in zip(hull.low, hull.high, strict=True))

@@ -1,4 +1,4 @@
-"""Values that a reset draws again, besides poses, velocities, joints and targets: masses, gains, materials, lights and
+"""Values that a reset redraws, besides poses, velocities, joints and targets: masses, gains, materials, lights and
 cameras.
 
 Each field of a plan with a recipe is looked up once, with its objects. A reset draws all of them before it sets any.
@@ -52,7 +52,7 @@ class Holder(NamedTuple):
     """A dataclass of the plan with its objects in the engine.
 
     Attributes:
-        who: name for people: "cube", "arm/finger", "lights/lamp".
+        who: name for messages: "cube", "arm/finger", "lights/lamp".
         node: the dataclass.
         objs: scene index → engine object.
         rows: scene index → row of the plan's values.
@@ -72,7 +72,7 @@ class Holder(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DrawnField:
-    """A field that a reset draws again.
+    """A field that a reset redraws.
 
     Attributes:
         holder: has the field.
@@ -103,9 +103,9 @@ class DrawnField:
         return f"{self.holder.who}.{self.name}"
 
     @property
-    def is_seen(self) -> bool:
-        """Whether only a batch that renders has it."""
-        return is_seen(self.holder)
+    def is_visual(self) -> bool:
+        """Whether only a rendering batch has it."""
+        return is_visual(self.holder)
 
     def draw(self, batch: Batch) -> FieldWrite:
         """Draws the value in the scenes of a batch, without setting it. All of these scenes must have the field.
@@ -177,20 +177,20 @@ class FieldWrite(NamedTuple):
 
 
 class DrawnFieldSet:
-    """The fields of a batch that a reset draws again. `rendered`: include visual fields."""
+    """The fields of a batch that a reset redraws. `rendered`: include visual fields."""
 
     def __init__(self, holders: Iterable[Holder], drawn: DrawnObjects, *, rendered: bool) -> None:
         self._rendered = rendered
         self._fields = [one for holder in holders for one in _drawn_fields(holder, drawn)]
         # Scenes of each field, and the last values given in each.
         self._scenes = [sorted(one.scenes) for one in self._fields]
-        self._given = list(map(self._as_built, self._fields, self._scenes))
+        self._given = list(map(self._read_built_rows, self._fields, self._scenes))
 
     def __len__(self) -> int:
         return len(self._fields)
 
     @staticmethod
-    def _as_built(one: DrawnField, scenes: list[int]) -> Floats:
+    def _read_built_rows(one: DrawnField, scenes: list[int]) -> Floats:
         rows = np.array([one.value.row(one.holder.rows[scene]) for scene in scenes], np.float64)
         return one.engine_rows(rows, scenes)
 
@@ -234,7 +234,7 @@ class DrawnFieldSet:
             # A value that was set by hand since then is only in the engine.
             for scene, _, there in write.differing():
                 write.rows[scenes.index(scene)] = there.reshape(write.rows.shape[1:])
-            found[one.key] = DrawnFieldState(tuple(scenes), write.rows, is_seen(one.holder))
+            found[one.key] = DrawnFieldState(tuple(scenes), write.rows, is_visual(one.holder))
         return found
 
     def saved(self, state: Mapping[str, DrawnFieldState], scene_idxs: Sequence[int]) -> list[FieldWrite]:
@@ -246,7 +246,7 @@ class DrawnFieldSet:
         writes: list[FieldWrite] = []
         for one, given in zip(self._fields, self._given, strict=True):
             scenes, there = sorted(one.scenes.intersection(scene_idxs)), state.get(one.key)
-            if not scenes or (there is None and is_seen(one.holder)):
+            if not scenes or (there is None and is_visual(one.holder)):
                 # The state of a batch without rendering has no visual fields.
                 continue
             row_of = {} if there is None else {scene: row for row, scene in enumerate(there.scene_idxs)}
@@ -263,7 +263,7 @@ class DrawnFieldSet:
         return writes
 
 
-def is_seen(holder: Holder) -> bool:
+def is_visual(holder: Holder) -> bool:
     """Returns whether a holder exists only if the batch renders."""
     return isinstance(holder.node, _SEEN)
 
@@ -272,7 +272,7 @@ _SEEN = VisualMaterial | Light | Camera | Perspective | Intrinsic | Orthographic
 
 
 def drawn_names(holders: Iterable[Holder]) -> list[str]:
-    """Returns the keys of all fields of some holders that a reset draws again."""
+    """Returns the keys of all fields of some holders that a reset redraws."""
     return [
         f"{holder.who}.{slot.name}"
         for holder in holders
@@ -309,7 +309,7 @@ def _is_ordered(low: Floats, high: Floats) -> NDArray[np.bool_]:
     return low <= high
 
 
-def _limits_ordered(limits: Floats) -> NDArray[np.bool_]:
+def _has_ordered_limits(limits: Floats) -> NDArray[np.bool_]:
     return limits[:, 0] <= limits[:, 1]
 
 
@@ -317,7 +317,7 @@ def _is_inertia(moments: Floats) -> NDArray[np.bool_]:
     return 2 * moments.max(axis=1) <= moments.sum(axis=1) * (1 + 1e-9)
 
 
-def _apart(near: Floats, far: Floats) -> NDArray[np.bool_]:
+def _is_in_front(near: Floats, far: Floats) -> NDArray[np.bool_]:
     return near < far
 
 
@@ -325,9 +325,9 @@ _RULES: dict[type, _Rule] = {
     PhysicalMaterial: _Rule(
         ("dynamic_friction", "static_friction"), _is_ordered, "the drawn dynamic friction exceeds the static friction"
     ),
-    Joint: _Rule(("limits",), _limits_ordered, "the drawn lower limit exceeds the upper limit"),
+    Joint: _Rule(("limits",), _has_ordered_limits, "the drawn lower limit exceeds the upper limit"),
     Inertial: _Rule(("inertia",), _is_inertia, "a drawn moment of inertia exceeds the sum of the others"),
-    Camera: _Rule(("near", "far"), _apart, "the drawn near plane is not in front of the far plane"),
+    Camera: _Rule(("near", "far"), _is_in_front, "the drawn near plane is not in front of the far plane"),
 }
 
 
@@ -360,7 +360,7 @@ def plan_holders(
     components: Mapping[str, ComponentBatch],
     render_systems: Mapping[int, Any],
 ) -> Iterator[Holder]:
-    """Yields everything in a plan that has fields which a reset may draw again, with its objects.
+    """Yields everything in a plan that has fields that a reset may redraw, with its objects.
 
     `components` are constraints, lights and cameras, by section and name: "lights/lamp".
     """
@@ -456,7 +456,7 @@ def _material_holders(plan: ScenePlan, drawn: DrawnObjects) -> Iterator[Holder]:
 
 
 def component_holders(section: str, node: Constraint | Light | Camera, batch: ComponentBatch) -> Iterator[Holder]:
-    """Yields the parts of a constraint, light or camera with fields that a reset may draw again."""
+    """Yields the parts of a constraint, light or camera with fields that a reset may redraw."""
     objs = {scene: obj for scene, obj in zip(batch.scene_idxs, batch.objs, strict=True) if obj is not None}
     rows = {scene: row for row, scene in enumerate(node.scene_idxs)}
     who = f"{section}/{node.name}"

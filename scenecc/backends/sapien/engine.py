@@ -1,6 +1,6 @@
 """The only module that imports SAPIEN: its process-wide settings, its log, and what the machine supports.
 
-Everything in this folder stops a build with `EngineFailure`.
+All modules of this folder raise `EngineFailure` to stop a build.
 """
 
 from __future__ import annotations
@@ -107,8 +107,8 @@ def render_problem() -> str | None:
 def engine_settings(physics: Physics) -> Generator[None]:
     """Sets SAPIEN's defaults to those of the plan and restores all of them, also after an error.
 
-    Excluded are the default material, because a build passes its own to shapes without one, and the GPU memory, which
-    only a GPU simulation reads and SAPIEN does not expose.
+    The default material is excluded, because a build passes its own to shapes without one. So is the GPU memory, which
+    only a GPU simulation reads.
     """
     before = {kind: getattr(physx, f"get_{kind}_config")() for kind in CONFIG_KINDS}
     try:
@@ -143,7 +143,7 @@ _FLAT_MESH = Path(__file__).with_name("speck.obj")
 
 @dataclass(slots=True)
 class EngineLog:
-    """What was written. Complete once the block is left."""
+    """The captured text. Complete when the block ends."""
 
     text: str = ""
 

@@ -173,7 +173,7 @@ class EntityBatch(MovingBatch):
 class ArticulationBatch(MovingBatch):
     """One articulation of the plan in every scene that has it. See `MovingBatch`.
 
-    Columns are its joints that move, in the engine's order (`active_joint_names`): level by level from the root, which
+    Columns are its active joints, in the engine's order (`active_joint_names`): level by level from the root, which
     may differ from the order in the file. Numbers are [m] for prismatic joints and [rad] for others. If scenes have
     articulations with different numbers of joints, columns that one does not have are NaN, and values set there are
     ignored. Entities of links have the name of their link.
@@ -192,7 +192,7 @@ class ArticulationBatch(MovingBatch):
 
     @property
     def dof(self) -> int:
-        """Number of joints that move; the largest if scenes differ."""
+        """Number of active joints; the largest if scenes differ."""
         return self._dof
 
     @property
@@ -222,7 +222,7 @@ class ArticulationBatch(MovingBatch):
 
     @property
     def active_joint_names(self) -> tuple[str, ...]:
-        """Names of the joints that move, one for each column.
+        """Names of the active joints, one for each column.
 
         Raises:
             ValueError: the scenes have different joints. Ask each of `objs` instead.
@@ -235,10 +235,10 @@ class ArticulationBatch(MovingBatch):
         return found.pop()
 
     def joint_index(self, names: str | Sequence[str]) -> NDArray[np.intp]:
-        """Returns the columns of joints that move, (joints,). `qpos` at these columns is (B, joints).
+        """Returns the columns of active joints, (joints,). `qpos` at these columns is (B, joints).
 
         Raises:
-            KeyError: no joint that moves has this name.
+            KeyError: no active joint has this name.
             ValueError: the scenes have different joints. Ask each of `objs` instead.
             RuntimeError: the batch is closed.
         """

@@ -1,4 +1,4 @@
-"""Setters and getters of values that a reset draws again, besides poses, velocities, joints and targets.
+"""Setters and getters of values that a reset redraws, besides poses, velocities, joints and targets.
 
 One row for each field of the plan. Resets and saved states use this table. `Quantity.reset` has the same fields for the
 language and the plan's JSON; a test compares the two.

@@ -63,7 +63,7 @@ def measure_bodies(batch: SceneBatch) -> EngineSnapshot:
 
 
 class _BatchReader:
-    """Reads bodies. Keeps meshes that shapes share only once."""
+    """Reads bodies. Keeps shared meshes only once."""
 
     def __init__(self, batch: SceneBatch) -> None:
         self._batch = batch
@@ -72,11 +72,13 @@ class _BatchReader:
 
     def scene(self, index: int, scene: Any) -> MeasuredScene:
         """Reads one scene of the batch, by its index in the plan."""
-        entities = tuple(self._entity(entity, index) for entity in self._batch.plan.entities if self._in(entity, index))
+        entities = tuple(
+            self._entity(entity, index) for entity in self._batch.plan.entities if self._exists(entity, index)
+        )
         x, y, z = _floats(scene.physx_system.config.gravity)
         return MeasuredScene(index, float(scene.get_timestep()), (x, y, z), entities)
 
-    def _in(self, entity: Entity, index: int) -> bool:
+    def _exists(self, entity: Entity, index: int) -> bool:
         there = entity.name in self._batch.entities or entity.name in self._batch.articulations
         return there and index in entity.scene_idxs
 

@@ -40,7 +40,7 @@ class EntityObjects:
         object.__setattr__(self, "row_of", {index: row for row, index in enumerate(self.scene_idxs)})
 
     def rows_in(self, scene_idxs: Iterable[int]) -> list[int]:
-        """Returns the rows of those of the scenes that have the entity, in the order given."""
+        """Returns the rows of the given scenes that have the entity, in their order."""
         return [self.row_of[index] for index in scene_idxs if index in self.row_of]
 
 
@@ -66,9 +66,9 @@ class ArticulationObjects(EntityObjects):
 
     Attributes:
         entities, links: of each scene, in the order of the plan, which is also the order in which they are added.
-        joints: those that move, in the order of the engine's `qpos`. Outside a scene the engine has none.
-        columns: position in `qpos` of each joint that moves, in the order of the plan.
-        dof: largest number of joints that move.
+        joints: active joints in the order of the engine's `qpos`. Outside a scene the engine has none.
+        columns: position in `qpos` of each active joint, in the order of the plan.
+        dof: largest number of active joints.
     """
 
     entities: list[list[Any]]
@@ -200,7 +200,7 @@ def spread_poses(pose: Any, count: int) -> list[sapien.Pose]:
             if len(items) != count:
                 raise ValueError(f"{len(items)} poses for {count} scenes")
             return items
-    rows = _spread(pose, 7, count, "a pose")
+    rows = _spread_array(pose, 7, count, "a pose")
     lengths = np.linalg.norm(rows[:, 3:].astype(np.float64), axis=1)
     if (np.abs(lengths - 1) > UNIT_TOLERANCE).any():
         raise ValueError("a pose's quaternion (its last four numbers, wxyz) must be of unit length")
@@ -209,13 +209,13 @@ def spread_poses(pose: Any, count: int) -> list[sapien.Pose]:
 
 def spread_vectors(vector: Any, count: int) -> NDArray[np.float32]:
     """Returns (count, 3) float32 from (3,) or (count, 3). Raises ValueError."""
-    return _spread(vector, 3, count, "a velocity")
+    return _spread_array(vector, 3, count, "a velocity")
 
 
 def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) -> list[NDArray[np.float32]]:
     """Returns a row of joint values for each articulation, from (width,) or (B, width).
 
-    `dofs`: number of joints that move in each, at most `width`; further values are ignored. Raises ValueError.
+    `dofs`: number of active joints in each, at most `width`; further values are ignored. Raises ValueError.
     """
     rows = np.asarray(numbers, dtype=np.float32)
     if rows.shape not in ((width,), (1, width), (len(dofs), width)):
@@ -259,7 +259,7 @@ def pad_rows(rows: list[Any], width: int) -> NDArray[np.float32]:
     return found
 
 
-def _spread(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:
+def _spread_array(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:
     rows = np.asarray(given, dtype=np.float32)
     if rows.shape not in ((width,), (1, width), (count, width)):
         raise ValueError(f"{what} must be ({width},) or ({count}, {width}), not {rows.shape}")

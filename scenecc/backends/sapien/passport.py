@@ -1,4 +1,4 @@
-"""Passports: a line of JSON from which `scenecc replay` rebuilds the start of one scene and reports differences."""
+"""Passports: a line of JSON from which `scenecc replay` rebuilds a scene's initial state and reports differences."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ HASH_LENGTH: Final = 32
 
 
 class Sampled(NamedTuple):
-    """The start of some scenes: the states of entities, and what else a reset draws."""
+    """The initial states of some scenes: states of entities, and all other values that a reset draws."""
 
     states: Mapping[str, AnyState]
     writes: Sequence[FieldWrite]
@@ -41,7 +41,7 @@ class Sampled(NamedTuple):
 
 @dataclass(frozen=True)
 class Start:
-    """The inputs of the draws for the start of a scene.
+    """The inputs of the draws for the initial state of a scene.
 
     Attributes:
         seed: of the build or the reset.
@@ -55,7 +55,7 @@ class Start:
 
 
 class Passport:
-    """The passport of a scene at one start. `str` writes the text when it is first needed."""
+    """The passport of an initial state of a scene. `str` writes the text when it is first needed."""
 
     def __init__(self, write: Callable[[], str]) -> None:
         self._write = write
@@ -134,9 +134,9 @@ class PassportWriter:
 
 
 def start_hash(index: int, start: Start, sampler: ResetSampler, fields: DrawnFieldSet) -> str:
-    """Returns a hash of the start of a scene: of `SceneBatch.state` then, without visual fields.
+    """Returns a hash of `SceneBatch.state` for the initial state of a scene, without visual fields.
 
-    It is computed as the start itself is, not read from the engine, which may have simulated since. Each array is
+    The start is sampled again, because the engine may have simulated since. Each array is
     hashed by name in float32 and is independent of the other scenes of the batch.
     """
     states, writes = start.sampled or _sample(index, start, sampler, fields)
@@ -146,7 +146,7 @@ def start_hash(index: int, start: Start, sampler: ResetSampler, fields: DrawnFie
         if state.scene_idxs[row : row + 1] == (index,):
             rows |= {(name, array): getattr(state, array)[row] for array in state.WIDTHS}
     for write in writes:
-        if index in write.scenes and not write.field.is_seen:
+        if index in write.scenes and not write.field.is_visual:
             rows["drawn", write.field.key] = write.rows[write.scenes.index(index)]
     digest = sha256()
     for key in sorted(rows):
@@ -163,7 +163,7 @@ def _sample(index: int, start: Start, sampler: ResetSampler, fields: DrawnFieldS
 
 
 def build_versions(plan: ScenePlan) -> dict[str, str]:
-    """Returns what decides the bits of a build besides files: versions of programs, platform and C library."""
+    """Returns what determines the bits of a build besides files: versions of programs, platform and C library."""
     found = {
         "scenecc": VERSION,
         "sapien": _version("sapien"),

@@ -118,7 +118,7 @@ class PreparedArticulation:
         """Returns a function that builds the articulation in one scene after another."""
 
         def place(add: Callable[[Any], None], number: int) -> None:
-            """Builds the links of a scene, adds them and sets their start, if the entity is in the scene."""
+            """Builds the links of a scene, adds them and sets their initial state, if the entity is in the scene."""
             if (own := self.table[number]) is None:
                 return
             builder, row = own
@@ -271,9 +271,9 @@ def get_link(links: Sequence[Any], name: str) -> Any:
 def prepare_entities(
     plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, drawn: DrawnObjects | None = None, *, rendered: bool
 ) -> list[PreparedEntity] | None:
-    """Prepares everything that is done once: argument tables, materials, and cooked meshes.
+    """Prepares what all scenes share: argument tables, materials, and cooked meshes.
 
-    Reports all failures, not only the first. `drawn` receives what resets need and no entity holds.
+    Reports all failures, not only the first. `drawn` receives the objects for resets that no entity holds.
     """
     if report_unreadable_meshes(plan, scene_idxs, sink, rendered=rendered):
         return None
@@ -291,9 +291,9 @@ def prepare_entities(
         failed = failed or bool(failures)
         if prepared is not None:
             prepared_entities.append(prepared)
-        if crowded is None and resources.crowded():
+        if crowded is None and resources.limit_failure():
             crowded = entity
-    if crowded is not None and (failure := resources.crowded()):
+    if crowded is not None and (failure := resources.limit_failure()):
         failure.report(sink, crowded.origin)
         failed = True
     if not failed:

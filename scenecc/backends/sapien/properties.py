@@ -36,7 +36,7 @@ def row_item(column: Sequence[Item], row: int) -> Item:
 
 
 def rows_in_scenes(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[int, ...], NDArray[np.intp]]:
-    """Returns those of the scenes that have the entity, and their rows in the plan's values."""
+    """Returns the scenes that have the entity, and their rows in the plan's values."""
     if entity.scene_idxs == scene_idxs:
         return scene_idxs, np.arange(len(scene_idxs))
     row_of = {index: row for row, index in enumerate(entity.scene_idxs)}
@@ -82,7 +82,7 @@ def size_column(value: Value, rows: NDArray[np.intp]) -> Column:
 
 
 def zip_columns(columns: Sequence[Column]) -> list[tuple[Any, ...]]:
-    """Returns the argument tuples of a call: one for all rows, or one a row if any column varies."""
+    """Returns the argument tuples of a call: one for each row, or one for all if no column varies."""
     length = max([len(column) for column in columns])
     if length == 1:
         return [tuple([column[0] for column in columns])]
@@ -131,7 +131,7 @@ class PropertyTable:
         self._rows = tuple(properties.values())
         self._read = attrgetter(*properties)
 
-    def said(self, holder: object) -> list[tuple[EngineProperty, Value]]:
+    def list_specified(self, holder: object) -> list[tuple[EngineProperty, Value]]:
         """Returns the fields that the plan sets, in the order of the table."""
         values: tuple[Value | None, ...] = self._read(holder)
         if values.count(None) == len(values):
@@ -140,7 +140,7 @@ class PropertyTable:
 
     def steps(self, holder: object, rows: NDArray[np.intp]) -> list[SetterColumn]:
         """Returns setters for what the plan sets, except values that the engine's object already has."""
-        return [step for prop, value in self.said(holder) for step in property_setters(prop, value, rows)]
+        return [step for prop, value in self.list_specified(holder) for step in property_setters(prop, value, rows)]
 
 
 def property_setters(prop: EngineProperty, value: Value, rows: NDArray[np.intp]) -> list[SetterColumn]:
@@ -203,7 +203,7 @@ ROOT_PROPERTIES = PropertyTable(
         for field in ("linear_velocity", "angular_velocity")
     }
 )
-"""Fields of `ArticulationStructure` for the start of its root. Set before `qpos` and `qvel`."""
+"""Fields of `ArticulationStructure` for the initial state of its root. Set before `qpos` and `qvel`."""
 
 RENDER_PROPERTIES = PropertyTable(
     {
@@ -242,7 +242,7 @@ JOINT_FRAMES = {
 """Frames of `Joint`, in the order in which SAPIEN's builder sets them. Always set."""
 
 JOINT_LIMITS = EngineProperty(_JointClass.set_limits, "limits", _to_axis_arrays, (-np.inf, np.inf))
-"""Set on every joint that moves: SAPIEN's builder sets these defaults, and a fresh joint cannot move."""
+"""Set on every active joint: SAPIEN's builder sets these defaults, and a fresh joint cannot move."""
 
 JOINT_PROPERTIES = PropertyTable(
     {

@@ -213,10 +213,11 @@ class LightSet:
                 build_environment(plan.environment, lookup, resources)
             built = {light.name: build_light(light, lookup, resources) for light in plan.lights}
         self.lights: dict[str, LightBatch] = {
-            light.name: LightBatch(light.name, self._present(light), built.get(light.name)) for light in plan.lights
+            light.name: LightBatch(light.name, self._built_scenes_with(light), built.get(light.name))
+            for light in plan.lights
         }
 
-    def _present(self, item: Light | Camera) -> tuple[int, ...]:
+    def _built_scenes_with(self, item: Light | Camera) -> tuple[int, ...]:
         assert self._lookup is not None
         having = frozenset(item.scene_idxs)
         return tuple(index for index in self._lookup.scene_idxs if index in having)
@@ -349,7 +350,9 @@ class LightsAndCameras(LightSet):
         }
 
     def _camera(self, camera: Camera, objs: list[Any] | None) -> CameraBatch:
-        return CameraBatch(camera.name, self._present(camera), objs, self._hidden, self._names, self._light_up)
+        return CameraBatch(
+            camera.name, self._built_scenes_with(camera), objs, self._hidden, self._names, self._light_up
+        )
 
     def framed(
         self,
@@ -380,7 +383,7 @@ class LightsAndCameras(LightSet):
                 check_ray_tracing(camera)
             except EngineFailure as failure:
                 raise RuntimeError(f"{failure.message}: {failure.hint}") from failure
-        present = self._present(camera)
+        present = self._built_scenes_with(camera)
 
         def view(index: int) -> FramedView:
             return frame_subject(self.subject(index, focus), width, height, eye=eye, look_at=look_at)

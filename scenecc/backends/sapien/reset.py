@@ -1,4 +1,4 @@
-"""The start of every body of a batch, as planned or as drawn by a reset."""
+"""The initial state of every body of a batch, as planned or as drawn by a reset."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class _SampledField(NamedTuple):
-    """One field that a reset draws again, in those of the batch's scenes that have it.
+    """One field that a reset redraws, in the batch's scenes that have it.
 
     `column` is that of the joint named `joint`. None: the field is a pose or a velocity.
     """
@@ -49,14 +49,14 @@ class _SampledField(NamedTuple):
 
 
 class ResetSampler:
-    """Samples the start of a batch. Prepared once, at the first reset."""
+    """Samples the initial state of a batch. Prepared once, at the first reset."""
 
     def __init__(
         self, plan: ScenePlan, scene_idxs: tuple[int, ...], objects: Mapping[str, BodyObjects | ArticulationObjects]
     ) -> None:
         self._plan = plan
         self._draws: Mapping[str, Node] = dict(plan.draws)
-        # Values that are not drawn again are rows of the plan.
+        # Values that are not redrawn are rows of the plan.
         self._drawn_again = [
             name for name, node in plan.draws if not isinstance(node, Rows) and not is_unnamed_draw(name)
         ]
@@ -88,14 +88,14 @@ class ResetSampler:
         Raises:
             ValueError: a given value has the wrong type or shape for its draw.
         """
-        whole = self._spread(given, scene_idxs)
+        whole = self._expand_given(given, scene_idxs)
         chosen = sorted(scene_idxs)
         seed_of = dict(zip(scene_idxs, seeds, strict=True))
         one = seeds[0] if len(set(seeds)) == 1 else tuple(seed_of[index] for index in chosen)
         return Batch(np.array(chosen, dtype=np.int64), one, self._plan.num_scenes, self._draws, whole)
 
     def drawn(self, batch: Batch) -> dict[str, AnyState]:
-        """Returns the start of every entity in the scenes of a batch.
+        """Returns the initial state of every entity in the scenes of a batch.
 
         Raises:
             ValueError: a value is undefined, or the engine cannot hold it; the message names entity, field and scene.
@@ -115,7 +115,7 @@ class ResetSampler:
                     _sample_field(recipe, batch, found[recipe.entity])
         return found
 
-    def _spread(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
+    def _expand_given(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Expands values for some scenes to arrays for all scenes, which the draws need."""
         spread: dict[str, NDArray[Any]] = {}
         for name, rows in given.items():
@@ -139,15 +139,15 @@ class ResetSampler:
 def _fixed_draw_message(name: str, names: Sequence[str]) -> str:
     known = ", ".join(names) or "none"
     return (
-        f"a reset cannot change the shared draw '{name}', only these: {known}. A draw that a size, a material, a "
-        "static pose or anything else that is built depends on stays as built: build another batch to change it"
+        f"a reset cannot change the shared draw '{name}', only these: {known}. Draws of sizes, materials, static "
+        "poses and other built values stay as built: build another batch to change them"
     )
 
 
 def _planned_state(
     entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], objects: BodyObjects | ArticulationObjects
 ) -> AnyState:
-    """Returns the planned start of an entity."""
+    """Returns the planned initial state of an entity."""
     pose = np.broadcast_to(select_rows(entity.pose, rows), (len(rows), 7))
     if isinstance(objects, ArticulationObjects):
         whole = ArticulationState.at_rest(scene_idxs, pose, objects.dof)
@@ -201,7 +201,7 @@ def _sampled_fields(
 
 
 def _specified_fields(holder: object, fields: Sequence[str]) -> list[tuple[str, Value]]:
-    """Returns those of some fields that the plan sets."""
+    """Returns the given fields that the plan sets, with their values."""
     found = [(name, getattr(holder, name)) for name in fields]
     return [(name, value) for name, value in found if value is not None]
 
@@ -243,7 +243,7 @@ def check_drawn_finite(drawn: NDArray[np.float64], batch: Batch, who: str, what:
 
 
 def _sample_field(recipe: _SampledField, batch: Batch, found: AnyState) -> None:
-    """Fills the rows of `found` in those of the batch's scenes that have the field."""
+    """Fills the rows of `found` in the batch's scenes that have the field."""
     part = part_in_scenes(batch, recipe.scene_idxs)
     if part is None:
         return

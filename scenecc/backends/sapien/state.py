@@ -1,8 +1,8 @@
 """Reads states from engine objects, validates saved states and restores them.
 
-A body is restored by removing it from the simulation and adding it again, in build order. Merely setting poses and
-velocities would keep the engine's memory of contacts, with the impulses that the solver starts from, pending forces,
-and targets of kinematic bodies. Links are removed from the last to the root and added in build order. The engine then
+A body is restored by removing it from the simulation and adding it again, in build order. Only setting poses and
+velocities would keep the engine's contact cache, with the impulses that warm-start the solver, pending forces, and
+targets of kinematic bodies. Links are removed from the last to the root and added in build order. The engine then
 makes the articulation again, and `qpos` can be set once all links are in. Three differences from a new scene remain:
 
 - The engine reuses contact numbers in the order in which they were freed, and solves in that order. Bodies that touch
@@ -10,7 +10,7 @@ makes the articulation again, and `qpos` can be set once all links are in. Three
   that touch, and bodies with several constraints, may differ in the last bit, which grows: 17 of the 41 scenes of the
   repository do. Hence `exact`: `restore_in_new_scene` makes a simulation without such a history, so that an episode
   can be replayed from its passport.
-- SAPIEN does not expose how long a body has been slow, so an awake body gets the value of a new body.
+- SAPIEN does not expose sleep timers, so an awake body gets that of a new body.
 - A pose is that of the entity, while the engine keeps that of the centre of mass. Converting between the two may round
   the last bit once.
 """
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 DOF: Final = -1
-"""A width: one number for each joint of the articulation that moves."""
+"""Width of an array with one number for each active joint."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +68,7 @@ class MotionState:
 
     @classmethod
     def shapes(cls, count: int, dof: int = 0) -> dict[str, tuple[int, ...]]:
-        """Returns the shape of each array, by name, for `count` scenes and `dof` joints that move."""
+        """Returns the shape of each array, by name, for `count` scenes and `dof` active joints."""
         widths = {name: dof if width == DOF else width for name, width in cls.WIDTHS.items()}
         return {name: (count, width) if cls.WIDTHS[name] else (count,) for name, width in widths.items()}
 
@@ -123,7 +123,7 @@ JOINT_FIELDS: Final = ("qpos", "qvel", "qf", "drive_target", "drive_velocity_tar
 class ArticulationState(MotionState):
     """State of one articulation; see `MotionState`.
 
-    Columns are its joints that move, in the engine's order, as in `ArticulationBatch`. Missing joints are NaN.
+    Columns are its active joints, in the engine's order, as in `ArticulationBatch`. Missing joints are NaN.
 
     Attributes:
         qpos, qvel: (B, dof) float32 positions [m, rad] and velocities.
@@ -152,7 +152,7 @@ class DrawnFieldState:
     Attributes:
         scene_idxs: ascending, among all scenes of the plan.
         numbers: (B, …) float64. For a mass that scales the inertia (B, 4): mass [kg] and inertia [kg·m²].
-        seen: whether only a batch that renders has it.
+        seen: whether only a rendering batch has it.
     """
 
     scene_idxs: tuple[int, ...]
@@ -176,7 +176,7 @@ class SceneState:
         scene_idxs: the requested scenes, ascending, as indices among all scenes of the plan.
         entities: name → state of every body in one of these scenes, including removed ones, in the plan's order.
         articulations: the same for articulations.
-        drawn: everything else that a reset draws again, by holder and field: "cube.mass".
+        drawn: everything else that a reset redraws, by holder and field: "cube.mass".
     """
 
     scene_idxs: tuple[int, ...]
@@ -188,7 +188,7 @@ class SceneState:
     def of(
         scene_idxs: tuple[int, ...], states: Mapping[str, AnyState], drawn: dict[str, DrawnFieldState]
     ) -> SceneState:
-        """Makes a state from those of bodies and articulations, without those that are in none of the scenes."""
+        """Makes a state from those of bodies and articulations in at least one of the scenes."""
         there = [(name, state) for name, state in states.items() if state.scene_idxs]
         entities = {name: state for name, state in there if isinstance(state, EntityState)}
         articulations = {name: state for name, state in there if isinstance(state, ArticulationState)}
@@ -213,7 +213,7 @@ def _same_bits(a: NDArray[Any], b: NDArray[Any]) -> bool:
 
 
 def read_articulations(objects: ArticulationObjects, scene_idxs: Iterable[int]) -> ArticulationState:
-    """Returns the state of an articulation in those of the given scenes that have it.
+    """Returns the state of an articulation in the given scenes that have it.
 
     Raises:
         RuntimeError: it is not in a scene, where the engine has no articulation.
@@ -257,14 +257,14 @@ class StateWriter(ABC):
 
     def take_out(self, scene: int) -> None:
         """Removes the entity from the simulation of a scene."""
-        row = self._own(scene)
+        row = self._row_in(scene)
         if row is not None:
             for entity, component in reversed(self._parts(row)):
                 entity.remove_component(component)
 
     def put_in(self, scene: int) -> None:
         """Adds the entity to the simulation again."""
-        row = self._own(scene)
+        row = self._row_in(scene)
         if row is not None:
             for entity, component in self._parts(row):
                 entity.add_component(component)
@@ -277,7 +277,7 @@ class StateWriter(ABC):
     def settle(self, scene: int) -> None:
         """Sets what can only be set once the entity is in the simulation again."""
 
-    def _own(self, scene: int) -> int | None:
+    def _row_in(self, scene: int) -> int | None:
         """Returns the row of this scene, or None if the entity is not in it."""
         return self._rows.get(scene)
 
@@ -292,13 +292,13 @@ class ArticulationStateWriter(StateWriter):
 
     def move(self, scene: int) -> None:
         """Sets the pose of the root. Outside the simulation there are no joints."""
-        row = self._own(scene)
+        row = self._row_in(scene)
         if row is not None:
             self._objects.entities[row][0].set_pose(self._poses[self._row_of[scene]])
 
     def settle(self, scene: int) -> None:
         """Sets root velocities, joint states, drive targets and the sleep state."""
-        row = self._own(scene)
+        row = self._row_in(scene)
         if row is None:
             return
         number, state = self._row_of[scene], self._state
@@ -322,14 +322,14 @@ class ArticulationStateWriter(StateWriter):
         else:
             self._objects.links[row][0].wake_up()
 
-    def _own(self, scene: int) -> int | None:
+    def _row_in(self, scene: int) -> int | None:
         """Returns the row of this scene if the articulation is in it now. A removed one gets its state later."""
-        row = super()._own(scene)
+        row = super()._row_in(scene)
         return row if row is not None and scene in self._row_of and self._objects.in_scene(row) else None
 
 
 def read_bodies(bodies: BodyObjects, scene_idxs: Iterable[int]) -> EntityState:
-    """Returns the state of an entity in those of the given scenes that have it."""
+    """Returns the state of an entity in the given scenes that have it."""
     rows = bodies.rows_in(scene_idxs)
     objs, components = [bodies.objs[row] for row in rows], [bodies.components[row] for row in rows]
     pose = np.array([obj.get_pose().__getstate__() for obj in objs], np.float32).reshape(-1, 7)
@@ -389,7 +389,7 @@ class BodyStateWriter(StateWriter):
         if self._asleep[row]:
             component.put_to_sleep()
         elif self._dynamic[row]:
-            component.wake_up()  # this also resets its slow time, as for a new body
+            component.wake_up()  # also resets its sleep timer to that of a new body
         elif row in self._targets:
             component.set_kinematic_target(self._targets[row])
 

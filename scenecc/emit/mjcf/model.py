@@ -72,7 +72,7 @@ class MjcfModel:
         joints: names of joints in the model, by (entity, joint's name).
         starts: initial states, by the `id` of the joint's element.
         controls: of each actuator, in order.
-        is_commanded: whether an actuator moves its joint away from its start.
+        is_commanded: whether an actuator moves its joint away from its initial position.
         looks, textures: names of materials, and of textures by the digests of their images.
         meshes: names of meshes.
     """

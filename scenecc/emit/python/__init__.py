@@ -226,7 +226,7 @@ def _write_head(source: SourceWriter, plan: ScenePlan, *, is_bound: bool) -> Non
 
 
 def _has_reset_draws(plan: ScenePlan) -> bool:
-    """Returns whether a reset would draw any value again."""
+    """Returns whether a reset would redraw any value."""
     return any(value.recipe is not None for _, _, value in plan_values(plan))
 
 

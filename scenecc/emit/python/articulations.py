@@ -80,8 +80,8 @@ def write_joint_properties(source: SourceWriter, joint: Joint, columns: SceneVal
     """Writes the joint properties that a link builder takes."""
     if joint.name:
         source.statement(call(f"{builder}.set_joint_name", string(joint.name)))
-    alone = joint.damping is not None and not present_fields(joint, _DRIVE_FIELDS)
-    damping = {"damping": columns.value(joint.damping, "damping")} if alone and joint.damping is not None else {}
+    only_damping = joint.damping is not None and not present_fields(joint, _DRIVE_FIELDS)
+    damping = {"damping": columns.value(joint.damping, "damping")} if only_damping and joint.damping is not None else {}
     limits: SourceNode = "[]" if joint.type == "fixed" else columns.value(joint.limits or _NO_LIMITS, "limits")
     properties = call(
         f"{builder}.set_joint_properties",
@@ -124,7 +124,7 @@ def write_articulation_joints(source: SourceWriter, structure: ArticulationStruc
 
 
 def _active_joints(structure: ArticulationStructure) -> list[tuple[Link, Joint]]:
-    """Returns the joints that move, with their links."""
+    """Returns the active joints, with their links."""
     return [(link, link.joint) for link in structure.links if link.joint is not None and link.joint.type != "fixed"]
 
 

@@ -52,14 +52,14 @@ def frame_expression(value: Value | None, name: str, columns: SceneValues) -> So
 
 
 def present_fields(holder: object, names: tuple[str, ...]) -> list[str]:
-    """Returns those of some fields that are set."""
+    """Returns the given fields that are set."""
     return [name for name in names if getattr(holder, name) is not None]
 
 
 def write_properties(
     source: SourceWriter, holder: object, names: tuple[str, ...], columns: SceneValues, variable: str
 ) -> None:
-    """Writes those of some properties that the plan sets. `variable`: the SAPIEN object that has them."""
+    """Writes the given properties that the plan sets. `variable`: the SAPIEN object that has them."""
     for name in present_fields(holder, names):
         # `armature` is one number per degree of freedom.
         literal = _list_literal if name == "armature" else numbers_literal
@@ -112,13 +112,13 @@ class SceneValues:
         self, data: NDArray[Any], name: str, write: Callable[[Any], SourceNode] = numbers_literal
     ) -> SourceNode:
         """Like `value`, for data with one row per row of the block, or a single row."""
-        return self._chosen([row.tobytes() for row in data], name, lambda row: write(data[row]))
+        return self._choose_item([row.tobytes() for row in data], name, lambda row: write(data[row]))
 
     def words(self, items: Sequence[str], name: str) -> SourceNode:
         """Returns an expression for strings, one per row of the block."""
-        return self._chosen(items, name, lambda row: string(items[row]))
+        return self._choose_item(items, name, lambda row: string(items[row]))
 
-    def _chosen(self, keys: Sequence[Hashable], name: str, write: Callable[[int], SourceNode]) -> SourceNode:
+    def _choose_item(self, keys: Sequence[Hashable], name: str, write: Callable[[int], SourceNode]) -> SourceNode:
         """Returns a literal if all rows are equal, otherwise an item of a list by scene."""
         return write(0) if len(set(keys)) == 1 else self._item(name, list_of(list(map(write, range(len(keys))))))
 

@@ -51,7 +51,7 @@ def _write_description(
     columns: SceneValues,
     tables: ScriptContext,
 ) -> None:
-    """Comments on what no call expresses: the files of an articulation, and what is hidden from sensors."""
+    """Writes comments: the files of an articulation, and how to hide a body from sensors."""
     if isinstance(structure, ArticulationStructure) and structure.description_files:
         indices = [index for file in structure.description_files for index in columns.of_rows(file).tolist()]
         files = [tables.files.uri(index) for index in dict.fromkeys(indices)]

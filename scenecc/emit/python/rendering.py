@@ -127,11 +127,11 @@ def _write_camera(source: SourceWriter, camera: Camera, columns: SceneValues, ta
     near, far = columns.value(camera.near, "near"), columns.value(camera.far, "far")
     match camera.lens:
         case Perspective() as lens:
-            alone = str(lens.fovx is None or lens.fovy is None)
+            is_only_angle = str(lens.fovx is None or lens.fovy is None)
             if lens.fovy is not None:
-                source.statement(call("camera.set_fovy", columns.value(lens.fovy, "fovy"), compute_x=alone))
+                source.statement(call("camera.set_fovy", columns.value(lens.fovy, "fovy"), compute_x=is_only_angle))
             if lens.fovx is not None:
-                source.statement(call("camera.set_fovx", columns.value(lens.fovx, "fovx"), compute_y=alone))
+                source.statement(call("camera.set_fovx", columns.value(lens.fovx, "fovx"), compute_y=is_only_angle))
             write_properties(source, camera, ("near", "far"), columns, "camera")
         case Intrinsic() as lens:
             names = ("fx", "fy", "cx", "cy", "skew")

@@ -109,7 +109,7 @@ class SourceWriter:
 
     @contextmanager
     def block(self, header: str) -> Generator[None]:
-        """Lines written within the block belong to `header`."""
+        """Opens a block below `header`."""
         self.line(header)
         self._indent += _INDENT_WIDTH
         yield

@@ -12,7 +12,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.lower.articulations.drafts import AttachedPart, DraftJoint
 from scenecc.lower.local_poses import local_pose
 from scenecc.plan.articulation import MAX_LINKS
-from scenecc.robots.ignored_sets import MAX_SETS, Pairs, cover_pairs, ordered
+from scenecc.robots.ignored_sets import MAX_SETS, Pairs, cover_pairs, order_pair
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -292,7 +292,7 @@ def _pairs(links: Sequence[DraftLink]) -> tuple[Pairs, Pairs]:
 def _next_to(links: Sequence[DraftLink]) -> Pairs:
     """Pairs of parent and child link with collision shapes, which PhysX ignores."""
     return {
-        ordered(link.parent, number)
+        order_pair(link.parent, number)
         for number, link in enumerate(links)
         if link.parent is not None and link.collides and links[link.parent].collides
     }

@@ -54,12 +54,12 @@ class _CompilerProcess:
         key = _digest(xml, assets)
         if key not in self._kept:
             answer = self._worker.ask({"names": list(assets)}, [xml, *assets.values()])
-            while self._kept and (len(self._kept) >= _MOST_KEPT or self._kept_bytes() > _MOST_KEPT_BYTES):
+            while self._kept and (len(self._kept) >= _MOST_KEPT or self._cached_bytes() > _MOST_KEPT_BYTES):
                 del self._kept[next(iter(self._kept))]
             self._kept[key] = answer
         return self._kept[key]
 
-    def _kept_bytes(self) -> int:
+    def _cached_bytes(self) -> int:
         return sum(len(part) for _, parts in self._kept.values() for part in parts)
 
 
@@ -111,7 +111,7 @@ def compile_mjcf(source: MujocoSource, report: MjcfReport) -> CompiledModel | No
         message = str(header["error"])
         found = _LINE.search(message)
         element = source.element(int(found[1])) if found else None
-        report.error("SC481", _readable(message, source), element.location if element else root)
+        report.error("SC481", _clean_message(message, source), element.location if element else root)
         return None
     model = CompiledModel.of(header, parts, source)
     return model if _is_bounded(model, report) else None
@@ -137,7 +137,7 @@ def _is_bounded(model: CompiledModel, report: MjcfReport) -> bool:
     return True
 
 
-def _readable(message: str, source: MujocoSource) -> str:
+def _clean_message(message: str, source: MujocoSource) -> str:
     """Returns MuJoCo's message in one line, with the original file names and without line numbers."""
     for name, file in source.files.items():
         message = message.replace(name, Path(file.uri).name)

@@ -1,7 +1,7 @@
 """Links of a file that never collide, as bits of SAPIEN's third collision integer.
 
 In MuJoCo, bodies welded together do not collide, nor does a welded group collide with its parent group, nor do pairs in
-`<exclude>`. PhysX excludes only a link and its parent. Each bit stands for a set of links that ignore one another.
+`<exclude>`. PhysX excludes only a link and its parent. Each bit is a set of links that ignore one another.
 There are only 32 bits, so the pairs are covered greedily.
 """
 

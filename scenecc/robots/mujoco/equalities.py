@@ -35,12 +35,12 @@ def read_constraints(
     for number, kind in enumerate(model["eq_type"].tolist()):
         place = model.location("eq", number)
         if not model["eq_active0"][number]:
-            report.left_out("equality/inactive", "inactive equalities are not built", place)
+            report.leave_out("equality/inactive", "inactive equalities are not built", place)
         elif kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
             (first, in_first), (second, in_second) = equality_frames(model, number, kind)
             if first not in links or second not in links or first == second:
                 message = "an equality with the world is built only if it involves a fixed robot of the file"
-                report.left_out(WORLD_EQUALITY, message, place)
+                report.leave_out(WORLD_EQUALITY, message, place)
                 continue
             name = model.name("eq", number) or f"equality_{number}"
             word = "weld" if kind == WELD_EQUALITY else "connection"
@@ -49,7 +49,7 @@ def read_constraints(
             parent, in_parent, child, in_child = ends if second != WORLD else (*ends[2:], *ends[:2])
             made.append(DescribedConstraint(name, word, parent, child, in_parent, in_child, place))
         elif kind != JOINT_EQUALITY:
-            report.left_out("equality/other", "equalities of tendons, flexes or distances are not built", place)
+            report.leave_out("equality/other", "equalities of tendons, flexes or distances are not built", place)
     return made
 
 

@@ -76,7 +76,7 @@ class MjcfJointReader:
         anchor = tuple(model["jnt_pos"][joint].tolist())
         start = self._start(joint)
         if kind == BALL:
-            self._report.left_out("ball", "a ball joint becomes three hinges, about x, y and z", place)
+            self._report.leave_out("ball", "a ball joint becomes three hinges, about x, y and z", place)
             angles = (None,) * 3 if start is None else _hinge_angles(start)
             return [
                 self._describe_joint(
@@ -133,15 +133,17 @@ class MjcfJointReader:
         return self._model["key_qpos"][self._keyframe][first : first + count].tolist()
 
     def _report_friction(self) -> None:
-        rough = [joint for joint, dof in enumerate(self._model["jnt_dofadr"].tolist()) if self._loss(joint, dof)]
+        rough = [
+            joint for joint, dof in enumerate(self._model["jnt_dofadr"].tolist()) if self._has_friction_loss(joint, dof)
+        ]
         if rough:
             message = f"`frictionloss` is not built (there are {len(rough)}): it is a force, but PhysX has a ratio"
             place = self._model.location("jnt", rough[0])
-            self._report.left_out("frictionloss", message, place, "`joints: {NAME: {friction: …}}` gives a ratio")
+            self._report.leave_out("frictionloss", message, place, "`joints: {NAME: {friction: …}}` gives a ratio")
 
     def _report_springs(self) -> None:
         """Reports springs and dampers that PhysX cannot represent."""
-        model, left = self._model, self._report.left_out
+        model, left = self._model, self._report.leave_out
         stiff, damp = model.arrays.get("jnt_stiffnesspoly"), model.arrays.get("dof_dampingpoly")
         for joint, dof in enumerate(model["jnt_dofadr"].tolist()):
             kind, place, stiffness = self._kind(joint), model.location("jnt", joint), model["jnt_stiffness"][joint]
@@ -161,13 +163,13 @@ class MjcfJointReader:
     def _report_flags(self) -> None:
         if self._model.header["option"]["override"]:
             message = '`<flag override="enable"/>` is not built: contacts have the friction of their geoms'
-            self._report.left_out("flag/override", message, self._model.source.first("flag").location)
+            self._report.leave_out("flag/override", message, self._model.source.first("flag").location)
         for flag in ("CONSTRAINT", "LIMIT", "EQUALITY", "ACTUATION", "SPRING", "DAMPER"):
             if flag in self._model.header["disabled"]:
                 message = f'`<flag {flag.lower()}="disable"/>` is ignored: what it disables stays on'
-                self._report.left_out(f"flag/{flag}", message, self._model.source.first("flag").location)
+                self._report.leave_out(f"flag/{flag}", message, self._model.source.first("flag").location)
 
-    def _loss(self, joint: int, dof: int) -> bool:
+    def _has_friction_loss(self, joint: int, dof: int) -> bool:
         count = {FREE: 6, BALL: 3}.get(self._kind(joint), 1)
         return bool(self._model["dof_frictionloss"][dof : dof + count].any())
 
@@ -185,9 +187,9 @@ class MjcfJointReader:
             place = model.location("eq", number)
             if source < 0 or any(higher) or multiplier == 0 or {self._kind(joint), self._kind(source)} - {HINGE, SLIDE}:
                 message = "an equality of joints is built only if one is a multiple of the other, plus an offset"
-                self._report.left_out("equality/joint", message, place)
+                self._report.leave_out("equality/joint", message, place)
             elif joint in found:
-                self._report.left_out("equality/second", "a joint can mimic only one other joint", place)
+                self._report.leave_out("equality/second", "a joint can mimic only one other joint", place)
             else:
                 found[joint] = DescribedMimic(model.name("jnt", source), multiplier, offset, place)
         return found
@@ -218,7 +220,7 @@ class MjcfJointReader:
             places.setdefault(why, model.location("actuator", number))
         for why, count in left.items():
             message = f"actuators {why} are not built (there are {count})"
-            self._report.left_out(f"actuator/{why}", message, places[why], "use `drives` in the scene")
+            self._report.leave_out(f"actuator/{why}", message, places[why], "use `drives` in the scene")
         return found
 
     def _control(self, number: int) -> float:
@@ -256,25 +258,25 @@ class MjcfJointReader:
         if model["actuator_biastype"][number] != _AFFINE_BIAS or not (position or velocity):
             return None
         if position > 0 or velocity > 0:
-            self._report.left_out("actuator/sign", "an actuator that pushes away from its target is not built", place)
+            self._report.leave_out("actuator/sign", "an actuator that pushes away from its target is not built", place)
             return None
         offset = float(model["actuator_gainprm"][number][0]) * self._control(number) + bias
         if not position and offset:
             message = "a velocity actuator with a nonzero target is built with target 0"
-            self._report.left_out("actuator/velocity", message, place)
+            self._report.leave_out("actuator/velocity", message, place)
         limit = None
         if model["actuator_forcelimited"][number]:
-            limit = self._symmetric(model["actuator_forcerange"][number], place) * abs(gear)
+            limit = self._larger_limit(model["actuator_forcerange"][number], place) * abs(gear)
         target = offset / (-position * gear) if position and gear else 0.0
         # Avoids -0.0.
         return _Servo(number, 0.0 - position * gear**2, 0.0 - velocity * gear**2, target, limit)
 
-    def _symmetric(self, forces: Any, place: Location) -> float:
+    def _larger_limit(self, forces: Any, place: Location) -> float:
         """Returns the larger of both force limits, as a drive has only one."""
         low, high = forces.tolist()
         if low != -high:
             message = "a drive has one force limit: the larger end of `forcerange` or `actuatorfrcrange`"
-            self._report.left_out("actuator/range", message, place)
+            self._report.leave_out("actuator/range", message, place)
         return max(abs(low), abs(high))
 
     def _drive(self, joint: int, zero: float) -> DescribedDrive | None:
@@ -290,14 +292,14 @@ class MjcfJointReader:
             return None
         if spring > 0:
             message = "the spring of a joint with a position or velocity actuator is not built"
-            self._report.left_out("spring", message, place)
+            self._report.leave_out("spring", message, place)
         limits = [servo.limit for servo in servos if servo.limit is not None]
         if limits and len(servos) > 1:
             message = "several actuators of a joint become one drive: their force limits are added"
-            self._report.left_out("actuator/several", message, model.location("actuator", servos[1].number))
+            self._report.leave_out("actuator/several", message, model.location("actuator", servos[1].number))
         limit = sum(limits) if len(limits) == len(servos) else None
         if model["jnt_actfrclimited"][joint]:
-            most = self._symmetric(model["jnt_actfrcrange"][joint], place)
+            most = self._larger_limit(model["jnt_actfrcrange"][joint], place)
             limit = most if limit is None else min(limit, most)
         stiffness = sum(servo.stiffness for servo in servos)
         # Where the forces of all actuators balance.

@@ -93,7 +93,7 @@ class MjcfModelReader:
                 still.append((DescribedRobot((link,), "static", location=place), [WORLD]))
         made = [*moving, *still]
         self._report_gravity()
-        robots = self._distinct(self._with_ignore_bits(made))
+        robots = self._rename_duplicates(self._with_ignore_bits(made))
         for robot, (_, bodies) in zip(robots, made, strict=True):
             root = robot.links[0].name
             for link, body in zip(robot.links, bodies, strict=True):
@@ -124,11 +124,11 @@ class MjcfModelReader:
             root = model.free_name(f"dummy_root_{number}")
             drafts, pose = [_Draft(root, WORLD, None, None, is_body=False)], IDENTITY_POSE
             self._add_links(body, 0, drafts)
-        links = tuple(self._describe(draft) for draft in self._with_mimics(drafts))
+        links = tuple(self._describe(draft) for draft in self._without_invalid_mimics(drafts))
         kind = "dynamic" if free and len(links) == 1 else None
         if model["body_mocapid"][body] >= 0:
             message = "a mocap body with joints becomes the fixed root of a robot"
-            self._report.left_out("mocap", message, model.location("body", body))
+            self._report.leave_out("mocap", message, model.location("body", body))
         robot = DescribedRobot(links, kind, not free, pose, model.location("body", body))
         return robot, [draft.body if draft.is_body else -1 for draft in drafts]
 
@@ -150,7 +150,7 @@ class MjcfModelReader:
                 above = len(drafts) - 1
             pending += [(child, above) for child in reversed(self._model.children[one])]
 
-    def _with_mimics(self, drafts: list[_Draft]) -> list[_Draft]:
+    def _without_invalid_mimics(self, drafts: list[_Draft]) -> list[_Draft]:
         """Removes mimics that PhysX cannot build."""
         names = {draft.joint.name: number for number, draft in enumerate(drafts) if draft.joint is not None}
         for number, draft in enumerate(drafts):
@@ -162,7 +162,7 @@ class MjcfModelReader:
                     f"`{cut(draft.joint.name)}` cannot mimic `{cut(draft.joint.mimic.source)}`: they must be in one "
                     "robot, without a fixed joint between them, and the first must not be above the second"
                 )
-                self._report.left_out("equality/follow", message, draft.joint.mimic.location)
+                self._report.leave_out("equality/follow", message, draft.joint.mimic.location)
                 draft.joint = replace(draft.joint, mimic=None)
         return drafts
 
@@ -190,7 +190,7 @@ class MjcfModelReader:
         partly = [body for body, share in enumerate(self._model["body_gravcomp"].tolist()) if share not in {0, 1}]
         if partly:
             message = f"`gravcomp` other than 0 and 1 is not built (there are {len(partly)})"
-            self._report.left_out("gravcomp", message, self._model.location("body", partly[0]))
+            self._report.leave_out("gravcomp", message, self._model.location("body", partly[0]))
 
     def _light_inertial(self, draft: _Draft) -> DescribedInertial | None:
         """Returns a small inertial for a link without mass; None for a fixed root, where it has no effect."""
@@ -250,7 +250,7 @@ class MjcfModelReader:
         return CollidingLink(body, key, parent, contype, conaffinity)
 
     @staticmethod
-    def _distinct(robots: list[DescribedRobot]) -> list[DescribedRobot]:
+    def _rename_duplicates(robots: list[DescribedRobot]) -> list[DescribedRobot]:
         """Makes the names of the roots unique."""
         names = UniqueNames()
         made: list[DescribedRobot] = []

@@ -94,7 +94,7 @@ def read_model(
     number = None if keyframe is None else _keyframe(keyframe, model, report)
     if number is not None and FREE in model["jnt_type"]:
         message = "the pose of a free root comes from the scene, not from the keyframe"
-        report.elsewhere("keyframe", message, model.location("key", number))
+        report.note_elsewhere("keyframe", message, model.location("key", number))
     report_unbuilt(model, report, number)
     reader = MjcfModelReader(model, report, number, visual_groups)
     robots = reader.robots()
@@ -186,7 +186,7 @@ def report_unbuilt(model: CompiledModel, report: MjcfReport, keyframe: int | Non
     if any(model.header["option"]["fluid"]):
         message = "`density` and `viscosity` of <option> are not built: there are no fluid forces"
         hint = "`linear_damping` and `angular_damping` slow bodies down"
-        report.left_out("fluid", message, model.source.first("option").location, hint)
+        report.leave_out("fluid", message, model.source.first("option").location, hint)
 
 
 def _report(one: _Unbuilt, rows: list[int], model: CompiledModel, report: MjcfReport) -> None:
@@ -195,9 +195,9 @@ def _report(one: _Unbuilt, rows: list[int], model: CompiledModel, report: MjcfRe
     message = one.message if len(rows) == 1 else f"{one.message} (there are {len(rows)})"
     place = model.location(one.arrays.partition("_")[0], rows[0])
     if one.is_note:
-        report.elsewhere(one.kind, message, place)
+        report.note_elsewhere(one.kind, message, place)
     else:
-        report.left_out(one.kind, message, place, one.hint)
+        report.leave_out(one.kind, message, place, one.hint)
 
 
 def _rows(values: NDArray[Any] | None, most: float) -> list[int]:
@@ -215,7 +215,7 @@ def _report_mocap_poses(model: CompiledModel, report: MjcfReport, keyframe: int)
         position, turn = (model[f"key_{name}"][keyframe].reshape(-1, width)[number] for name, width in _MOCAP)
         if np.any(position != model["body_pos"][body]) or np.any(turn != model["body_quat"][body]):
             message = "poses of mocap bodies come from the file, not from the keyframe"
-            report.left_out("keyframe/mocap", message, model.location("key", keyframe))
+            report.leave_out("keyframe/mocap", message, model.location("key", keyframe))
 
 
 _MOCAP: Final = (("mpos", 3), ("mquat", 4))

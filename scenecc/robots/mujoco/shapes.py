@@ -175,7 +175,7 @@ class MjcfShapeReader:
             made = None if field is None else (field, pose)
         elif kind == ELLIPSOID:
             words = "an ellipsoid becomes a convex mesh with 242 faces and the same volume"
-            self._report.left_out("ellipsoid", words, place)
+            self._report.leave_out("ellipsoid", words, place)
             made = self._numeric_mesh("ellipsoid", place, *ellipsoid_surface(size)), pose
         else:
             self._report.error("SC483", "a geom with a signed distance field cannot be built", place)
@@ -256,7 +256,7 @@ class MjcfShapeReader:
         file = model.texture(texture)
         if texture >= 0 and file is None:
             message = "procedural textures and cube textures are not shown"
-            self._report.left_out("texture", message, model.location("tex", texture), "save the texture to a file")
+            self._report.leave_out("texture", message, model.location("tex", texture), "save the texture to a file")
         return DescribedMaterial(
             base_color=color,
             texture=None if file is None else file.path,

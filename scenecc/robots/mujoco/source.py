@@ -182,7 +182,7 @@ class SourceBuilder:
 
     def _read_model(self, element: SourceElement) -> float:
         place, files = element.at("file"), self.files
-        found = files.find(self._relative(element.attributes.get("file", "")), place)
+        found = files.find(self._relative_path(element.attributes.get("file", "")), place)
         if found is None:
             return 0
         above = (*self._above, files.named.owner.path)
@@ -206,7 +206,7 @@ class SourceBuilder:
         self._attached[id(element)] = name
         return builder.count(root)
 
-    def _relative(self, written: str) -> str:
+    def _relative_path(self, written: str) -> str:
         """Converts an absolute path, as compiled models have; it must still be inside the allowed folders."""
         return os.path.relpath(written, self.files.named.owner.path.parent) if written.startswith("/") else written
 
@@ -268,9 +268,9 @@ class SourceBuilder:
             more = f" (there are {count})" if count > 1 else ""
             if kind in _LEFT_OUT:
                 words, hint = _LEFT_OUT[kind]
-                self.report.left_out(kind, words + more, element.location, hint)
+                self.report.leave_out(kind, words + more, element.location, hint)
                 continue
-            self.report.elsewhere(kind, _ELSEWHERE[kind] + more, element.location)
+            self.report.note_elsewhere(kind, _ELSEWHERE[kind] + more, element.location)
 
     def _check_cells(self, element: SourceElement) -> None:
         """Counts pixels and cells that MuJoCo would allocate."""
@@ -329,5 +329,5 @@ class SourceBuilder:
             written = posixpath.basename(written.replace("\\", "/"))
         own = "texturedir" if element.tag == "texture" else "meshdir"
         folder = self._folders.get(own, self._folders.get("assetdir", ""))
-        path = self._relative(posixpath.join(folder, written) if written else "")
+        path = self._relative_path(posixpath.join(folder, written) if written else "")
         return self.files.find(path, element.at(attribute))

@@ -37,7 +37,7 @@ print(len(load(1, 1)))
 def test_materials_up_to_the_limit_of_physx_are_built() -> None:
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", _CHILD], check=False, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
-    refused = "these scenes need 1 physical materials beside 65534 of other batches, and a process can hold 65534"
+    refused = "these scenes need 1 physical materials besides 65534 of other batches, and a process can hold 65534"
     assert done.stdout.splitlines() == ["302", refused, "1"]
 
 

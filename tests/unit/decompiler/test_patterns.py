@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from scenecc.decompiler.articulations import by_pattern, pattern_of
+from scenecc.decompiler.articulations import group_by_pattern, pattern_of
 
 ARM = [*(f"panda_joint{i}" for i in range(1, 8)), "panda_finger_joint1", "panda_finger_joint2"]
 
@@ -30,4 +30,4 @@ def test_a_pattern_matches_only_its_names(members: list[str], pattern: str) -> N
 
 def test_shared_values_are_written_once() -> None:
     settings = {name: {"stiffness": 1000.0} | ({"force_limit": 100.0} if "finger" not in name else {}) for name in ARM}
-    assert by_pattern(settings, ARM) == {".*": {"stiffness": 1000.0}, "panda_joint.*": {"force_limit": 100.0}}
+    assert group_by_pattern(settings, ARM) == {".*": {"stiffness": 1000.0}, "panda_joint.*": {"force_limit": 100.0}}

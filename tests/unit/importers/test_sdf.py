@@ -490,9 +490,9 @@ def test_the_certificate_says_why_drake_did_not_read_the_file(
         f"    def GetPackageNames(self): return []\n    def AddModels(self, _):\n        {drake}\n"
     )
     monkeypatch.syspath_prepend(str(folder))
-    monkeypatch.setattr("scenecc.importers.certificate._JUDGE_SECONDS", 0.5 if "sleep" in drake else 60)
+    monkeypatch.setattr("scenecc.importers.certificate._DRAKE_SECONDS", 0.5 if "sleep" in drake else 60)
     _, made = imported(folder, model(link("a")))
-    assert made.certificate.judge == ""
+    assert made.certificate.engine == ""
     assert words in made.certificate.lines()[1]
 
 

@@ -589,4 +589,4 @@ def test_an_exception_in_the_reader_process_is_reported_at_the_file(
     assert usd.import_usd(file, ImportContext(sink, AssetScope(tmp_path), Options.of().limits)) is None
     (found,) = sink.diagnostics()
     assert (found.code, found.file) == ("SC430", str(file))
-    assert found.message.startswith("scenecc's reader of USD failed: TypeError: ")
+    assert found.message.startswith("scenecc's USD reader failed:  TypeError: ")

@@ -28,6 +28,6 @@ def test_poses_and_masses_are_those_of_drake(file: Path, tmp_path: Path, monkeyp
     monkeypatch.setattr(sys, "path", [*sys.path, str(WHEELS)])
     monkeypatch.setenv("PYTHONPATH", str(WHEELS))
     made = import_scene(file, tmp_path / "scene.yaml").certificate
-    assert made.judge == "Drake"
+    assert made.engine == "Drake"
     assert made.compared >= 1
     assert max(made.position, made.angle, made.relative_mass) < 1e-6

@@ -16,7 +16,7 @@ from scenecc.render import images
 from scenecc.render.images import (
     BAR,
     colors,
-    encoded,
+    encode_pixels,
     gif,
     grid_of,
     mp4,
@@ -40,13 +40,13 @@ def opened(data: bytes) -> Any:
 
 def test_colours_are_cut_to_eight_bits_as_in_sapiens_examples() -> None:
     pixels = np.array([[[0.0, 0.4999, 1.5, 0.0], [-1.0, 1.0, 0.9999, 1.0]]], np.float32)
-    assert encoded("color", pixels).tolist() == [[[0, 127, 255], [0, 255, 254]]]
-    assert np.array_equal(video_pixels("color", pixels), encoded("color", pixels))
+    assert encode_pixels("color", pixels).tolist() == [[[0, 127, 255], [0, 255, 254]]]
+    assert np.array_equal(video_pixels("color", pixels), encode_pixels("color", pixels))
 
 
 def test_a_depth_is_in_millimetres() -> None:
     depth = np.array([[0, 0.0004, 1.2345, 1.2346, 65.535, 70, 1e9]], np.float32)[..., None]
-    found = encoded("depth", depth)
+    found = encode_pixels("depth", depth)
     assert found.dtype == np.uint16
     assert found.tolist() == [[0, 0, 1234, 1235, 65535, 65535, 65535]]
 
@@ -58,7 +58,7 @@ def test_a_depth_in_a_video_is_darker_farther_away() -> None:
 
 def test_a_normal_component_of_0_is_half_bright() -> None:
     normals = np.array([[[0, 0, 0], [0, 0, 1], [-1, 0, 0]]], np.float32)
-    assert encoded("normal", normals).tolist() == [[[0, 0, 0], [128, 128, 255], [0, 128, 128]]]
+    assert encode_pixels("normal", normals).tolist() == [[[0, 0, 0], [128, 128, 255], [0, 128, 128]]]
 
 
 def test_ids_have_the_colours_of_pascal_voc() -> None:

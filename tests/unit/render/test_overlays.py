@@ -10,7 +10,7 @@ import pytest
 
 from scenecc.geometry.rotation_arrays import looking, rotation_matrix
 from scenecc.render.ground import draw_ground
-from scenecc.render.legends import depth_colors, depth_range, with_depth_bar, with_names
+from scenecc.render.legends import add_depth_bar, add_names, depth_colors, depth_range
 from scenecc.render.overlays import Overlay
 from scenecc.render.projection import Projection
 from scenecc.render.recorder import sample_shifts
@@ -96,7 +96,7 @@ def test_labels_do_not_overlap_and_are_inside() -> None:
     names = [text for _, text in overlay.texts]
     assert len(names) == len(set(names)) == 12, "one for both parts of the crate"
     assert overlay.captions == []
-    drawn = overlay.drawn(np.ones((240, 320, 4), np.float32))
+    drawn = overlay.draw(np.ones((240, 320, 4), np.float32))
     assert drawn[int(boxes[0][1]) + 2, int(sum(boxes[0][::2]) / 2), 0] < 0.5
 
 
@@ -142,7 +142,7 @@ def test_a_depth_has_a_bar_of_round_metres() -> None:
     colors = depth_colors(depth, low, high)
     assert colors[0, 0].tolist() == [0, 0, 0]
     assert (np.diff(colors[1:, 0].astype(int).sum(axis=1)) <= 0).mean() > 0.9, "darker farther away"
-    found = with_depth_bar(np.full((200, 100, 3), 7, np.uint8), low, high)
+    found = add_depth_bar(np.full((200, 100, 3), 7, np.uint8), low, high)
     assert found.shape[0] == 200
     assert found.shape[1] > 140
     assert (found[:, :100] == 7).all(), "the picture is as it was"
@@ -152,10 +152,10 @@ def test_a_depth_has_a_bar_of_round_metres() -> None:
 
 def test_a_legend_has_names_beside_colours() -> None:
     picture = np.zeros((40, 30, 3), np.uint8)
-    found = with_names(picture, [("#800000", "table"), ("#008000", "crate"), ("#808000", "bowl")])
+    found = add_names(picture, [("#800000", "table"), ("#008000", "crate"), ("#808000", "bowl")])
     assert (found[:, :30] == 0).all()
     beside = found[:, 30:].reshape(-1, 3).tolist()
     for color in ([128, 0, 0], [0, 128, 0], [128, 128, 0]):
         assert color in beside
     assert found.shape[1] > 30 + 2 * 40, "two columns"
-    assert with_names(picture, []).shape == picture.shape
+    assert add_names(picture, []).shape == picture.shape

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Diagnostic
 
-TORN = (
+MAX_CONSTRAINT_ERROR = (
     '<robot name="r">\n<link name="a"/>\n'
     '<joint name="j" type="fixed"><parent link="a"/><child link="c"/></joint></robot>'
 )
@@ -35,7 +35,7 @@ def notes(finding: Diagnostic) -> list[tuple[Any, ...]]:
 
 def test_errors_of_a_robot_file_name_every_entity_that_uses_it(tmp_path: Path) -> None:
     text = "  one: {urdf: r.urdf}\n  two: {urdf: r.urdf}\n  three: {urdf: r.urdf, scale: 2}\n"
-    (fault,) = found(tmp_path, text + "  four: {urdf: r.urdf, scale: 2}\n", r_urdf=TORN)
+    (fault,) = found(tmp_path, text + "  four: {urdf: r.urdf, scale: 2}\n", r_urdf=MAX_CONSTRAINT_ERROR)
     assert (fault.code, fault.line) == ("SC461", 3)
     assert str(fault.file).endswith("r.urdf")
     assert fault.message.endswith("(and in 3 other uses)")
@@ -49,7 +49,7 @@ def test_errors_of_a_robot_file_name_every_entity_that_uses_it(tmp_path: Path) -
 
 def test_ten_users_of_a_file_are_listed_and_repeats_counted(tmp_path: Path) -> None:
     text = "".join(f"  e{i}: {{urdf: r.urdf}}\n" for i in range(20))
-    (fault,) = found(tmp_path, text, r_urdf=TORN)
+    (fault,) = found(tmp_path, text, r_urdf=MAX_CONSTRAINT_ERROR)
     assert fault.message.endswith("(and in 19 other uses)")
     assert [line for _, line, _ in notes(fault)] == list(range(3, 14))
     (fault,) = found(tmp_path, '  e: {repeat: {i: {count: 4}}, pose: ["${i}", 0, 0], urdf: r.urdf}\n')

@@ -23,12 +23,12 @@ class AuditDifference(NamedTuple):
     """One difference from the plan in one scene.
 
     Attributes:
-        item: of the plan, that differs. None: the scene as a whole.
+        item: the plan's item that differs. None: the scene as a whole.
         what: the value that differs, by the engine's name.
-        expected, found: what the plan asks for and what the engine holds, for people.
+        expected, found: the plan's value and the engine's, for messages.
         scene_idx: index of the scene in the plan.
         link: name of the link; "" if it is not a link.
-        origin: of the node that asked. None: that of `item`.
+        origin: of the node that sets the value. None: that of `item`.
         code: of the diagnostic.
     """
 
@@ -43,7 +43,7 @@ class AuditDifference(NamedTuple):
 
     @property
     def who(self) -> str:
-        """Its owner, for people."""
+        """Name of its owner, for messages."""
         name = "the scene" if self.item is None else f"'{self.item.name}'"
         return f"link '{self.link}' of {name}" if self.link else name
 

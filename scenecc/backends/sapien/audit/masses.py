@@ -30,8 +30,7 @@ MASS_TOLERANCE = 1e-4
 """Relative tolerance between masses that the engine adds in float32 and masses in float64."""
 
 MESH_TOLERANCE = 1e-2
-"""Relative tolerance between volumes of a mesh by PhysX and by its triangles: polygons of a hull are not quite plane.
-"""
+"""Relative tolerance between a mesh's volumes by PhysX and by its triangles: hull polygons are not quite planar."""
 
 CYLINDER_AREA_RATIO = 32 / (2 * math.pi) * math.sin(2 * math.pi / 32)
 """Ratio of the area of PhysX's 32-sided prism for a cylinder to that of its circumscribed circle."""
@@ -41,7 +40,7 @@ MeshKey = tuple[int, AxisSigns]
 
 
 class Volumes(NamedTuple):
-    """Volume enclosed by a shape's triangles, and volume by which the engine weighs it [m³]; 0 for an inverted hull."""
+    """Volume of a shape by its triangles, and by the mass that the engine computes [m³]; 0 for an inverted hull."""
 
     enclosed: float
     weighed: float
@@ -89,7 +88,7 @@ def _weigh(shape: Any) -> Volumes:
         volume = abs(volume)
     if not volume > 0:
         return Volumes(volume, 0.0)
-    # The engine makes no body lighter than a milligram. This one weighs a kilogram, or the mesh is wrong.
+    # The engine's minimum mass is a milligram. This density gives a kilogram, unless the mesh is wrong.
     shape.set_density(1 / volume)
     body = physx.PhysxRigidDynamicComponent()
     body.attach(shape)
@@ -116,17 +115,17 @@ def mesh_keys(geometry: MeshGeometry, rows: NDArray[np.intp]) -> list[MeshKey]:
 def given_mass(structure: BodyStructure, rows: NDArray[np.intp]) -> list[float] | None:
     """Returns the mass [kg] that the plan sets for a body in each row. None: it follows from the shapes."""
     given = structure.mass if structure.inertial is None else structure.inertial.mass
-    return None if given is None else _spread(_columns(given, rows)[0], len(rows))
+    return None if given is None else _repeat_numbers(_columns(given, rows)[0], len(rows))
 
 
 def shapes_mass(structure: BodyStructure, rows: NDArray[np.intp], meshes: CookedMeshes) -> list[float]:
     """Returns the mass [kg] of a body's shapes in each row, as SAPIEN computes it."""
     total: Any = 0.0
-    # SAPIEN weighs a body again with each shape, which fails in PhysX once a shape is infinite.
+    # SAPIEN computes the mass again with each shape, which fails in PhysX once a shape is infinite.
     for shape in takewhile(lambda shape: not isinstance(shape.geometry, Plane), structure.collisions):
         density = DEFAULT_DENSITY if shape.density is None else _columns(shape.density, rows)[0]
         total = total + density * _volume(shape.geometry, rows, meshes)
-    masses = _spread(total, len(rows))
+    masses = _repeat_numbers(total, len(rows))
     if structure.body_type == "kinematic":
         # No force moves it, so its mass does not matter.
         return [max(mass, MINIMUM_MASS) for mass in masses]
@@ -134,7 +133,7 @@ def shapes_mass(structure: BodyStructure, rows: NDArray[np.intp], meshes: Cooked
 
 
 def _volume(geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: CookedMeshes) -> Any:
-    """Returns the volume [m³]. PhysX gives none to planes and to triangle meshes without an SDF."""
+    """Returns the volume [m³]. In PhysX it is 0 for planes and for triangle meshes without an SDF."""
     if isinstance(geometry, Solid):
         volume = geometry.volume(*(column for value in geometry.values for column in _columns(value, rows)))
         return volume * CYLINDER_AREA_RATIO if isinstance(geometry, Cylinder) else volume
@@ -154,7 +153,7 @@ def _columns(value: Value, rows: NDArray[np.intp]) -> list[Any]:
     return list(np.atleast_2d(data.T))
 
 
-def _spread(numbers: Any, count: int) -> list[float]:
+def _repeat_numbers(numbers: Any, count: int) -> list[float]:
     return numbers.tolist() if isinstance(numbers, np.ndarray) else [numbers] * count
 
 

@@ -59,11 +59,11 @@ class BuiltScenes:
     """The result of a build.
 
     Attributes:
-        plan: what was requested.
+        plan: of the scenes.
         prepared: its entities, with the objects that were built.
         lookup: the scenes and their entities.
         constraints: those of the plan that were built, with their components.
-        seen: lights and cameras that were built, with their components.
+        rendering: lights and cameras that were built, with their components.
         rendered: whether the scenes render.
         shared: whether the scenes also hold other objects, as in a ManiSkill environment.
         poses: whether all entities are at their planned poses.
@@ -74,7 +74,7 @@ class BuiltScenes:
     prepared: Sequence[PreparedEntity]
     lookup: EntityLookup
     constraints: Sequence[tuple[Constraint, ComponentBatch]] = ()
-    seen: Sequence[tuple[Light | Camera, ComponentBatch]] = ()
+    rendering: Sequence[tuple[Light | Camera, ComponentBatch]] = ()
     rendered: bool = False
     shared: bool = False
     poses: bool = True
@@ -93,7 +93,7 @@ def _differences(built: BuiltScenes) -> Iterator[AuditDifference]:
         else plain_block(prepared.entity, prepared.scene_idxs, prepared.rows, prepared.objs)
         for prepared in built.prepared
     ]
-    for item, batch in built.seen:
+    for item, batch in built.rendering:
         if item.mount is None:
             rows = np.searchsorted(item.scene_idxs, batch.scene_idxs)
             blocks.append(plain_block(item, batch.scene_idxs, rows, [one.get_entity() for one in batch.objs]))
@@ -108,7 +108,7 @@ def _differences(built: BuiltScenes) -> Iterator[AuditDifference]:
         if isinstance(prepared, PreparedArticulation):
             yield from _articulation_differences(prepared)
     yield from _constraint_differences(built)
-    yield from _seen_differences(built)
+    yield from _rendering_differences(built)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +140,7 @@ class _BodyGroup:
             if (found := len(self.components[number].get_collision_shapes())) != expected:
                 yield self.difference(number, "collision_shapes", expected, found)
         for shape in shapes:
-            for number, volumes in _badly_cooked(shape.geometry, rows, meshes):
+            for number, volumes in _badly_cooked_parts(shape.geometry, rows, meshes):
                 values = map(format_engine_numbers, volumes)
                 yield self.difference(number, "volume of the cooked mesh", *values)._replace(origin=shape.origin)
 
@@ -178,7 +178,7 @@ def _mass_code(expected: float) -> str:
     return "SC511" if expected < MINIMUM_MASS else AUDIT_CODE if expected <= FLOAT32_MAX else PRECISION_CODE
 
 
-def _badly_cooked(
+def _badly_cooked_parts(
     geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: CookedMeshes
 ) -> Iterator[tuple[int, Volumes]]:
     """Yields the mesh parts whose volume is wrong in the engine, each with an example row."""
@@ -212,7 +212,7 @@ def _body_groups(prepared_entities: Sequence[PreparedEntity]) -> Iterator[_BodyG
 
 
 def _articulation_differences(prepared: PreparedArticulation) -> Iterator[AuditDifference]:
-    """Yields differences in the numbers of links and of joints that move."""
+    """Yields differences in the numbers of links and of active joints."""
     for part in prepared.parts:
         wanted = {"links": len(part.structure.links), "dof": len(part.structure.active_joints)}
         numbers: list[int] = part.numbers.tolist()
@@ -239,12 +239,12 @@ def _constraint_differences(built: BuiltScenes) -> Iterator[AuditDifference]:
             yield AuditDifference(constraint, what, _names(wanted), _names(found), index)
 
 
-def _seen_differences(built: BuiltScenes) -> Iterator[AuditDifference]:
+def _rendering_differences(built: BuiltScenes) -> Iterator[AuditDifference]:
     """Yields scenes whose lights or cameras differ from the plan; extra ones are allowed if the scene is shared."""
     for kind, name in ((Light, "lights"), (Camera, "cameras")) if built.rendered else ():
         expected: dict[int, set[Any]] = {index: set() for index in built.lookup.scene_idxs}
         origin = built.plan.origin
-        for item, batch in built.seen:
+        for item, batch in built.rendering:
             for index, component in zip(batch.scene_idxs, batch.objs, strict=True) if type(item) is kind else ():
                 expected[index].add(component)
                 origin = item.origin
