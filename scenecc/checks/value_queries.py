@@ -100,7 +100,7 @@ def find_reversed_limits(value: Value, rule: Callable[[Row], Any]) -> RuleFault 
 
 
 def rows(values: Sequence[Value]) -> list[tuple[Row, ...]] | None:
-    """Returns the rows of values side by side, with the samples of expressions; None if plain forms have no rows yet."""
+    """Returns the rows of values side by side, with samples of expressions; None if plain forms have no rows yet."""
     if any(map(is_sampled, values)):
         return [*_drawn_rows(values), *_sample_rows(values)]
     return _known_rows(values)
