@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.links import find_target_beyond_limits
 from scenecc.lower.field_types import FieldType, field_type, vector
-from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer, field_place
+from scenecc.lower.forms import VariationLowerer, field_place
 from scenecc.lower.link_frames import moved_along_x
 from scenecc.lower.local_poses import chain_poses, local_pose
 from scenecc.lower.poses import POSE, check_limits_keys, lower_limits, warn_limits_in_degrees
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.entities import EntityLowerer
+    from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.mounts import MountLookup
     from scenecc.plan import Entity
     from scenecc.robots.description import DescribedConstraint

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show, suggest_name
 from scenecc.lower.field_types import FieldType
-from scenecc.lower.fields import FieldLowerer, FieldPlace, SamplingContext, VariationLowerer
+from scenecc.lower.fields import FieldLowerer, SamplingContext
+from scenecc.lower.forms import FieldPlace, VariationLowerer
 from scenecc.lower.references import scope_of
 from scenecc.lower.value_checks import report_draw_failure
 from scenecc.spec.params import PARAM_KINDS, ParamIssue, ParamType

@@ -11,7 +11,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY, Pose7
 from scenecc.lower.field_types import report_unused_key
-from scenecc.lower.fields import FieldLowerer, FieldPlace, VariationLowerer
+from scenecc.lower.forms import FieldPlace, VariationLowerer
 from scenecc.lower.link_frames import LinkFrame, LinkPoseLowerer, composed, find_link, fix_initial_positions
 from scenecc.lower.poses import POSE, lower_pose, pose_item, pose_varies
 from scenecc.lower.references import name_prefixes
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.fields import FieldLowerer
     from scenecc.plan import ArticulationStructure, BodyStructure, Value
     from scenecc.spec.references import NameScopes
 

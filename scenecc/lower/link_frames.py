@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, compose, from_axis_angle
-from scenecc.lower.fields import VariationLowerer
+from scenecc.lower.forms import VariationLowerer
 from scenecc.lower.local_poses import inverse_pose, seven_numbers
 from scenecc.lower.resettable import ResettableValue, built_limit_items, drawn_limit_items, reset_node
 from scenecc.lower.value_checks import report_draw_failure

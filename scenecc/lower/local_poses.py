@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.geometry import rotations
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, compose, shortest_from_x, turned
 from scenecc.lower.field_types import BODY_FIELDS, FieldType, field_type, report_unused_key, vector
-from scenecc.lower.fields import VARYING, FieldLowerer, VariationLowerer, field_place
+from scenecc.lower.forms import VARYING, VariationLowerer, field_place
 from scenecc.lower.poses import POSE, QUATERNION, direction, lower_pose, pose_item, pose_varies
 from scenecc.plan import Inertial, Value, derived, literal, per_scene, varying
 from scenecc.plan.geometry import LYING_SOLIDS, REVOLVED_SOLIDS
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.fields import FieldLowerer
 
 AXIS_TURNS: dict[str, Quat] = {
     "x": IDENTITY,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.field_types import COLOR, EMISSION, FieldType, field_type
-from scenecc.lower.fields import FieldLowerer, FieldPlace, field_place
+from scenecc.lower.forms import FieldPlace, field_place
 from scenecc.lower.references import PlanTables, qualified, read_references, scope_of
 from scenecc.plan import Value, literal
 from scenecc.plan.body import Friction, PhysicalMaterial, Texture, VisualMaterial
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.fields import FieldLowerer
 
 NUMBERS = ("specular", "roughness", "metallic", "transmission", "ior", "transmission_roughness")
 TEXTURES = (

@@ -12,7 +12,7 @@ from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, MAX_COORDINATE
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
-from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer, field_place
+from scenecc.lower.forms import VariationLowerer, field_place
 from scenecc.lower.mounts import MountLookup
 from scenecc.lower.poses import pose_item, warn_probable_degrees
 from scenecc.placing.bodies import Part, UnsupportedShapeError, entity_parts, matrices, rows_in, rows_of
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.geometry.rotation_arrays import Floats
     from scenecc.lower.entities import EntityLowerer
+    from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.frames import FrameGraph
     from scenecc.plan import CollisionShape, Entity, ScenePlan
     from scenecc.spec.document import SceneFile

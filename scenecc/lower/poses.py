@@ -22,7 +22,7 @@ from scenecc.geometry.rotations import (
     Vec3,
 )
 from scenecc.lower.field_types import POSITION, FieldType, field_type, vector
-from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
+from scenecc.lower.forms import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import Value, literal
 from scenecc.plan.properties import Bounds
 from scenecc.spec.pose import ROTATIONS, AxisAngle, PoseMapping
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin, Path
+    from scenecc.lower.fields import FieldLowerer
 
 _FIXED_LENGTH = 0.05
 """Largest deviation from length 1 of a quaternion that was only rounded: 0.7 for 0.7071 is 0.01 off."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
 from scenecc.diagnostics.messages import show
 from scenecc.lower.field_types import FieldType
-from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
+from scenecc.lower.forms import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.value_checks import report_draw_failure, warn_of_missing_sample
 from scenecc.plan import Value, derived, literal, per_scene
 from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMaterial
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.fields import FieldLowerer
     from scenecc.plan import ScenePlan
     from scenecc.robots.description import RobotDescription
     from scenecc.variation.evaluation import Batch

@@ -15,7 +15,7 @@ from scenecc.lower.field_types import (
     field_type,
     report_unused_key,
 )
-from scenecc.lower.fields import FieldLowerer, FieldPlace, VariationLowerer, field_place
+from scenecc.lower.forms import FieldPlace, VariationLowerer, field_place
 from scenecc.lower.local_poses import report_unused_anchor
 from scenecc.lower.mounts import MountLookup
 from scenecc.lower.poses import POSE, lower_angle, pose_item
@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.entities import EntityLowerer
+    from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.materials import MaterialLowerer
     from scenecc.lower.references import PlanTables

@@ -23,7 +23,8 @@ from scenecc.variation.nodes import NODES, Composed, Const, Node, Rows, Shared
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer
+    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.forms import VariationLowerer
     from scenecc.lower.frames import FrameGraph
     from scenecc.plan import Entity, Placement
     from scenecc.plan.body import Mount

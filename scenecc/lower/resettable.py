@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.lower.fields import FieldLowerer, VariationLowerer
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.forms import VariationLowerer
     from scenecc.plan import Value
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import show
 from scenecc.geometry.rotations import AXES, IDENTITY, IDENTITY_POSE, shortest_from_x, turned
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key, vector
-from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
+from scenecc.lower.forms import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.local_poses import local_pose, seven_numbers
 from scenecc.lower.poses import POSE, check_limits_keys, direction, lower_limits, pose_item, warn_limits_in_degrees
 from scenecc.lower.references import values_given
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.shapes import ShapeDefaults, ShapeLowerer
     from scenecc.plan import Inertial
     from scenecc.spec.articulation import TreeJoint, TreeLink

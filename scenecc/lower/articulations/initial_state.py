@@ -10,7 +10,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.links import first_outside, widest
 from scenecc.lower.articulations.overrides import names_hint
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
-from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
+from scenecc.lower.forms import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.poses import suspect_degrees, warn_large_angle
 from scenecc.lower.resettable import MimicRelation, ResettableValue
 from scenecc.plan import derived, literal
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.drafts import DraftJoint, DraftMimic
+    from scenecc.lower.fields import FieldLowerer
     from scenecc.plan import Value
 
 _POSITION = field_type("Joint.qpos")
