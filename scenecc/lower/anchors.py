@@ -44,7 +44,7 @@ class AnchorPoints:
         scenes: tuple[int, ...],
         vertices: MeshVertices,
     ) -> None:
-        self._shapes = [list(_placed_shapes(structure, scenes)) for structure in structures]
+        self._shapes = [list(_iterate_placed_shapes(structure, scenes)) for structure in structures]
         self._pick = pick
         self._scenes = scenes
         self._vertices = vertices
@@ -98,7 +98,7 @@ class AnchorPoints:
         yield from (points.min(axis=0), points.max(axis=0))
 
 
-def _placed_shapes(
+def _iterate_placed_shapes(
     structure: BodyStructure | ArticulationStructure, scenes: tuple[int, ...]
 ) -> Iterator[tuple[Value | None, CollisionShape | VisualShape]]:
     """The collision shapes, or the visual ones if there are none, each with the pose of its link."""

@@ -107,7 +107,7 @@ def _misfit(found: ValueBounds, param: ParamType) -> ParamIssue | None:
     if param.kind == "color":
         param = replace(param, low=0, high=1)
     if not _has_shape(found.low, param):
-        return "SC211", f"must be {PARAM_KINDS[param.kind][1]}, not {_described_bound(found.low)}"
+        return "SC211", f"must be {PARAM_KINDS[param.kind][1]}, not {_describe_bound(found.low)}"
     return param.outside(found.low, found.high) if param.ranged else None
 
 
@@ -123,7 +123,7 @@ def _has_shape(bound: Any, param: ParamType) -> bool:
     return len(bound) in counts and _NUMBERS.issuperset(map(type, bound))
 
 
-def _described_bound(bound: Any) -> str:
+def _describe_bound(bound: Any) -> str:
     return f"a number such as {show(bound)}" if type(bound) in _NUMBERS else f"a list of {len(bound)}"
 
 
@@ -162,7 +162,7 @@ def lower_draws(
         item = variation.item(draw.form if kept else draw, _ANY_TYPE, FieldPlace(place, ""))
         node = item if item.__class__ in NODES else Const(item)
         if name in given:
-            rows = None if variation.broken else _injected_rows(given[name], node, sampling, place)
+            rows = None if variation.broken else _convert_injected_rows(given[name], node, sampling, place)
             # One item per scene, so this indexes by scene. `Rows` would be fixed after the build.
             sampling.add(name, node if rows is None else Cycled(rows), frozenset())
             sampling.random.add(name)  # a reset may be given other rows
@@ -194,7 +194,7 @@ def report_unused_draws(
             report_draw_failure(error, origin.child(name), sampling)
 
 
-def _injected_rows(rows: Any, node: Node, sampling: SamplingContext, place: Origin) -> tuple[Any, ...] | None:
+def _convert_injected_rows(rows: Any, node: Node, sampling: SamplingContext, place: Origin) -> tuple[Any, ...] | None:
     """The injected values of a draw, a plain row per scene; None after an error."""
     from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type  # noqa: PLC0415 - loads numpy
 

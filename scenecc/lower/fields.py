@@ -110,14 +110,14 @@ class FieldLowerer:
         if not variation.is_random:
             return self._rows(item, variation, kind, origin)
         self.sampling.drawn = True
-        value = self.drawn(partial(self.rows, node=item, kind=kind), lambda: self.analysis.bounds(item))
+        value = self.make_drawn(partial(self.rows, node=item, kind=kind), lambda: self.analysis.bounds(item))
         if variation.risky:
-            value = self.checked(value, item, kind, origin)
+            value = self.check_value(value, item, kind, origin)
         if reset:
             self.sampling.resets[id(value)] = ResettableValue(value, item, variation, self)
         return value
 
-    def drawn(self, rows: RowMaker, bounds: Callable[[], ValueBounds] | None = None) -> Value:
+    def make_drawn(self, rows: RowMaker, bounds: Callable[[], ValueBounds] | None = None) -> Value:
         """Makes a value that is drawn on first access.
 
         Args:
@@ -126,7 +126,7 @@ class FieldLowerer:
         """
         return varying(lambda: rows(self.batch()), lambda: rows(self.analysis.samples), self.scenes, bounds=bounds)
 
-    def checked(self, value: Value, node: Node, kind: FieldType, origin: Origin) -> Value:
+    def check_value(self, value: Value, node: Node, kind: FieldType, origin: Origin) -> Value:
         """Draws a value and checks its rows and its samples.
 
         Returns:
@@ -156,7 +156,7 @@ class FieldLowerer:
         for row, one in enumerate(found.tolist()):
             if not kind.shape and type(one) not in types:
                 raise batch.error(f"this expression gives {cut(show(one))}, but {words} is needed", row, node)
-        raise batch.error(f"this is not {_described_type(kind)}", 0, node)
+        raise batch.error(f"this is not {_describe_type(kind)}", 0, node)
 
     def inside(self, scope: str) -> FieldLowerer:
         """The lowerer of a named object in another scope, over the same scenes. `per_scene` lists cover all scenes."""
@@ -204,7 +204,7 @@ class FieldLowerer:
             # Also checks alternatives that no scene uses.
             found = self.analysis.bounds(node)
             if found.alternatives is None or len(found.alternatives) > len(known.bounds.alternatives or ()):
-                return self.drawn(rows, lambda: found)
+                return self.make_drawn(rows, lambda: found)
         return known
 
     def evaluate(self, node: Node) -> NDArray[Any]:
@@ -252,7 +252,7 @@ class FieldLowerer:
         return names
 
 
-def _described_type(kind: FieldType) -> str:
+def _describe_type(kind: FieldType) -> str:
     one = _VALUE_TYPES[kind.dtype][1]
     return f"a list of {kind.shape[0]} numbers" if kind.shape else one
 

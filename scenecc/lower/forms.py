@@ -139,7 +139,7 @@ class VariationLowerer:
         """Reads a value as an item: a node, or a plain row."""
 
         def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
-            return self._leaf(one, kind, around, step)
+            return self._lower_leaf(one, kind, around, step)
 
         return self.select(given, place, leaf)
 
@@ -150,20 +150,20 @@ class VariationLowerer:
         place = place.inside(step) if step else place
         match given:
             case PerScene(items):
-                return self._per_scene(items, place, leaf)
+                return self._lower_per_scene(items, place, leaf)
             case SceneMap():
-                return self._by_scene(given, place, leaf)
+                return self._lower_scene_map(given, place, leaf)
             case Once(form):
-                return self._kept(form, place, leaf)
+                return self._lower_once(form, place, leaf)
             case Cycle(items):
                 self.cycled = True
-                return Cycled(self._each(items, "cycle", place, leaf))
+                return Cycled(self._select_each(items, "cycle", place, leaf))
             case _:
                 self.drawn = True
-                items = self._each(given.items, "choice", place, leaf)
-                return Chosen(items, given.weights, self._key(place), place.word)
+                items = self._select_each(given.items, "choice", place, leaf)
+                return Chosen(items, given.weights, self._draw_key(place), place.word)
 
-    def _kept(self, form: Any, place: FieldPlace, leaf: LeafReader) -> Any:
+    def _lower_once(self, form: Any, place: FieldPlace, leaf: LeafReader) -> Any:
         """Reads a `once`: drawn like the form inside it, as a shared draw that resets keep."""
         drawn, reads = self.drawn, self.reads
         self.drawn, self.reads = False, set()
@@ -174,10 +174,10 @@ class VariationLowerer:
         self.drawn, self.reads = drawn, reads | self.reads
         return item
 
-    def _each(self, items: tuple[Any, ...], name: str, place: FieldPlace, leaf: LeafReader) -> tuple[Any, ...]:
+    def _select_each(self, items: tuple[Any, ...], name: str, place: FieldPlace, leaf: LeafReader) -> tuple[Any, ...]:
         return tuple(self.select(one, place, leaf, (name, i)) for i, one in enumerate(items))
 
-    def _per_scene(self, items: tuple[Any, ...], place: FieldPlace, leaf: LeafReader) -> Any:
+    def _lower_per_scene(self, items: tuple[Any, ...], place: FieldPlace, leaf: LeafReader) -> Any:
         scenes = self._fields.listed
         if len(items) != len(scenes):
             self.broken = True
@@ -185,9 +185,9 @@ class VariationLowerer:
             hint = "one for each scene that the object is in, by ascending index; or {per_scene: {0: …, default: …}}"
             self._fields.sink.report("SC314", message, place.origin.child("per_scene"), hint=hint)
             return self.select(items[0], place, leaf, ("per_scene", 0)) if items else 0.0
-        return Rows(scenes, self._each(items, "per_scene", place, leaf))
+        return Rows(scenes, self._select_each(items, "per_scene", place, leaf))
 
-    def _by_scene(self, given: SceneMap, place: FieldPlace, leaf: LeafReader) -> Any:
+    def _lower_scene_map(self, given: SceneMap, place: FieldPlace, leaf: LeafReader) -> Any:
         scenes = self._fields.listed
         origin = place.origin.child("per_scene")
         read: dict[int, Any] = {
@@ -211,24 +211,26 @@ class VariationLowerer:
             self._fields.sink.report("SC315", message, origin.child(str(scene)), at="key", hint="leave it out")
         return Rows(scenes, tuple(read.get(scene, default) for scene in scenes))
 
-    def _leaf(self, given: Any, kind: FieldType, around: FieldPlace, step: FormStep) -> Any:
+    def _lower_leaf(self, given: Any, kind: FieldType, around: FieldPlace, step: FormStep) -> Any:
         if given.__class__ not in VARYING:
             return self.plain(given, kind, around, step)
         place = around.inside(step) if step else around
         match given:
             case Template():
-                return self._computed(given, kind, place)
+                return self._lower_expression(given, kind, place)
             case Vector(items):
-                return self._stacked(items, kind, place)
+                return self._lower_vector(items, kind, place)
             case RandomRotation():
                 self.drawn = True
-                return RandomRotated(self._key(place))
+                return RandomRotated(self._draw_key(place))
             case Shuffle(items):
                 self.drawn = True
                 count, row = len(items), self.plain(items, kind, around, step)
-                return Shuffled(tuple(row[:count]), self._key(place, count), place.word * count, tuple(row[count:]))
+                return Shuffled(
+                    tuple(row[:count]), self._draw_key(place, count), place.word * count, tuple(row[count:])
+                )
             case _:
-                return self._drawn(given, kind, place)
+                return self._lower_draw(given, kind, place)
 
     def plain(self, given: Any, kind: FieldType, around: FieldPlace, step: FormStep) -> Any:
         """Converts a plain value to a row; the kind's fallback after an error."""
@@ -242,7 +244,7 @@ class VariationLowerer:
             kind.complain(given, around.origin.child(*step), self._fields.sink)
         return kind.fallback
 
-    def _computed(self, given: Template, kind: FieldType, place: FieldPlace) -> Any:
+    def _lower_expression(self, given: Template, kind: FieldType, place: FieldPlace) -> Any:
         names = self._fields.draw_names(given, place.origin)
         if names is None:
             self.broken = True
@@ -255,7 +257,7 @@ class VariationLowerer:
         node = self.risk(Computed(given if given.scope is None else given.within(None), shape, reads), place.origin)
         return node if kind.conversion is None else Converted(node, kind.conversion)
 
-    def _stacked(self, items: tuple[Any, ...], kind: FieldType, place: FieldPlace) -> Any:
+    def _lower_vector(self, items: tuple[Any, ...], kind: FieldType, place: FieldPlace) -> Any:
         one = component(kind)
         # Each row of a matrix has its own words.
         first = place.word * len(items)
@@ -265,7 +267,7 @@ class VariationLowerer:
             parts.append(kind.pad)
         return Stacked(tuple(parts))
 
-    def _drawn(self, given: DrawForm, kind: FieldType, place: FieldPlace) -> Any:
+    def _lower_draw(self, given: DrawForm, kind: FieldType, place: FieldPlace) -> Any:
         self.drawn = True
         drawn = DISTRIBUTIONS[given.kind]
         if kind.free:
@@ -273,18 +275,18 @@ class VariationLowerer:
         single = not kind.shape or (kind.wide and not any(_is_vector(bound) for bound in given.operands))
         one = component(kind) if single else kind
         steps = drawn.steps(len(given.operands))
-        items = [self._bound(bound, one, place, step) for bound, step in zip(given.operands, steps, strict=True)]
+        items = [self._lower_bound(bound, one, place, step) for bound, step in zip(given.operands, steps, strict=True)]
         for i, role in enumerate(drawn.roles):
             if role == "deviation" and one.pad is not None and _is_vector(items[i]):
                 # An omitted component does not vary.
                 items[i] = (*items[i][:3], 0.0) if len(given.operands[i]) < len(items[i]) else items[i]
-        node = Drawn(given.kind, tuple(items), one.shape, self._key(place, drawn.cost), place.word)
+        node = Drawn(given.kind, tuple(items), one.shape, self._draw_key(place, drawn.cost), place.word)
         if not NODE_TYPES.isdisjoint(map(type, items)):
             # Varying bounds may cross in some scene.
             node = self.risk(node, place.origin)
         return Stacked((node,) * kind.shape[0]) if single and kind.shape else node
 
-    def _bound(self, given: Any, kind: FieldType, place: FieldPlace, step: FormStep) -> Any:
+    def _lower_bound(self, given: Any, kind: FieldType, place: FieldPlace, step: FormStep) -> Any:
         if given.__class__ in VARYING:
             return self.item(given, replace(kind, conversion=None), place.inside(step))
         if kind.complain is not None and kind.convert is not None:
@@ -293,7 +295,7 @@ class VariationLowerer:
             return tuple(given) if made is None else made
         return given if kind.convert is None else self.plain(given, kind, place, step)
 
-    def _key(self, place: FieldPlace, cost: int = 1) -> Key:
+    def _draw_key(self, place: FieldPlace, cost: int = 1) -> Key:
         self._fields.sampling.count_operations(form_cost(cost * len(self._fields.scenes)), place.origin)
         return Key(self._section, self._name, place.path)
 

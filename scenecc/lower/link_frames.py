@@ -126,12 +126,12 @@ class LinkPoseLowerer:
         depth = 0
         for joint in reversed(joints):
             if depth == MAX_COMPOSED_POSES:
-                pose, depth = self._shared_draw(pose), 0
+                pose, depth = self._add_shared_draw(pose), 0
             pose = composed(pose, self._across(joint))
             depth += pose.__class__ is Composed
         return pose
 
-    def _shared_draw(self, pose: Any) -> Shared:
+    def _add_shared_draw(self, pose: Any) -> Shared:
         """Makes a shared draw of a pose in a long varying chain, which limits the nesting of the rest."""
         name = shared_pose_name(f"{self._key}.joints", self._shared)
         self._shared += 1
@@ -167,12 +167,12 @@ class LinkPoseLowerer:
         reset = self._fields.sampling.resets.get(id(value))
         if reset is None:
             return Rows(self._fields.scenes, tuple(self._rows(value)))
-        return self._drawn_anew(reset)
+        return self._redrawn_item(reset)
 
-    def _drawn_anew(self, reset: ResettableValue) -> Node:
+    def _redrawn_item(self, reset: ResettableValue) -> Node:
         def limit_items(limits: Value, scenes: tuple[int, ...]) -> Iterator[Any]:
             drawn = self._fields.sampling.resets.get(id(limits))
-            return built_limit_items(limits, scenes) if drawn is None else drawn_limit_items(self._drawn_anew(drawn))
+            return built_limit_items(limits, scenes) if drawn is None else drawn_limit_items(self._redrawn_item(drawn))
 
         self.variation.join(reset.variation)
         return reset_node(reset, limit_items)

@@ -116,7 +116,7 @@ def seven_numbers(pose: Value) -> Pose7:
 
 def _plane_pose(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer) -> Value:
     if shape.normal.__class__ in VARYING or shape.offset.__class__ in VARYING:
-        return _varying_plane(shape, pose, origin, fields)
+        return _lower_varying_plane(shape, pose, origin, fields)
     normal = direction(shape.normal)
     if not any(normal):
         _no_direction(origin, fields.sink)
@@ -132,7 +132,7 @@ def _no_direction(origin: Origin, sink: Sink) -> None:
     sink.report("SC114", "a normal of length 0 has no direction", origin.child("normal"))
 
 
-def _varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer) -> Value:
+def _lower_varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer) -> Value:
     place = field_place(origin)
     variation = VariationLowerer(fields, origin)
     normal = variation.item(shape.normal, _NORMAL, place.key("normal"))

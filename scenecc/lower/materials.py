@@ -133,7 +133,7 @@ class MaterialLowerer:
         if found is None:
             given = self._named.get(full)
             if given is None:
-                self._unknown(name, owner.child(*at), fields)
+                self._report_unknown(name, owner.child(*at), fields)
                 return PLAIN_SURFACE
             before = fields.sampling.read
             found = self._lowered[full] = self._lower(given, self._origin.child(full), fields.inside(scope_of(full)))
@@ -148,7 +148,7 @@ class MaterialLowerer:
             by_scenes[fields.scenes] = self._lower(self._named[full], place, inside)
         return by_scenes[fields.scenes]
 
-    def _unknown(self, name: str, place: Origin, fields: FieldLowerer) -> None:
+    def _report_unknown(self, name: str, place: Origin, fields: FieldLowerer) -> None:
         full = qualified(name, fields.scope)
         prefix = qualified("", scope_of(full))
         name = full[len(prefix) :]

@@ -196,11 +196,11 @@ def lower_pose(pose: Any, owner: Origin, at: Path, sink: Sink) -> Pose7:
         return (x, y, z, 1.0, 0.0, 0.0, 0.0)
     form = rotation_key(pose)
     if form == "matrix":
-        return _fixed_matrix(pose.matrix, owner.child(*at), sink)
+        return _lower_matrix(pose.matrix, owner.child(*at), sink)
     p: Vec3 = pose.p or (0.0, 0.0, 0.0)
     if form is None:
         return (*p, 1.0, 0.0, 0.0, 0.0)
-    return (*p, *(_fixed_rotation(pose, form, p, owner, (*at, form), sink) or IDENTITY))
+    return (*p, *(_lower_rotation(pose, form, p, owner, (*at, form), sink) or IDENTITY))
 
 
 _ROTATIONS = frozenset(("matrix", *ROTATIONS))
@@ -219,7 +219,7 @@ def direction(axis: str | Vec3) -> Vec3:
     return AXES[axis] if isinstance(axis, str) else axis
 
 
-def _fixed_rotation(pose: Any, form: str, p: Vec3, owner: Origin, at: Path, sink: Sink) -> Quat | None:
+def _lower_rotation(pose: Any, form: str, p: Vec3, owner: Origin, at: Path, sink: Sink) -> Quat | None:
     match form:
         case "q":
             return lower_quaternion(pose.q, owner, at, sink)
@@ -230,9 +230,9 @@ def _fixed_rotation(pose: Any, form: str, p: Vec3, owner: Origin, at: Path, sink
             roll, pitch, yaw = pose.rpy_deg
             return rotations.from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))
         case "axis_angle":
-            return _fixed_axis_angle(pose.axis_angle, owner.child(*at), sink)
+            return _lower_axis_angle(pose.axis_angle, owner.child(*at), sink)
         case _:
-            return _fixed_look_at(pose.look_at, p, owner.child(*at), sink)
+            return _lower_look_at(pose.look_at, p, owner.child(*at), sink)
 
 
 def lower_quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | None:
@@ -260,7 +260,7 @@ def has_angle(given: AxisAngle, origin: Origin, sink: Sink) -> bool:
     return True
 
 
-def _fixed_axis_angle(given: Any, origin: Origin, sink: Sink) -> Quat | None:
+def _lower_axis_angle(given: Any, origin: Origin, sink: Sink) -> Quat | None:
     if not has_angle(given, origin, sink):
         return None
     axis = direction(given.axis)
@@ -273,7 +273,7 @@ def _fixed_axis_angle(given: Any, origin: Origin, sink: Sink) -> Quat | None:
     return rotations.from_axis_angle(axis, math.radians(given.angle_deg or 0.0))
 
 
-def _fixed_look_at(target: Vec3, p: Vec3, origin: Origin, sink: Sink) -> Quat | None:
+def _lower_look_at(target: Vec3, p: Vec3, origin: Origin, sink: Sink) -> Quat | None:
     q = rotations.looking((target[0] - p[0], target[1] - p[1], target[2] - p[2]))
     if q is None:
         sink.report(
@@ -285,7 +285,7 @@ def _fixed_look_at(target: Vec3, p: Vec3, origin: Origin, sink: Sink) -> Quat | 
     return q
 
 
-def _fixed_matrix(matrix: Any, origin: Origin, sink: Sink) -> Pose7:
+def _lower_matrix(matrix: Any, origin: Origin, sink: Sink) -> Pose7:
     if (off := rotations.rigidity(matrix)) > RIGID_TOLERANCE:
         sink.report(
             "SC113",

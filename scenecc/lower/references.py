@@ -273,8 +273,8 @@ def _reference_numbers(
 
     if not variation.is_random:
         return per_scene(rows(fields.batch()), "int64")
-    value = fields.drawn(rows, lambda: ValueBounds.of(range(len(lookup.found)), exact=False))
-    return fields.checked(value, node, _INDEX_TYPE, place.origin)
+    value = fields.make_drawn(rows, lambda: ValueBounds.of(range(len(lookup.found)), exact=False))
+    return fields.check_value(value, node, _INDEX_TYPE, place.origin)
 
 
 FileResolver = Callable[[str, "Origin"], AssetFile | None]

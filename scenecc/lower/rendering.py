@@ -325,7 +325,7 @@ class _RenderObjectLowerer:
         given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
         if light.pose is not None:
             return read_pose(light.pose, origin, fields)
-        missing = _missing_pose_keys(light, given)
+        missing = _find_missing_pose_keys(light, given)
         if missing is not None:
             message = f"a light of type {light.type} needs {missing}, or a `mount`"
             self.sink.report("SC102", message, origin)
@@ -384,7 +384,7 @@ class _RenderObjectLowerer:
         return Perspective(fovy=literal(radians(FOVY_DEGREES)) if fovy is None else fovy)
 
 
-def _missing_pose_keys(light: Any, given: list[str]) -> str | None:
+def _find_missing_pose_keys(light: Any, given: list[str]) -> str | None:
     """The keys that a light lacks for its position or direction; None if it is complete."""
     if light.mount is not None:
         return None

@@ -64,7 +64,7 @@ def fixed_draws(sampling: SamplingContext) -> frozenset[str]:
     return frozenset(found)
 
 
-def _is_drawn_again(variation: VariationLowerer, sampling: SamplingContext, kept: frozenset[str]) -> bool:
+def _is_redrawn(variation: VariationLowerer, sampling: SamplingContext, kept: frozenset[str]) -> bool:
     """Whether a reset changes a value. `kept`: the shared draws that are fixed after the build."""
     return variation.drawn or any(name in sampling.random and name not in kept for name in variation.reads)
 
@@ -82,8 +82,8 @@ class RecipeBuilder:
         self._frames = frames
         self._fixed = fixed_draws(sampling)
         self._read: set[str] = set()
-        self._anew: dict[int, Value] = {}
-        self._frozen: dict[tuple[str, tuple[int, ...]], Rows] = {}
+        self._redrawn: dict[int, Value] = {}
+        self._built_poses: dict[tuple[str, tuple[int, ...]], Rows] = {}
         self._poses: dict[str, dict[tuple[int, ...], str]] = {}
         self._shared_poses: list[tuple[str, Node]] = []
 
@@ -116,7 +116,7 @@ class RecipeBuilder:
         changed: dict[str, Any] = {}
         for field in _value_fields(type(node)):
             value: Value | None = getattr(node, field)
-            made = value and self._drawn_anew(value)
+            made = value and self._add_recipe(value)
             if made is not value:
                 changed[field] = made
         for field in _PARTS.get(type(node), ()):
@@ -130,7 +130,7 @@ class RecipeBuilder:
     def placement(self, placement: Placement) -> Placement:
         """Adds the recipes of the values that are redrawn for every try of a placement."""
         given = [(name, value) for name in TRIED_FIELDS if (value := getattr(placement, name)) is not None]
-        drawn = {name: self._drawn_anew(value) for name, value in given}
+        drawn = {name: self._add_recipe(value) for name, value in given}
         if placement.frame is not None:
             drawn["frame"] = self._follower_pose(f"placements:{placement.name}", placement.frame)
         return replace(placement, **drawn) if drawn else placement  # pyright: ignore[reportArgumentType]
@@ -148,11 +148,11 @@ class RecipeBuilder:
     def _follower_pose(self, key: str, pose: Value) -> Value:
         follower = self._frames.followers.get(key)
         if follower is None:
-            return self._drawn_anew(pose)
+            return self._add_recipe(pose)
         if pose.known:
             return pose
         read: set[str] = set()
-        fields, local, own = follower.fields, follower.local, self._is_drawn(follower.variation)
+        fields, local, own = follower.fields, follower.local, self._is_redrawn_here(follower.variation)
         outer: Any = None if follower.parent is None else self._pose(follower.parent, fields, read)
         if outer is None and not own:
             return pose
@@ -162,7 +162,7 @@ class RecipeBuilder:
             local = _pose_rows(local, fields)  # pyright: ignore[reportArgumentType]
         self._read |= read
         if outer is None:
-            outer = IDENTITY_POSE if follower.parent is None else self._as_built(follower.parent, fields)
+            outer = IDENTITY_POSE if follower.parent is None else self._built_pose(follower.parent, fields)
         node: Any = local if outer == IDENTITY_POSE else Composed(outer, local)
         return _with_recipe(pose, node, fields.scenes)
 
@@ -185,7 +185,7 @@ class RecipeBuilder:
         ]
         return (*draws, *self._shared_poses)
 
-    def _drawn_anew(self, value: Value) -> Value:
+    def _add_recipe(self, value: Value) -> Value:
         """A value with its recipe; unchanged if a reset does not change it.
 
         An initial joint position and its drive target share a value, so they share its recipe.
@@ -193,20 +193,20 @@ class RecipeBuilder:
         reset = self._sampling.resets.get(id(value))
         if reset is None or not self._is_changed(reset):
             return value
-        found = self._anew.get(id(value))
+        found = self._redrawn.get(id(value))
         if found is None:
             node = self._reset_node(reset)
-            found = self._anew[id(value)] = _with_recipe(value, node, reset.fields.scenes)
+            found = self._redrawn[id(value)] = _with_recipe(value, node, reset.fields.scenes)
         return found
 
-    def _is_drawn(self, variation: VariationLowerer) -> bool:
-        return _is_drawn_again(variation, self._sampling, self._fixed)
+    def _is_redrawn_here(self, variation: VariationLowerer) -> bool:
+        return _is_redrawn(variation, self._sampling, self._fixed)
 
     def _is_changed(self, reset: ResettableValue) -> bool:
         """Whether a reset changes a value: it, its limits or the position that it follows is redrawn."""
         limits = None if reset.limits is None else self._sampling.resets.get(id(reset.limits))
         return (
-            self._is_drawn(reset.variation)
+            self._is_redrawn_here(reset.variation)
             or (limits is not None and self._is_changed(limits))
             or (reset.follows is not None and self._is_changed(reset.follows.source))
         )
@@ -231,20 +231,20 @@ class RecipeBuilder:
         chain = list(_moving_ancestors(name, self._frames))
         at = self._frames.frame_pose(chain[-1]).parent if chain else name
         variations = [variation for one in chain if (variation := self._frames.frame_pose(one).variation) is not None]
-        if not any(map(self._is_drawn, variations)):
+        if not any(map(self._is_redrawn_here, variations)):
             return None
         read.update(*(variation.reads for variation in variations))
-        item = IDENTITY_POSE if at is None else self._as_built(at, fields)
+        item = IDENTITY_POSE if at is None else self._built_pose(at, fields)
         depth = 0
         for member in reversed(chain):
             if depth == MAX_COMPOSED_POSES and at is not None:
-                item, depth = self._shared(at, item, fields), 0
+                item, depth = self._share_pose(at, item, fields), 0
             local: Any = self._frames.frame_pose(member).local
             item = local if item == IDENTITY_POSE else Composed(item, local)
             at, depth = member, depth + 1
         return item
 
-    def _shared(self, name: str, item: Any, fields: FieldLowerer) -> Shared:
+    def _share_pose(self, name: str, item: Any, fields: FieldLowerer) -> Shared:
         """The pose of a frame at the end of a long chain, as a shared draw."""
         poses = self._poses.setdefault(name, {})
         if fields.scenes not in poses:
@@ -253,14 +253,14 @@ class RecipeBuilder:
             self._shared_poses.append((draw, item if item.__class__ in NODES else Const(item)))
         return Shared(poses[fields.scenes])
 
-    def _as_built(self, name: str, fields: FieldLowerer) -> Any:
+    def _built_pose(self, name: str, fields: FieldLowerer) -> Any:
         world = self._frames.frame_pose(name).world
         if world.__class__ not in NODES:
             return world
         key = (name, fields.scenes)
-        if key not in self._frozen:
-            self._frozen[key] = _pose_rows(world, fields)  # pyright: ignore[reportArgumentType]
-        return self._frozen[key]
+        if key not in self._built_poses:
+            self._built_poses[key] = _pose_rows(world, fields)  # pyright: ignore[reportArgumentType]
+        return self._built_poses[key]
 
     def _rows_of(self, name: str) -> Rows:
         """The rows of a drawn shared draw, in all scenes in which it has a value."""
@@ -296,9 +296,7 @@ def check_constraint_resets(constraints: tuple[Constraint, ...], sampling: Sampl
         # Reference frames of only one body.
         own = set(chains[0]).symmetric_difference(chains[1] if len(chains) > 1 else ())
         variations = [variation for name in own if (variation := frames.frame_pose(name).variation) is not None]
-        if constraint.origin is not None and any(
-            _is_drawn_again(variation, sampling, kept) for variation in variations
-        ):
+        if constraint.origin is not None and any(_is_redrawn(variation, sampling, kept) for variation in variations):
             sampling.sink.report(
                 "SC343",
                 f"`{cut(constraint.name)}` keeps its pose as built, but a reset redraws where its bodies start",

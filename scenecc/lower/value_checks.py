@@ -85,7 +85,7 @@ def check_rows(check: ValueCheck, fields: FieldLowerer) -> bool:
     if outside:
         scene, row = check.scenes[outside[0]], data[outside[0]]
         wrong = bounds.requirement(_number_outside(row, bounds))
-        message = f"in scene {scene} this is {_shown_row(row)}: {_subject(row)} must be {wrong}"
+        message = f"in scene {scene} this is {_format_row(row)}: {_subject(row)} must be {wrong}"
         sampling.sink.report("SC513", message, check.origin)
     return not outside
 
@@ -104,7 +104,7 @@ def check_samples(check: ValueCheck, fields: FieldLowerer) -> bool:
         from scenecc.variation.samples import CHECKED_LATER, named_sample, sample_of  # noqa: PLC0415 - loads numpy
 
         row = rows[outside[0]]
-        message = f"{named_sample(*sample_of(outside[0], check.scenes))} this is {_shown_row(row)}: {_subject(row)}"
+        message = f"{named_sample(*sample_of(outside[0], check.scenes))} this is {_format_row(row)}: {_subject(row)}"
         message += f" must be {bounds.requirement(_number_outside(row, bounds))}"
         hint = f"{CHECKED_LATER}; `min` and `max` in the expression keep it in its range"
         fields.sink.report("SC514", message, check.origin, hint=hint)
@@ -177,6 +177,6 @@ def _subject(row: Any) -> str:
     return "each number" if row.size > 1 else "it"
 
 
-def _shown_row(row: Any) -> str:
+def _format_row(row: Any) -> str:
     numbers = row.ravel().tolist()
     return f"{numbers[0]:g}" if len(numbers) == 1 else "[" + ", ".join(f"{number:g}" for number in numbers) + "]"

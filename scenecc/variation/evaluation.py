@@ -424,7 +424,7 @@ def _scene_index(batch: Batch, node: nodes.Rows) -> NDArray[np.intp]:
     return index
 
 
-def _stacked(batch: Batch, node: nodes.Stacked) -> NDArray[Any]:
+def _evaluate_stacked(batch: Batch, node: nodes.Stacked) -> NDArray[Any]:
     parts = [batch.item(item) for item in node.items]
     for item, part in zip(node.items, parts, strict=True):
         if part.dtype.kind in "bO":
@@ -457,7 +457,7 @@ def _choice_index(batch: Batch, node: nodes.Chosen) -> NDArray[np.int64]:
     return choice(u, len(node.items), node.weights)
 
 
-def _shuffled(batch: Batch, node: nodes.Shuffled) -> NDArray[Any]:
+def _evaluate_shuffled(batch: Batch, node: nodes.Shuffled) -> NDArray[Any]:
     """The items in ascending order of their words (B, n), then the rest."""
     count = len(node.items)
     places = np.argsort(_units(batch, node, node.word, count), axis=1, kind="stable")
@@ -469,7 +469,7 @@ def _shuffled(batch: Batch, node: nodes.Shuffled) -> NDArray[Any]:
     return object_array([[*(node.items[place] for place in row), *node.rest] for row in places.tolist()])
 
 
-def _drawn(batch: Batch, node: nodes.Drawn) -> NDArray[Any]:
+def _evaluate_drawn(batch: Batch, node: nodes.Drawn) -> NDArray[Any]:
     """Drawn numbers (B, *shape)."""
     operands = _draw_operands(batch, node)
 
@@ -527,7 +527,7 @@ def _bound(batch: Batch, node: nodes.Drawn, item: Any, count: int) -> NDArray[np
 _INT64 = 2**63
 
 
-def _computed(batch: Batch, node: nodes.Computed) -> NDArray[Any]:
+def _evaluate_computed(batch: Batch, node: nodes.Computed) -> NDArray[Any]:
     """The value of an expression in each scene (B, *shape)."""
     template, draws = node.template, node.draws_by_name
     names = sorted(template.names - {"num_scenes"})
@@ -571,7 +571,7 @@ def _result_rows(batch: Batch, node: nodes.Computed, results: list[Any]) -> NDAr
     return np.array(results, dtype=np.float64).reshape(len(results), *node.shape)
 
 
-def _converted(batch: Batch, node: nodes.Converted) -> NDArray[Any]:
+def _evaluate_converted(batch: Batch, node: nodes.Converted) -> NDArray[Any]:
     """Rows (B, …) in the format of the field."""
     convert, shape = CONVERSIONS[node.to]
     rows = batch.item(node.of).tolist()
@@ -582,7 +582,7 @@ def _converted(batch: Batch, node: nodes.Converted) -> NDArray[Any]:
     return np.array(made, dtype=np.float64 if shape else np.bool_).reshape(len(made), *shape)
 
 
-def _normalized(batch: Batch, node: nodes.Normalized) -> Floats:
+def _evaluate_normalized(batch: Batch, node: nodes.Normalized) -> Floats:
     """Quaternions (B, 4)."""
     (q,) = _parts(batch, node)
     length = rotation_arrays.hypot(q)
@@ -592,14 +592,14 @@ def _normalized(batch: Batch, node: nodes.Normalized) -> Floats:
     return np.where((off <= EXACT_UNIT_TOLERANCE)[:, None], q, rotation_arrays.normalized(q))
 
 
-def _from_axis_angle(batch: Batch, node: nodes.FromAxisAngle) -> Floats:
+def _evaluate_from_axis_angle(batch: Batch, node: nodes.FromAxisAngle) -> Floats:
     """Quaternions (B, 4)."""
     axis, angle = _parts(batch, node)
     _refuse(batch, node, (axis == 0).all(axis=1), "an axis of length 0 has no direction")
     return rotation_arrays.from_axis_angle(axis, angle)
 
 
-def _from_matrix(batch: Batch, node: nodes.FromMatrix) -> Floats:
+def _evaluate_from_matrix(batch: Batch, node: nodes.FromMatrix) -> Floats:
     """Poses (B, 7)."""
     (matrix,) = _parts(batch, node)
     off = rotation_arrays.rigidity(matrix)
@@ -608,7 +608,7 @@ def _from_matrix(batch: Batch, node: nodes.FromMatrix) -> Floats:
     return np.concatenate((matrix[:, :3, 3], rotation_arrays.from_matrix(matrix[:, :3, :3])), axis=1)
 
 
-def _looking(batch: Batch, node: nodes.Looking) -> Floats:
+def _evaluate_looking(batch: Batch, node: nodes.Looking) -> Floats:
     """Quaternions (B, 4)."""
     target, p = _parts(batch, node)
     q, known = rotation_arrays.looking(target - p)
@@ -616,7 +616,7 @@ def _looking(batch: Batch, node: nodes.Looking) -> Floats:
     return q
 
 
-def _pointing(batch: Batch, node: nodes.Pointing) -> Floats:
+def _evaluate_pointing(batch: Batch, node: nodes.Pointing) -> Floats:
     """Quaternions (B, 4)."""
     (direction,) = _parts(batch, node)
     _refuse(batch, node, (direction == 0).all(axis=1), "a direction of length 0 points nowhere")
@@ -644,7 +644,7 @@ def _refuse(batch: Batch, node: Node, wrong: NDArray[np.bool_], message: str) ->
         raise batch.error(message, int(np.argwhere(wrong)[0, 0]), node)
 
 
-def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
+def _evaluate_affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
     """The numbers (B,) of a node. Raises a DrawError if its parts are not numbers, or too few."""
     rows = batch.item(node.of)
     is_single = node.index < 0
@@ -659,7 +659,7 @@ def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
     return np.maximum(np.minimum(moved.astype(np.float64), batch.item(node.high)), batch.item(node.low))
 
 
-def _placed(batch: Batch, node: nodes.Placed) -> Floats:
+def _evaluate_placed(batch: Batch, node: nodes.Placed) -> Floats:
     """Poses (B, 7)."""
     if node.name not in batch.placed:
         raise batch.error(f"`{node.name}` is not placed yet", 0, node)
@@ -674,30 +674,30 @@ SELECTIONS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
 """The index (B,) of the item that each kind of selecting node has in each scene."""
 
 
-def _selected(batch: Batch, node: Any) -> NDArray[Any]:
+def _evaluate_selected(batch: Batch, node: Any) -> NDArray[Any]:
     return batch.selected(node.items, SELECTIONS[type(node)](batch, node))
 
 
 EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
-    **dict.fromkeys(SELECTIONS, _selected),
+    **dict.fromkeys(SELECTIONS, _evaluate_selected),
     nodes.Const: lambda batch, node: batch.item(node.data),
-    nodes.Shuffled: _shuffled,
-    nodes.Drawn: _drawn,
+    nodes.Shuffled: _evaluate_shuffled,
+    nodes.Drawn: _evaluate_drawn,
     nodes.RandomRotated: lambda batch, node: rotation(_units(batch, node, 0, 3)),
-    nodes.Stacked: _stacked,
-    nodes.Computed: _computed,
-    nodes.Converted: _converted,
+    nodes.Stacked: _evaluate_stacked,
+    nodes.Computed: _evaluate_computed,
+    nodes.Converted: _evaluate_converted,
     nodes.Shared: lambda batch, node: batch.shared(node.name),
     nodes.Posed: lambda batch, node: np.concatenate(_parts(batch, node), axis=1),
-    nodes.Normalized: _normalized,
+    nodes.Normalized: _evaluate_normalized,
     nodes.FromRpy: lambda batch, node: rotation_arrays.from_rpy(*_parts(batch, node)),
-    nodes.FromAxisAngle: _from_axis_angle,
-    nodes.FromMatrix: _from_matrix,
-    nodes.Looking: _looking,
-    nodes.Pointing: _pointing,
+    nodes.FromAxisAngle: _evaluate_from_axis_angle,
+    nodes.FromMatrix: _evaluate_from_matrix,
+    nodes.Looking: _evaluate_looking,
+    nodes.Pointing: _evaluate_pointing,
     # Same rounding as `math.radians`.
     nodes.Radians: lambda batch, node: _numbers(batch, node, node.degrees) * (math.pi / 180.0),
-    nodes.AffineClamp: _affine_clamp,
-    nodes.Placed: _placed,
+    nodes.AffineClamp: _evaluate_affine_clamp,
+    nodes.Placed: _evaluate_placed,
     nodes.Composed: lambda batch, node: rotation_arrays.compose(*_parts(batch, node)),
 }

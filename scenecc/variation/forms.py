@@ -203,11 +203,7 @@ class Template:
         parts = self._parsed.parts
         if len(parts) == 1 and isinstance(parts[0], Expression):
             return parts[0].run
-        return lambda environment: _filled(parts, environment)
-
-    def expressions(self) -> tuple[str | Expression, ...]:
-        """The literal texts and the expressions, in order."""
-        return self._parsed.parts
+        return lambda environment: _fill_template(parts, environment)
 
     @property
     def meshes(self) -> Mapping[str, Expression]:
@@ -221,7 +217,7 @@ class Template:
 
     def place(self, name: str) -> tuple[int, int]:
         """The first position of a name: (start, end) in the text."""
-        for part in (*self.expressions(), *self.meshes.values()):
+        for part in (*self._parsed.parts, *self.meshes.values()):
             if isinstance(part, Expression) and name in part.places:
                 return part.places[name]
         raise KeyError(name)
@@ -300,7 +296,7 @@ def _parse(text: str) -> _Parsed:
     return _Parsed(tuple(parts), names - observations.keys(), meshes, observations)
 
 
-def _filled(parts: tuple[str | Expression, ...], environment: Mapping[str, Any]) -> str:
+def _fill_template(parts: tuple[str | Expression, ...], environment: Mapping[str, Any]) -> str:
     texts: list[str] = []
     filled = 0
     for part in parts:

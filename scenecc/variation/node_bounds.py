@@ -100,7 +100,7 @@ class BoundsAnalysis:
 _ANY_ROTATION = ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=True)
 
 
-def _drawn(analysis: BoundsAnalysis, node: nodes.Drawn) -> ValueBounds:
+def _bound_draw(analysis: BoundsAnalysis, node: nodes.Drawn) -> ValueBounds:
     drawn = node.distribution
     if drawn.between is not None and not drawn.whole:
         # Shortcut for the common case of two plain bounds.
@@ -127,14 +127,14 @@ def _drawn(analysis: BoundsAnalysis, node: nodes.Drawn) -> ValueBounds:
     return ValueBounds(None, low, high, exact)
 
 
-def _shuffled(_: BoundsAnalysis, node: nodes.Shuffled) -> ValueBounds:
+def _bound_shuffle(_: BoundsAnalysis, node: nodes.Shuffled) -> ValueBounds:
     if not all(item.__class__ in NUMBERS for item in node.items):
         return UNKNOWN
     low, high = ((pick(node.items),) * len(node.items) for pick in (min, max))
     return ValueBounds(None, (*low, *node.rest), (*high, *node.rest), exact=True)
 
 
-def _stacked(analysis: BoundsAnalysis, node: nodes.Stacked) -> ValueBounds:
+def _bound_stack(analysis: BoundsAnalysis, node: nodes.Stacked) -> ValueBounds:
     first, *others = node.items
     if others and all(item is first for item in others):
         # One bound serves every component.
@@ -161,13 +161,13 @@ def _reads_context(item: Any) -> bool:
 _CONTEXT_NODES = frozenset((nodes.Rows, nodes.Cycled, nodes.Computed, nodes.Shared, nodes.Placed))
 
 
-def _posed(analysis: BoundsAnalysis, node: nodes.Posed) -> ValueBounds:
+def _bound_pose(analysis: BoundsAnalysis, node: nodes.Posed) -> ValueBounds:
     if not _are_independent((node.p, node.q)):
         return analysis.sampled(node)
     return combined_bounds(_parts(analysis, node), lambda parts: (*parts[0], *parts[1]))
 
 
-def _radians(analysis: BoundsAnalysis, node: nodes.Radians) -> ValueBounds:
+def _bound_radians(analysis: BoundsAnalysis, node: nodes.Radians) -> ValueBounds:
     return combined_bounds([analysis.item(node.degrees)], lambda parts: _to_radians(parts[0]))
 
 
@@ -175,7 +175,7 @@ def _to_radians(bound: Any) -> Any:
     return tuple(map(_to_radians, bound)) if bound.__class__ is tuple else math.radians(bound)
 
 
-def _converted(analysis: BoundsAnalysis, node: nodes.Converted) -> ValueBounds:
+def _bound_conversion(analysis: BoundsAnalysis, node: nodes.Converted) -> ValueBounds:
     found, convert = analysis.item(node.of), CONVERSIONS[node.to].convert
     ends = () if found.low is None else (found.low, found.high)
     made = [convert(item) for item in (ends if found.alternatives is None else found.alternatives)]
@@ -186,32 +186,32 @@ def _converted(analysis: BoundsAnalysis, node: nodes.Converted) -> ValueBounds:
     return ValueBounds(None, *made, exact=found.exact)
 
 
-def _composed(analysis: BoundsAnalysis, node: nodes.Composed) -> ValueBounds:
+def _bound_composition(analysis: BoundsAnalysis, node: nodes.Composed) -> ValueBounds:
     outer, inner = _parts(analysis, node)
     if not _are_independent((node.outer, node.inner)):
         return analysis.sampled(node)
     if outer.low is None or inner.low is None or not outer.low[3:] == outer.high[3:] == (1.0, 0.0, 0.0, 0.0):
         return analysis.sampled(node)
-    return combined_bounds((outer, inner), _translated)
+    return combined_bounds((outer, inner), _translate)
 
 
-def _translated(poses: tuple[Any, ...]) -> Any:
+def _translate(poses: tuple[Any, ...]) -> Any:
     """Composes two poses, the outer one without rotation."""
     outer, inner = poses
     return (*(a + b for a, b in zip(outer[:3], inner[:3], strict=True)), *inner[3:])
 
 
-def _computed(analysis: BoundsAnalysis, node: nodes.Computed) -> ValueBounds:
+def _bound_expression(analysis: BoundsAnalysis, node: nodes.Computed) -> ValueBounds:
     name = node.template.text.removeprefix("${").removesuffix("}").strip()
     draw = node.draws_by_name.get(name)
     if draw is None:
         return analysis.sampled(node)
     # The bounds of a named draw are known. They are not exact, since other values may read the same draw.
     found = analysis.shared(draw)
-    return replace(found if node.shape is None else _shaped(found, node.shape), exact=False)
+    return replace(found if node.shape is None else _check_shape(found, node.shape), exact=False)
 
 
-def _affine_clamp(analysis: BoundsAnalysis, node: nodes.AffineClamp) -> ValueBounds:
+def _bound_affine_clamp(analysis: BoundsAnalysis, node: nodes.AffineClamp) -> ValueBounds:
     of = analysis.item(node.of)
     parts = [
         of if node.index < 0 else component_bounds(of, node.index),
@@ -220,18 +220,18 @@ def _affine_clamp(analysis: BoundsAnalysis, node: nodes.AffineClamp) -> ValueBou
     if any(part.low.__class__ not in NUMBERS or part.high.__class__ not in NUMBERS for part in parts):
         return UNKNOWN
     if parts[1].low == parts[1].high >= 0:
-        return combined_bounds(parts, _clamped)
+        return combined_bounds(parts, _clamp)
     return analysis.sampled(node)
 
 
-def _clamped(parts: tuple[float, ...]) -> float:
+def _clamp(parts: tuple[float, ...]) -> float:
     of, factor, offset, low, high = parts
     return max(min(factor * of + offset, high), low)
 
 
 def _parts(analysis: BoundsAnalysis, node: Node) -> list[ValueBounds]:
     """The bounds of the fields of a node with a signature."""
-    return [_shaped(analysis.item(getattr(node, name)), shape) for name, shape in shaped_fields(node)]
+    return [_check_shape(analysis.item(getattr(node, name)), shape) for name, shape in shaped_fields(node)]
 
 
 def _plain_bound(item: Any, shape: tuple[int, ...]) -> Any:
@@ -245,11 +245,11 @@ def _plain_bound(item: Any, shape: tuple[int, ...]) -> Any:
 def _broadcast_bounds(found: ValueBounds, shape: tuple[int, ...]) -> ValueBounds:
     """Repeats the bound of one number for every component."""
     if not shape or found.low is None or found.low.__class__ is tuple:
-        return _shaped(found, shape)
+        return _check_shape(found, shape)
     return ValueBounds(None, (found.low,) * shape[0], (found.high,) * shape[0], found.exact)
 
 
-def _shaped(found: ValueBounds, shape: tuple[int, ...]) -> ValueBounds:
+def _check_shape(found: ValueBounds, shape: tuple[int, ...]) -> ValueBounds:
     """The bounds if they have that shape, otherwise unknown. A wrong shape of an expression is reported at the draw."""
     return found if found.low is None or has_shape(found.low, shape) else UNKNOWN
 
@@ -264,17 +264,17 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     nodes.Rows: lambda analysis, node: analysis.any_of(node.items),
     nodes.Cycled: lambda analysis, node: analysis.any_of(node.items),
     nodes.Chosen: lambda analysis, node: analysis.any_of(tuple(node.items[number] for number in node.possible)),
-    nodes.Shuffled: _shuffled,
-    nodes.Drawn: _drawn,
+    nodes.Shuffled: _bound_shuffle,
+    nodes.Drawn: _bound_draw,
     nodes.RandomRotated: lambda _analysis, _node: _ANY_ROTATION,
-    nodes.Stacked: _stacked,
-    nodes.Computed: _computed,
-    nodes.Converted: _converted,
+    nodes.Stacked: _bound_stack,
+    nodes.Computed: _bound_expression,
+    nodes.Converted: _bound_conversion,
     nodes.Shared: lambda analysis, node: analysis.shared(node.name),
     nodes.Placed: lambda _analysis, _node: UNKNOWN,
-    nodes.Posed: _posed,
-    nodes.Radians: _radians,
-    nodes.AffineClamp: _affine_clamp,
-    nodes.Composed: _composed,
+    nodes.Posed: _bound_pose,
+    nodes.Radians: _bound_radians,
+    nodes.AffineClamp: _bound_affine_clamp,
+    nodes.Composed: _bound_composition,
 }
 """Computes the bounds of each kind of node."""

@@ -96,13 +96,13 @@ def nodes_read(item: Any, batch: Batch) -> Iterator[tuple[Node, Batch]]:
         elif kind is Shared:
             todo.append((batch.draws[item.name], batch))
         elif kind in SELECTIONS:
-            todo += reversed([*_selected_parts(item, batch)])
+            todo += reversed([*_split_by_selection(item, batch)])
         elif kind in NODE_FIELDS:
             yield item, batch
             todo += [(getattr(item, name), batch) for name in reversed(NODE_FIELDS[kind])]
 
 
-def _selected_parts(node: Any, batch: Batch) -> Iterator[tuple[Any, Batch]]:
+def _split_by_selection(node: Any, batch: Batch) -> Iterator[tuple[Any, Batch]]:
     """The items of a node that selects one for each scene, each with its rows; nothing where the selection fails."""
     try:
         index = SELECTIONS[node.__class__](batch, node)

@@ -411,7 +411,7 @@ class ArticulationLowerer:
                 alone = [other.draft for draft in drafts for other in draft.parts if other.keys is part.keys]
                 overrides = PatternOverrides(part.keys, part.origin, self._matching, self._sink)
                 overrides.check(alone)
-                parts[id(part.keys)] = _PartContext(overrides, _moving_names(alone))
+                parts[id(part.keys)] = _PartContext(overrides, _list_moving_names(alone))
         targets = DriveTargetCheck(fields, self._sink, beyond_limits=bool(entity.beyond_limits))
         # Copied once, since values are cached by model.
         still = entity.model_copy(update={"gravity": None})
@@ -424,7 +424,7 @@ class ArticulationLowerer:
             parts,
             OverrideValues(self._materials, fields),
             targets,
-            _moving_names(drafts),
+            _list_moving_names(drafts),
             one_id,
         )
 
@@ -554,7 +554,7 @@ class ArticulationLowerer:
         return self._shared[id(entity)]
 
 
-def _moving_names(drafts: Iterable[ArticulationDraft]) -> frozenset[str]:
+def _list_moving_names(drafts: Iterable[ArticulationDraft]) -> frozenset[str]:
     joints = (link.joint for draft in drafts for link in draft.links)
     return frozenset(joint.name for joint in joints if joint is not None and joint.moves)
 
@@ -580,7 +580,7 @@ def _warn_ignored_pairs_collide(
         return
     found: dict[Origin, list[tuple[int, int]]] = {}
     for link, place in written.items():
-        pairs = list(_colliding_pairs(link, draft, bodies, all_of_them=whole is not None))
+        pairs = list(_find_colliding_pairs(link, draft, bodies, all_of_them=whole is not None))
         if pairs:
             found.setdefault(place, []).extend(pairs)
     for place, pairs in found.items():
@@ -593,7 +593,7 @@ def _warn_ignored_pairs_collide(
         sink.report("SC524", message, place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
 
 
-def _colliding_pairs(
+def _find_colliding_pairs(
     number: int, draft: ArticulationDraft, bodies: Sequence[BodyStructure], *, all_of_them: bool
 ) -> Iterator[tuple[int, int]]:
     link = draft.links[number]

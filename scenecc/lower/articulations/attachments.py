@@ -138,7 +138,7 @@ class ArticulationAssembler:
         added = replace(added, links=(root, *added.links[1:]))
         links = tuple(_rename_link(link, prefix, to or 0, start, shift) for link in added.links)
         known = {constraint.name for constraint in whole.constraints}
-        constraints = tuple(_renamed_constraint(one, prefix) for one in made.constraints)
+        constraints = tuple(_rename_constraint(one, prefix) for one in made.constraints)
         double = next((one.name for one in constraints if one.name in known), None)
         unique = self._is_unique(draft.links, links, place) if double is None else self._report_double(double, place)
         if to is None or None in ignored or not unique:
@@ -262,7 +262,7 @@ def _rename_link(link: DraftLink, prefix: str, to: int, start: int, shift: int) 
     return replace(link, name=prefix + link.name, parent=parent, joint=joint, ignore_bits=link.ignore_bits << shift)
 
 
-def _renamed_constraint(constraint: DescribedConstraint, prefix: str) -> DescribedConstraint:
+def _rename_constraint(constraint: DescribedConstraint, prefix: str) -> DescribedConstraint:
     (root, parent), (_, child) = constraint.parent, constraint.child
     return replace(
         constraint, name=prefix + constraint.name, parent=(root, prefix + parent), child=(root, prefix + child)

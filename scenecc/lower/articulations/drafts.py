@@ -292,7 +292,7 @@ class LinkTreeDrafter:
                 self._pose(joint.pose_in_child, "pose_in_child", origin, fields),
             )
         if joint.axis.__class__ in VARYING:
-            return self._varying_axis(joint, origin, fields)
+            return self._lower_varying_axis(joint, origin, fields)
         frame = self._pose(joint.origin, "origin", origin, fields)
         rotation = IDENTITY
         if joint.axis is not None:
@@ -323,7 +323,7 @@ class LinkTreeDrafter:
         item = Composed(pose_item(joint.origin, place, variation, fields.sink), (0.0, 0.0, 0.0, *rotation))
         return fields.finish(item, variation, POSE, place.origin)
 
-    def _varying_axis(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> tuple[Value, Value]:
+    def _lower_varying_axis(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> tuple[Value, Value]:
         """The joint frames for an axis that varies by scene."""
         place = field_place(origin)
         variation = VariationLowerer(fields, origin.child("axis"))
@@ -415,7 +415,7 @@ def read_alternatives(entity: Any, origin: Origin, fields: FieldLowerer) -> Alte
         origin: of the entity.
         fields: of the entity.
     """
-    written = list(_written_keys(entity, origin, ()))
+    written = list(_list_written_keys(entity, origin, ()))
     if VARYING.isdisjoint(given.__class__ for _, _, given, _ in written):
         return Alternatives((_alternative(entity, written),))
     variation = VariationLowerer(fields, origin)
@@ -427,14 +427,14 @@ def read_alternatives(entity: Any, origin: Origin, fields: FieldLowerer) -> Alte
     return _Combinations(entity, columns, variation, fields).all()
 
 
-def _written_keys(keys: Any, origin: Origin, path: tuple[str, ...]) -> Iterator[WrittenKey]:
+def _list_written_keys(keys: Any, origin: Origin, path: tuple[str, ...]) -> Iterator[WrittenKey]:
     """The written keys of an articulation and its parts that determine the structure."""
     for key in _KEY_TYPES:
         # A part is always attached, so its root is not configurable.
         if (given := getattr(keys, key, None)) is not None and not (path and key == "fix_root_link"):
             yield path, key, given, origin.child(key)
     for name, part in keys.attach.items():
-        yield from _written_keys(part, origin.child("attach", name), (*path, name))
+        yield from _list_written_keys(part, origin.child("attach", name), (*path, name))
 
 
 def _alternative(keys: Any, rows: Sequence[WrittenKey]) -> Alternative:
@@ -558,10 +558,10 @@ class _Combinations:
             if not variation.cycled or len(set(known.numbers())) == len(each):
                 return Alternatives(each, known)
         found = range(len(each)) if variation.cycled else sorted({numbers[row] for row in had})
-        pick = fields.drawn(rows, lambda: ValueBounds.of(found, exact=not variation.computed))
+        pick = fields.make_drawn(rows, lambda: ValueBounds.of(found, exact=not variation.computed))
         fields.sampling.drawn |= variation.is_random
         if variation.is_random and variation.risky:
-            pick = fields.checked(pick, self._node, _INDEX_TYPE, self._first())
+            pick = fields.check_value(pick, self._node, _INDEX_TYPE, self._first())
         return Alternatives(each, pick) if len(each) > 1 else Alternatives(each)
 
     def _alternative(self, row: Combination) -> Alternative:

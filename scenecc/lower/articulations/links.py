@@ -130,7 +130,7 @@ class LinkLowerer:
             message = f"`{cut(link.name)}` has no collision shape and no inertia, so `mass` has nothing to scale"
             hint = "give it `shapes` or `collisions`, or `inertial` instead of `mass`"
             self._sink.report("SC510", message, nearest[1].child("mass"), hint=hint)
-        return (mass, None) if link.inertial is None else (None, _scaled_inertial(link.inertial, mass, values))
+        return (mass, None) if link.inertial is None else (None, _scale_inertial(link.inertial, mass, values))
 
     def _report_impossible_inertia(self, inertial: Inertial, link: DraftLink, layer: Layer) -> None:
         """Reports an impossible inertia from a pattern. Another rule checks a link's own inertia."""
@@ -144,7 +144,7 @@ class LinkLowerer:
             )
 
 
-def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) -> Inertial:
+def _scale_inertial(inertial: Inertial, mass: Value, values: OverrideValues) -> Inertial:
     """Scales the inertial of a file to another mass: I · (m / m0), the centre of mass unchanged."""
     (before,) = inertial.mass.numbers()
     moments = inertial.inertia.numbers()
