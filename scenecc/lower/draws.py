@@ -182,12 +182,14 @@ def lower_draws(
 def report_unused_draws(
     written: Mapping[str, Any], sampling: SamplingContext, names: NameScopes, origin: Origin
 ) -> None:
-    """Warns of each shared draw without readers, and reports its errors, which readers would report otherwise."""
+    """Reports the errors of each shared draw without readers, which readers would report otherwise, and warns of it."""
+    # A draw may be unread only because of a misspelt reference.
+    is_certain = not sampling.sink.failed
     for name in written:
         if name in sampling.used or name in names.given or scope_of(name) in names.overridden:
             continue
-        message = f"the draw `{cut(name)}` is never read"
-        sampling.sink.report("SC319", message, origin.child(name), at="key")
+        if is_certain:
+            sampling.sink.report("SC319", f"the draw `{cut(name)}` is never read", origin.child(name), at="key")
         try:
             sampling.fields().batch().shared(name)
         except DrawError as error:

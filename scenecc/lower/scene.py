@@ -261,11 +261,13 @@ def lower(
         return None
     sections = _SectionLowerer(scene, origin, names, selections, sampling, tables, materials, entities, built)
     plan = sections.plan(name, physics)
+    if _is_exhausted(sampling, origin, sink):
+        return None
+    report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
     # A material may be unused only because of a misspelt reference.
-    if sink.failed or _is_exhausted(sampling, origin, sink):
+    if sink.failed:
         return None
     materials.report_unused(frozenset(names.used_materials), sampling.fields())
-    report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
     if sink.failed:
         return None
     return Lowered(tables.fill(plan), tables.material_origins, sampling, entities.frames)

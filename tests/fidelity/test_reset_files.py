@@ -108,7 +108,7 @@ def test_what_is_built_stays_as_built() -> None:
     assert not np.allclose(again[:, 2], lift)
     batch.reset(draws={"lift": [0.0] * SCENES})
     assert np.allclose(batch.entities["peg"].pose[:, 2], half)
-    with pytest.raises(ValueError, match=r"cannot change the shared draw 'half', only these: lift\. .* stays as built"):
+    with pytest.raises(ValueError, match=r"cannot change the shared draw 'half', only these: lift\. .* stay as built"):
         batch.reset(draws={"half": [0.03] * SCENES})
 
 

@@ -19,7 +19,7 @@ PAGE = Path(__file__).parents[3] / "docs/reference/mjcf.md"
 
 def documented() -> dict[str, set[str]]:
     """The attributes of each element in the page's table."""
-    table = PAGE.read_text().partition("| element | is built |")[2].partition("\n\n")[0]
+    table = PAGE.read_text().partition("| element | built |")[2].partition("\n\n")[0]
     rows = [line.split("|")[1:] for line in table.splitlines()[2:]]
     return {element.strip(): set(re.findall(r"`(\w+)`", " ".join(cells))) for element, *cells in rows}
 
