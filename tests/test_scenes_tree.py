@@ -29,12 +29,12 @@ simulated."""
 
 _NO_FILE = """
     001 015 016 019 250 318 354 356 357 358 407 422 428 429 430 431 432 433 434 435 436 437 438 439 440 442 443
-    452 457 458 473 477 513
+    452 457 458 473 477
 """
 NO_FILE = {f"SC{number}" for number in _NO_FILE.split()}
 """Codes that no file in a repository can give: the file is missing or unreadable, changes meanwhile, is a Python
-object, is no scene, is a mesh that a test makes, holds a thousand errors or links, is given what it does not have, or
-is drawn first. Unit tests give them."""
+object, is no scene, is a mesh that a test makes, holds a thousand errors or links, or is given what it does not have.
+Unit tests give them."""
 
 
 def data_of(file: Path) -> dict[str, Any] | None:
