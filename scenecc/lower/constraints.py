@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.links import find_target_beyond_limits
 from scenecc.lower.field_types import FieldType, field_type, vector
+from scenecc.lower.fields import fields_of
 from scenecc.lower.forms import VariationLowerer, field_place
 from scenecc.lower.link_frames import moved_along_x
 from scenecc.lower.local_poses import chain_poses, local_pose
@@ -48,8 +49,9 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.entities import EntityLowerer
-    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.mounts import MountLookup
+    from scenecc.lower.sampling import SamplingContext
     from scenecc.plan import Entity
     from scenecc.robots.description import DescribedConstraint
 
@@ -308,7 +310,7 @@ class ConstraintLowerer:
         for key, mount in (("child", child), ("parent", parent)):
             if mount is not None:
                 self._mounts.find(getattr(written, key), scope, scenes, origin.child(key))
-        fields = self._sampling.fields(scenes, scope)
+        fields = fields_of(self._sampling, scenes, scope)
         in_child = None
         if written.pose_in_child is not None:
             in_child = local_pose(written.pose_in_child, origin, ("pose_in_child",), _FRAME, fields)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show, suggest_name
 from scenecc.lower.field_types import FieldType
-from scenecc.lower.fields import FieldLowerer, SamplingContext
+from scenecc.lower.fields import FieldLowerer
 from scenecc.lower.forms import FieldPlace, VariationLowerer
 from scenecc.lower.references import scope_of
 from scenecc.lower.value_checks import report_draw_failure
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.sampling import SamplingContext
     from scenecc.spec.references import NameScopes
     from scenecc.variation.bounds import ValueBounds
 
@@ -78,7 +79,7 @@ def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None
 def _check_argument_rows(argument: VaryingArgument, sampling: SamplingContext) -> bool:
     """Whether a parameter has valid arguments in every scene; otherwise reports the first scene with an invalid one."""
     try:
-        rows = sampling.fields(argument.scenes).batch().shared(argument.name).tolist()
+        rows = sampling.batch(argument.scenes).shared(argument.name).tolist()
     except DrawError:
         # Its readers report the missing value.
         return False
@@ -191,7 +192,7 @@ def report_unused_draws(
         if is_certain:
             sampling.sink.report("SC319", f"the draw `{cut(name)}` is never read", origin.child(name), at="key")
         try:
-            sampling.fields().batch().shared(name)
+            sampling.batch().shared(name)
         except DrawError as error:
             report_draw_failure(error, origin.child(name), sampling)
 

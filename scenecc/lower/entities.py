@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.collision_groups import GroupBits, find_group
 from scenecc.lower.field_types import BODY_FIELDS, COLOR, FieldType, report_unused_key
+from scenecc.lower.fields import fields_of
 from scenecc.lower.frames import FrameGraph
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, LoweredMaterial, MaterialChoice, MaterialLowerer
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.articulations import ArticulationLowerer, LoweredArticulation
-    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.sampling import SamplingContext
     from scenecc.plan import ArticulationStructure, Value
     from scenecc.robots.description import DescribedConstraint
     from scenecc.spec.document import SceneFile
@@ -108,7 +110,7 @@ class EntityLowerer:
 
     def fields(self, name: str) -> FieldLowerer:
         """The field lowerer of an object, over its scenes. `name`: its full name."""
-        return self._sampling.fields(self.selections.get(name), self._names.scopes.get(name, ""))
+        return fields_of(self._sampling, self.selections.get(name), self._names.scopes.get(name, ""))
 
     def lower(self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]) -> tuple[Entity, ...]:
         """Lowers the entities in order; invalid parts are left out.
@@ -139,7 +141,7 @@ class EntityLowerer:
     ) -> list[_UnplacedEntity]:
         """Lowers the structures of all entities before any pose, which may be relative to another entity's link."""
         made: list[_UnplacedEntity] = []
-        scopes, of_all = self._names.scopes, self._sampling.fields()
+        scopes, of_all = self._names.scopes, fields_of(self._sampling)
         linked: ArticulationLowerer | None = None
         for name, entity in self._scene.entities.items():
             place = self._origin.child("entities", name)

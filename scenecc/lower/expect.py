@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.lower.fields import fields_of
 from scenecc.lower.mounts import MountLookup
 from scenecc.plan import BodyStructure
 from scenecc.plan.expect import BodyPair, Condition, Expectation, NoOverlap, Reading, Settled
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Mapping
 
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.fields import SamplingContext
+    from scenecc.lower.sampling import SamplingContext
     from scenecc.plan import Entity
     from scenecc.spec.expect import ConditionSpec, ExpectSpec, NoOverlapSpec, SettledSpec
 
@@ -148,7 +149,7 @@ class _PartLowerer:
         that: Any = spec.that
         if not isinstance(that, Template):
             that = Template("${true}" if that else "${false}")
-        draws = sampling.fields(scope=self._scope).draw_names(that, place)
+        draws = fields_of(sampling, scope=self._scope).draw_names(that, place)
         if draws is None:
             return None
         readings = [Reading(one, "draw", (full,)) for one, full in draws.items()]

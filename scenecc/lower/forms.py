@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.diagnostic import Origin, PathKey, dotted
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.field_types import COMPONENT_TYPES, FieldType, drawn_shape
+from scenecc.lower.variation import Variation
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import (
     MISSING,
@@ -42,7 +43,7 @@ from scenecc.variation.nodes import (
 from scenecc.variation.operations import expression_cost, form_cost
 
 if TYPE_CHECKING:
-    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.sampling import FieldScope
 
 
 VARYING = SELECTORS | {DrawForm, RandomRotation, Shuffle, Vector, Template}
@@ -89,46 +90,25 @@ LeafReader = Callable[[Any, FieldPlace, FormStep], Any]
 """Reads a value that is not a selector: (given, place of the enclosing form, steps from there) to an item."""
 
 
-class VariationLowerer:
+class VariationLowerer(Variation):
     """Reads the forms of one field.
 
-    Attributes:
-        drawn: whether it has draws of its own.
-        computed: whether it has expressions.
-        seeded: whether it contains drawn rows that a reset keeps.
-        broken: whether an error was reported, so that it holds a placeholder.
-        reads: shared draws that it reads by expressions or through `once`.
-        cycled: whether it has alternatives that no scene may use.
-        risky: whether it may have no value or an out-of-range value in some scene.
+    Args:
+        fields: the scenes and names of its object.
+        origin: of the field.
     """
 
-    def __init__(self, fields: FieldLowerer, origin: Origin) -> None:
+    def __init__(self, fields: FieldScope, origin: Origin) -> None:
+        super().__init__()
         fields.sampling.read += 1
         self._fields = fields
         self._section: Any = origin.path[0]
         self._name = str(origin.path[1])
-        self.drawn = False
-        self.computed = False
-        self.seeded = False
-        self.cycled = False
-        self.risky = False
-        self.broken = False
-        self.reads: set[str] = set()
 
     @property
     def is_random(self) -> bool:
         """Whether its values depend on the seed, directly or through shared draws."""
         return self.drawn or self.seeded or not self._fields.sampling.random.isdisjoint(self.reads)
-
-    def join(self, other: VariationLowerer) -> None:
-        """Merges the variation of another field that this value is computed from."""
-        self.drawn |= other.drawn
-        self.computed |= other.computed
-        self.seeded |= other.seeded
-        self.cycled |= other.cycled
-        self.risky |= other.risky
-        self.broken |= other.broken
-        self.reads |= other.reads
 
     def risk(self, node: Any, origin: Origin) -> Any:
         """Gives its origin to a node that may have no value."""

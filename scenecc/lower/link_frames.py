@@ -9,8 +9,8 @@ from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, compose, from_axis_angle
 from scenecc.lower.forms import VariationLowerer
 from scenecc.lower.local_poses import inverse_pose, seven_numbers
-from scenecc.lower.resettable import ResettableValue, built_limit_items, drawn_limit_items, reset_node
 from scenecc.lower.value_checks import report_draw_failure
+from scenecc.lower.variation import ResettableValue, built_limit_items, drawn_limit_items, reset_node
 from scenecc.plan import BodyStructure
 from scenecc.plan.link_poses import steps_across
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.sampling import SamplingContext
     from scenecc.plan import ArticulationStructure, Value
     from scenecc.plan.articulation import Joint, Link
     from scenecc.variation.nodes import Node
@@ -74,7 +75,7 @@ def fix_initial_positions(structures: Sequence[Any], sampling: SamplingContext) 
         reset = sampling.resets.pop(id(joint.qpos), None)
         if reset is not None:
             found |= reset.variation.drawn or not reset.variation.reads & sampling.random <= sampling.fixed
-            reset.fields.fix(reset.variation)
+            sampling.fix(reset.variation)
     return found
 
 

@@ -140,7 +140,7 @@ def _lower_varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldL
     if normal.__class__ not in NODES and not any(normal):
         _no_direction(origin, fields.sink)
         return pose
-    fields.fix(variation)
+    fields.sampling.fix(variation)
     if variation.broken:
         return pose
     rotation = variation.risk(Pointing(normal), origin.child("normal"))

@@ -33,8 +33,9 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.geometry.rotation_arrays import Floats
     from scenecc.lower.entities import EntityLowerer
-    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.frames import FrameGraph
+    from scenecc.lower.sampling import SamplingContext
     from scenecc.plan import CollisionShape, Entity, ScenePlan
     from scenecc.spec.document import SceneFile
     from scenecc.spec.references import NameScopes

@@ -176,7 +176,7 @@ def read_references(
     node = variation.select(given, place, leaf if given is written else bare)
     for one, origin in computed:
         _look_up_every_name(one, origin, lookup, node, is_random=variation.is_random)
-    fields.fix(variation)
+    fields.sampling.fix(variation)
     if variation.broken or None in lookup.found or node.__class__ not in NODES:
         return References(lookup.found, literal(0, "int64"))
     return References(lookup.found, _reference_numbers(node, variation, lookup, place, fields))

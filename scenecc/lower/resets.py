@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.lower.resettable import ResettableValue, built_limit_items, drawn_limit_items, reset_node
+from scenecc.lower.variation import ResettableValue, built_limit_items, drawn_limit_items, reset_node
 from scenecc.plan import BodyStructure, Value
 from scenecc.plan.articulation import ArticulationStructure, Link
 from scenecc.plan.constraint import Constraint, Drive
@@ -23,9 +23,10 @@ from scenecc.variation.nodes import NODES, Composed, Const, Node, Rows, Shared
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from scenecc.lower.fields import FieldLowerer, SamplingContext
-    from scenecc.lower.forms import VariationLowerer
+    from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.frames import FrameGraph
+    from scenecc.lower.sampling import SamplingContext
+    from scenecc.lower.variation import Variation
     from scenecc.plan import Entity, Placement
     from scenecc.plan.body import Mount
     from scenecc.plan.expect import Expectation
@@ -64,7 +65,7 @@ def fixed_draws(sampling: SamplingContext) -> frozenset[str]:
     return frozenset(found)
 
 
-def _is_redrawn(variation: VariationLowerer, sampling: SamplingContext, kept: frozenset[str]) -> bool:
+def _is_redrawn(variation: Variation, sampling: SamplingContext, kept: frozenset[str]) -> bool:
     """Whether a reset changes a value. `kept`: the shared draws that are fixed after the build."""
     return variation.drawn or any(name in sampling.random and name not in kept for name in variation.reads)
 
@@ -196,10 +197,10 @@ class RecipeBuilder:
         found = self._redrawn.get(id(value))
         if found is None:
             node = self._reset_node(reset)
-            found = self._redrawn[id(value)] = _with_recipe(value, node, reset.fields.scenes)
+            found = self._redrawn[id(value)] = _with_recipe(value, node, reset.scenes)
         return found
 
-    def _is_redrawn_here(self, variation: VariationLowerer) -> bool:
+    def _is_redrawn_here(self, variation: Variation) -> bool:
         return _is_redrawn(variation, self._sampling, self._fixed)
 
     def _is_changed(self, reset: ResettableValue) -> bool:
@@ -265,7 +266,7 @@ class RecipeBuilder:
     def _rows_of(self, name: str) -> Rows:
         """The rows of a drawn shared draw, in all scenes in which it has a value."""
         scenes = self._sampling.scenes_of[name]
-        rows = self._sampling.fields(scenes).batch().shared(name).tolist()
+        rows = self._sampling.batch(scenes).shared(name).tolist()
         return Rows(scenes, tuple(tuple(row) if row.__class__ is list else row for row in rows))
 
 

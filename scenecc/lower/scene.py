@@ -11,11 +11,11 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.collision_groups import GroupBits, assign_group_bits
 from scenecc.lower.draws import lower_draws, report_unused_draws
 from scenecc.lower.entities import BodyLowerer, EntityLowerer
-from scenecc.lower.fields import SamplingContext
+from scenecc.lower.fields import fields_of
 from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
 from scenecc.lower.references import FileResolver, MeshReader, PlanTables, RobotReader, RobotRequest
+from scenecc.lower.sampling import SamplingContext
 from scenecc.lower.shapes import ShapeLowerer
-from scenecc.lower.value_checks import check_rows
 from scenecc.plan import ScenePlan
 from scenecc.plan.body import AssetFile, Friction
 from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
@@ -267,15 +267,15 @@ def lower(
     # A material may be unused only because of a misspelt reference.
     if sink.failed:
         return None
-    materials.report_unused(frozenset(names.used_materials), sampling.fields())
+    materials.report_unused(frozenset(names.used_materials), fields_of(sampling))
     if sink.failed:
         return None
     return Lowered(tables.fill(plan), tables.material_origins, sampling, entities.frames)
 
 
 def _is_exhausted(sampling: SamplingContext, origin: Origin, sink: Sink) -> bool:
-    """Whether computing the varying values exceeds the limit, which is reported."""
-    if sampling.sampling_operations.exhausted:
+    """Whether computing the varying values exceeds the limit, which is reported unless other errors are."""
+    if sampling.sampling_operations.exhausted and not sink.failed:
         sink.report("SC604", sampling.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
     return sampling.sampling_operations.exhausted
 
@@ -302,8 +302,8 @@ def complete(lowered: Lowered, sink: Sink) -> ScenePlan | None:
         place_as_built(plan, sampling, lowered.frames, sink)
         if sink.failed:
             return None
-    for check, fields in sampling.unplaced:
-        check_rows(check, fields)
+    for check in sampling.unplaced:
+        check()
     if sink.failed:
         return None
     entities = tuple(map(recipes.entity, plan.entities))
@@ -381,7 +381,7 @@ class _SectionLowerer:
             return None
         from scenecc.lower.rendering import lower_render_objects  # noqa: PLC0415 - loaded where there are any
 
-        fields = self.sampling.fields()
+        fields = fields_of(self.sampling)
         return lower_render_objects(
             scene, self.built, self.entities, self.names, self.tables, self.materials, fields, self.origin, fields.sink
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.field_types import FieldType
-    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.sampling import SamplingContext
     from scenecc.plan import Value
     from scenecc.plan.properties import Bounds
     from scenecc.variation.evaluation import Batch
@@ -65,20 +66,19 @@ def _place_of(error: DrawError, origin: Origin) -> Origin:
     return getattr(error.node, "origin", None) or origin
 
 
-def check_rows(check: ValueCheck, fields: FieldLowerer) -> bool:
+def check_rows(check: ValueCheck, sampling: SamplingContext) -> bool:
     """Whether a value exists and is in range in every scene; otherwise reports the first scene in which it is not.
 
     A value that depends on a placement is checked once everything is placed.
     """
-    sampling = fields.sampling
     try:
         data = check.value.data
     except DrawError as error:
-        errors = _errors_of_nodes(error, check.node, fields.batch())
+        errors = _errors_of_nodes(error, check.node, sampling.batch(check.scenes))
         for one in errors:
             report_draw_failure(one, check.origin, sampling)
         if not errors:
-            sampling.unplaced.append((check, fields))
+            sampling.unplaced.append(partial(check_rows, check, sampling))
         return not errors
     bounds = check.kind.bounds
     outside = _rows_outside(data, bounds)
@@ -90,13 +90,13 @@ def check_rows(check: ValueCheck, fields: FieldLowerer) -> bool:
     return not outside
 
 
-def check_samples(check: ValueCheck, fields: FieldLowerer) -> bool:
+def check_samples(check: ValueCheck, sampling: SamplingContext) -> bool:
     """Whether a value exists and is in range in every sample; otherwise warns of a scene and a seed."""
     try:
         rows = check.value.samples
     except DrawError as error:
-        for one in _errors_of_nodes(error, check.node, fields.analysis.samples):
-            warn_of_missing_sample(one, check.origin, fields.sampling)
+        for one in _errors_of_nodes(error, check.node, sampling.analysis(check.scenes).samples):
+            warn_of_missing_sample(one, check.origin, sampling)
         return False
     bounds = check.kind.bounds
     outside = _rows_outside(rows, bounds)
@@ -107,7 +107,7 @@ def check_samples(check: ValueCheck, fields: FieldLowerer) -> bool:
         message = f"{named_sample(*sample_of(outside[0], check.scenes))} this is {_format_row(row)}: {_subject(row)}"
         message += f" must be {bounds.requirement(_number_outside(row, bounds))}"
         hint = f"{CHECKED_LATER}; `min` and `max` in the expression keep it in its range"
-        fields.sink.report("SC514", message, check.origin, hint=hint)
+        sampling.sink.report("SC514", message, check.origin, hint=hint)
     return not outside
 
 

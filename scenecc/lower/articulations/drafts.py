@@ -420,7 +420,7 @@ def read_alternatives(entity: Any, origin: Origin, fields: FieldLowerer) -> Alte
         return Alternatives((_alternative(entity, written),))
     variation = VariationLowerer(fields, origin)
     columns = [_KeyAlternatives(path, key, given, place, variation) for path, key, given, place in written]
-    fields.fix(variation)
+    fields.sampling.fix(variation)
     valid = [column.check(fields) for column in columns]
     if variation.broken or not all(valid):
         return None

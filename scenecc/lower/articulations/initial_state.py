@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from scenecc.lower.articulations.overrides import names_hint
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.forms import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.poses import suspect_degrees, warn_large_angle
-from scenecc.lower.resettable import MimicRelation, ResettableValue
+from scenecc.lower.variation import MimicRelation, ResettableValue
 from scenecc.plan import derived, literal
 from scenecc.plan.properties import FLOAT32_MAX, Bounds
 from scenecc.variation import forms
@@ -140,7 +141,7 @@ class InitialStateLowerer:
         if plain or limits is None or value.known:
             return value
         clamped = derived(_clip, [value, limits], fields.scenes)
-        fields.sampling.resets[id(clamped)] = ResettableValue(clamped, item, variation, fields, limits)
+        fields.sampling.resets[id(clamped)] = ResettableValue(clamped, item, variation, fields.scenes, limits)
         return clamped
 
     def _left_out(self, joint: DraftJoint, found: Mapping[int, Value], *, told: bool) -> tuple[Value, bool]:
@@ -182,7 +183,7 @@ class InitialStateLowerer:
         if id(limits) in resets:
             variation = VariationLowerer(self._fields, self._origin)
             node = AffineClamp(Const(0.0), -1, -FLOAT32_MAX, FLOAT32_MAX)
-            resets[id(value)] = ResettableValue(value, node, variation, self._fields, limits)
+            resets[id(value)] = ResettableValue(value, node, variation, self._fields.scenes, limits)
         return value
 
     def _follow_source(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
@@ -206,10 +207,12 @@ class InitialStateLowerer:
         if reset is None and limits is not None and id(limits) in resets:
             scenes = self._fields.scenes
             start = Rows(scenes, tuple(np.broadcast_to(source.data, len(scenes)).tolist()))
-            reset = ResettableValue(source, start, VariationLowerer(self._fields, self._origin), self._fields)
+            reset = ResettableValue(source, start, VariationLowerer(self._fields, self._origin), self._fields.scenes)
         if reset is not None:
             follows = MimicRelation(reset, mimic.multiplier, mimic.offset)
-            resets[id(value)] = ResettableValue(value, reset.node, reset.variation, self._fields, limits, follows)
+            resets[id(value)] = ResettableValue(
+                value, reset.node, reset.variation, self._fields.scenes, limits, follows
+            )
         return value
 
     def _warn_probable_degrees(self, joint: DraftJoint, position: Value, place: Origin) -> None:
@@ -384,8 +387,7 @@ def shared_by_joint(variation: VariationLowerer, number: int) -> VariationLowere
     """The variation for joint `number`. Only the first joint's is checked, since they share it."""
     if number == 0:
         return variation
-    other = object.__new__(VariationLowerer)
-    other.__dict__.update(variation.__dict__)
+    other = copy(variation)
     other.risky = False
     return other
 

@@ -14,8 +14,8 @@ from scenecc.lower.field_types import BODY_FIELDS, field_type
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
-from scenecc.lower.resettable import ResettableValue
 from scenecc.lower.shapes import ShapeDefaults
+from scenecc.lower.variation import ResettableValue
 from scenecc.plan import BodyStructure, Inertial, Value, derived, literal
 from scenecc.plan.articulation import NON_LINK_FIELDS, Joint
 from scenecc.plan.properties import FLOAT32_MAX, JOINT_PROPERTIES, properties_of, property_fields
@@ -161,7 +161,7 @@ def _scale_inertial(inertial: Inertial, mass: Value, values: OverrideValues) -> 
     if (reset := resets.get(id(mass))) is not None:
         factors = [one / before for one in moments]
         node = Stacked(tuple(AffineClamp(reset.node, -1, -FLOAT32_MAX, FLOAT32_MAX, factor) for factor in factors))
-        resets[id(inertia)] = ResettableValue(inertia, node, reset.variation, values.fields)
+        resets[id(inertia)] = ResettableValue(inertia, node, reset.variation, values.fields.scenes)
     return Inertial(mass, inertial.com, inertia)
 
 

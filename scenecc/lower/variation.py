@@ -1,8 +1,8 @@
-"""Values that a reset may redraw, and their recipes."""
+"""What varying values depend on, and how a reset redraws them."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
@@ -14,9 +14,40 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.lower.fields import FieldLowerer
-    from scenecc.lower.forms import VariationLowerer
     from scenecc.plan import Value
+
+
+@dataclass(slots=True, eq=False)
+class Variation:
+    """What a value depends on.
+
+    Attributes:
+        drawn: whether it has draws of its own.
+        computed: whether it has expressions.
+        seeded: whether it contains drawn rows that a reset keeps.
+        cycled: whether it has alternatives that no scene may use.
+        risky: whether it may have no value or an out-of-range value in some scene.
+        broken: whether an error was reported, so that it holds a placeholder.
+        reads: shared draws that it reads by expressions or through `once`.
+    """
+
+    drawn: bool = False
+    computed: bool = False
+    seeded: bool = False
+    cycled: bool = False
+    risky: bool = False
+    broken: bool = False
+    reads: set[str] = field(default_factory=set[str])
+
+    def join(self, other: Variation) -> None:
+        """Merges the variation of another field that this value is computed from."""
+        self.drawn |= other.drawn
+        self.computed |= other.computed
+        self.seeded |= other.seeded
+        self.cycled |= other.cycled
+        self.risky |= other.risky
+        self.broken |= other.broken
+        self.reads |= other.reads
 
 
 @frozen
@@ -33,14 +64,15 @@ class ResettableValue:
     """A velocity, a position of a joint or a target that may be redrawn.
 
     Attributes:
+        scenes: scenes of its rows.
         limits: (·, 2) as built, to which the drawn value is clamped; None: no clamp.
         follows: the position that it is computed from; None: the node draws it.
     """
 
     value: Value
     node: Node
-    variation: VariationLowerer
-    fields: FieldLowerer
+    variation: Variation
+    scenes: tuple[int, ...]
     limits: Value | None = None
     follows: MimicRelation | None = None
 
@@ -52,7 +84,7 @@ def reset_node(reset: ResettableValue, limit_items: Callable[[Value, tuple[int, 
         reset: the value.
         limit_items: gives the lower and the upper limit in some scenes as items of a recipe.
     """
-    node, scenes, follows = reset.node, reset.fields.scenes, reset.follows
+    node, scenes, follows = reset.node, reset.scenes, reset.follows
     if follows is not None:
         factor, offset = (_constant_item(value.data, scenes) for value in (follows.multiplier, follows.offset))
         node = AffineClamp(reset_node(follows.source, limit_items), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
