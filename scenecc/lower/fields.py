@@ -117,12 +117,12 @@ class FieldLowerer:
             self.sampling.resets[id(value)] = ResettableValue(value, item, variation, self)
         return value
 
-    def make_drawn(self, rows: RowMaker, bounds: Callable[[], ValueBounds] | None = None) -> Value:
+    def make_drawn(self, rows: RowMaker, bounds: Callable[[], ValueBounds]) -> Value:
         """Makes a value that is drawn on first access.
 
         Args:
             rows: computes its rows in a batch.
-            bounds: gives its possible values; None: those of the samples.
+            bounds: gives its possible values.
         """
         return varying(lambda: rows(self.batch()), lambda: rows(self.analysis.samples), self.scenes, bounds=bounds)
 
@@ -335,7 +335,7 @@ class SamplingContext:
         if found is None:
             from scenecc.variation.node_bounds import BoundsAnalysis  # noqa: PLC0415 - loaded where something varies
 
-            found = BoundsAnalysis(self.draws, {}, self.num_scenes, scenes, self.sampling_operations)
+            found = BoundsAnalysis(self.draws, self.num_scenes, scenes, self.sampling_operations)
             self._analyses[id(scenes)] = found
         return found
 
