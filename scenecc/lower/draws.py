@@ -10,7 +10,7 @@ from scenecc.lower.field_types import FieldType
 from scenecc.lower.fields import FieldLowerer, SamplingContext
 from scenecc.lower.forms import FieldPlace, VariationLowerer
 from scenecc.lower.references import scope_of
-from scenecc.lower.value_checks import report_draw_failure
+from scenecc.lower.value_checks import report_draw_failure, warn_of_missing_sample
 from scenecc.variation.forms import ONCE, Once
 from scenecc.variation.nodes import NODES, Const, Cycled, Node
 from scenecc.variation.operations import DrawError
@@ -52,7 +52,8 @@ def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None
         return
     try:
         rows = sampling.analysis(argument.scenes).samples.shared(argument.name).tolist()
-    except DrawError:  # its readers warn of the missing value
+    except DrawError as error:
+        warn_of_missing_sample(error, argument.origin, sampling)
         return
     for number, row in enumerate(rows):
         wrong = argument.param.drawn_misfit(row)
