@@ -71,7 +71,7 @@ def validate(
 ) -> list[Diagnostic]:
     """Returns all diagnostics that need no engine; empty for a valid scene.
 
-    Nothing is drawn (except for `rules`), built or written. Errors in the source are returned, not raised.
+    Nothing is placed (except for `rules`), built or written. Errors in the source are returned, not raised.
 
     Args:
         source: a path, an open text or binary stream, a mapping (tuples, numpy values and paths are accepted), a

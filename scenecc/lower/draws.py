@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.messages import cut, show, suggest_name
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.field_types import FieldType
 from scenecc.lower.fields import FieldLowerer
 from scenecc.lower.forms import FieldPlace, VariationLowerer
 from scenecc.lower.references import scope_of
-from scenecc.lower.value_checks import report_draw_failure
-from scenecc.spec.params import PARAM_KINDS, ParamIssue, ParamType
+from scenecc.lower.value_checks import report_draw_failure, warn_of_missing_sample
 from scenecc.variation.forms import ONCE, Once
 from scenecc.variation.nodes import NODES, Const, Cycled, Node
 from scenecc.variation.operations import DrawError
@@ -23,10 +21,8 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.sampling import SamplingContext
+    from scenecc.spec.params import ParamIssue, ParamType
     from scenecc.spec.references import NameScopes
-    from scenecc.variation.bounds import ValueBounds
-
-_NUMBERS = frozenset((int, float))
 
 
 @frozen
@@ -47,7 +43,7 @@ class VaryingArgument:
 
 
 def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None:
-    """Checks an argument of a parameter: its rows, and its bounds or its samples.
+    """Checks an argument of a parameter: its rows and its samples.
 
     Args:
         argument: to check; its draw has been added.
@@ -55,24 +51,18 @@ def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None
     """
     if not _check_argument_rows(argument, sampling) or argument.name not in sampling.random:
         return
-    analysis = sampling.analysis(argument.scenes)
-    found = analysis.shared(argument.name)
-    if found.exact:
-        wrong = _misfit(found, argument.param)
-        if wrong is not None:
-            _report_misfit(argument, wrong, "which this can give", sampling.sink)
-        return
     try:
-        rows = analysis.samples.shared(argument.name).tolist()
-    except DrawError:  # its readers warn of the missing value
+        rows = sampling.analysis(argument.scenes).samples.shared(argument.name).tolist()
+    except DrawError as error:
+        warn_of_missing_sample(error, argument.origin, sampling)
         return
     for number, row in enumerate(rows):
         wrong = argument.param.drawn_misfit(row)
         if wrong is not None:
-            from scenecc.variation.samples import named_sample, sample_of  # noqa: PLC0415 - loads numpy
+            from scenecc.variation.samples import CHECKED_LATER, named_sample, sample_of  # noqa: PLC0415 - loads numpy
 
             where = named_sample(*sample_of(number, argument.scenes))
-            _report_misfit(argument, ("SC514", wrong[1]), f"which this gives {where}", sampling.sink)
+            _report_misfit(argument, ("SC514", wrong[1]), f"which this gives {where}", sampling.sink, CHECKED_LATER)
             return
 
 
@@ -80,8 +70,9 @@ def _check_argument_rows(argument: VaryingArgument, sampling: SamplingContext) -
     """Whether a parameter has valid arguments in every scene; otherwise reports the first scene with an invalid one."""
     try:
         rows = sampling.batch(argument.scenes).shared(argument.name).tolist()
-    except DrawError:
-        # Its readers report the missing value.
+    except DrawError as error:
+        # The parameter may have no readers.
+        report_draw_failure(error, argument.origin, sampling)
         return False
     for scene, row in zip(argument.scenes, rows, strict=True):
         wrong = argument.param.drawn_misfit(row)
@@ -91,41 +82,14 @@ def _check_argument_rows(argument: VaryingArgument, sampling: SamplingContext) -
     return True
 
 
-def _report_misfit(argument: VaryingArgument, wrong: ParamIssue, when: str, sink: Sink) -> None:
+def _report_misfit(
+    argument: VaryingArgument, wrong: ParamIssue, when: str, sink: Sink, hint: str | None = None
+) -> None:
     code, words = wrong
     declared = argument.param.declared
     message = f"the parameter `{cut(argument.param.name)}` {words}, {when}"
     related = [("the parameter", declared, "key")] if declared is not None else []
-    sink.report(code, message, argument.origin, related=related)  # pyright: ignore[reportArgumentType]
-
-
-def _misfit(found: ValueBounds, param: ParamType) -> ParamIssue | None:
-    """The first error in the alternatives, or in bounds that all occur; None if they are valid."""
-    if found.alternatives is not None:
-        return next((wrong for item in found.alternatives if (wrong := param.drawn_misfit(item))), None)
-    if found.low is None or param.kind == "choice":
-        return None
-    if param.kind == "color":
-        param = replace(param, low=0, high=1)
-    if not _has_shape(found.low, param):
-        return "SC211", f"must be {PARAM_KINDS[param.kind][1]}, not {_describe_bound(found.low)}"
-    return param.outside(found.low, found.high) if param.ranged else None
-
-
-def _has_shape(bound: Any, param: ParamType) -> bool:
-    """Whether numbers between bounds have a shape that the parameter type allows."""
-    if param.kind in {"number", "integer"}:
-        return type(bound) in _NUMBERS
-    if param.kind not in {"vector", "color", "list"} or type(bound) in _NUMBERS:
-        return False
-    if param.kind == "list":
-        return True
-    counts = {3, 4} if param.kind == "color" else {param.components or len(bound)}
-    return len(bound) in counts and _NUMBERS.issuperset(map(type, bound))
-
-
-def _describe_bound(bound: Any) -> str:
-    return f"a number such as {show(bound)}" if type(bound) in _NUMBERS else f"a list of {len(bound)}"
+    sink.report(code, message, argument.origin, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
 
 
 def lower_draws(

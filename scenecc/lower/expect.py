@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.fields import fields_of
 from scenecc.lower.mounts import MountLookup
+from scenecc.lower.value_checks import report_draw_failure
 from scenecc.plan import BodyStructure
 from scenecc.plan.expect import BodyPair, Condition, Expectation, NoOverlap, Reading, Settled
 from scenecc.plan.scene import find_body, has_joint
 from scenecc.spec.references import NameScopes, qualified_name, resolve_scene_idxs
 from scenecc.variation.forms import Template
+from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Mapping
@@ -152,11 +154,20 @@ class _PartLowerer:
         draws = fields_of(sampling, scope=self._scope).draw_names(that, place)
         if draws is None:
             return None
+        for draw in draws.values():
+            self._check_draw(draw, scenes, place)
         readings = [Reading(one, "draw", (full,)) for one, full in draws.items()]
         for written, (function, *arguments) in that.observations.items():
             names = self._resolve_names(function, arguments, scenes, place, that.place(written))
             readings.append(Reading(written, function, names))  # pyright: ignore[reportArgumentType]
         return Condition(name, scenes, spec.after, that.within(None), spec.because, tuple(readings), origin)
+
+    def _check_draw(self, name: str, scenes: tuple[int, ...], place: Origin) -> None:
+        """Reports a shared draw without a value in a scene of the condition at `place`."""
+        try:
+            self._sampling.batch(scenes).shared(name)
+        except DrawError as error:
+            report_draw_failure(error, place, self._sampling)
 
     def _resolve_names(
         self, function: str, arguments: list[str], scenes: tuple[int, ...], place: Origin, span: tuple[int, int]

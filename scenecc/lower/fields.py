@@ -85,12 +85,12 @@ class FieldLowerer(FieldScope):
             self.sampling.resets[id(value)] = ResettableValue(value, item, variation, self.scenes)
         return value
 
-    def make_drawn(self, rows: RowMaker, bounds: Callable[[], ValueBounds] | None = None) -> Value:
+    def make_drawn(self, rows: RowMaker, bounds: Callable[[], ValueBounds]) -> Value:
         """Makes a value that is drawn on first access.
 
         Args:
             rows: computes its rows in a batch.
-            bounds: gives its possible values; None: those of the samples.
+            bounds: gives its possible values.
         """
         return varying(lambda: rows(self.batch()), lambda: rows(self.analysis.samples), self.scenes, bounds=bounds)
 

@@ -19,6 +19,7 @@ from scenecc.plan.rendering import Camera, Light
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.plan.schema import plan_fields
 from scenecc.variation.nodes import NODES, Composed, Const, Node, Rows, Shared
+from scenecc.variation.operations import ComputeLimitError, DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from scenecc.plan import Entity, Placement
     from scenecc.plan.body import Mount
     from scenecc.plan.expect import Expectation
+    from scenecc.variation.evaluation import Batch
 
 _Holder = TypeVar("_Holder")
 _Follower = TypeVar("_Follower", Light, Camera)
@@ -105,7 +107,7 @@ class RecipeBuilder:
             node = self._pose(entity.name, fields, read)
             if node is not None:
                 self._read |= read
-                pose = _with_recipe(pose, node, entity.scene_idxs)
+                pose = pose.with_recipe(node, entity.scene_idxs)
         if pose is entity.pose and all(map(is_, structures, entity.structures)):
             return entity
         return replace(entity, pose=pose, structures=structures)
@@ -165,7 +167,7 @@ class RecipeBuilder:
         if outer is None:
             outer = IDENTITY_POSE if follower.parent is None else self._built_pose(follower.parent, fields)
         node: Any = local if outer == IDENTITY_POSE else Composed(outer, local)
-        return _with_recipe(pose, node, fields.scenes)
+        return pose.with_recipe(node, fields.scenes)
 
     def draws(self) -> tuple[tuple[str, Node], ...]:
         """The shared draws that the recipes read, in order, with rows for those that are fixed after the build.
@@ -197,7 +199,7 @@ class RecipeBuilder:
         found = self._redrawn.get(id(value))
         if found is None:
             node = self._reset_node(reset)
-            found = self._redrawn[id(value)] = _with_recipe(value, node, reset.scenes)
+            found = self._redrawn[id(value)] = value.with_recipe(node, reset.scenes)
         return found
 
     def _is_redrawn_here(self, variation: Variation) -> bool:
@@ -265,18 +267,27 @@ class RecipeBuilder:
 
     def _rows_of(self, name: str) -> Rows:
         """The rows of a drawn shared draw, in all scenes in which it has a value."""
-        scenes = self._sampling.scenes_of[name]
-        rows = self._sampling.batch(scenes).shared(name).tolist()
-        return Rows(scenes, tuple(tuple(row) if row.__class__ is list else row for row in rows))
+        found = dict(_rows_with_value(name, self._sampling.batch(self._sampling.scenes_of[name])))
+        return Rows(tuple(found), tuple(tuple(row) if row.__class__ is list else row for row in found.values()))
+
+
+def _rows_with_value(name: str, batch: Batch) -> Iterator[tuple[int, Any]]:
+    """The scenes in which a shared draw has a value, and its rows there; nothing reads it in the others."""
+    try:
+        yield from zip(batch.scenes.tolist(), batch.shared(name).tolist(), strict=True)
+    except ComputeLimitError:
+        raise
+    except DrawError:
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+        scenes = np.arange(len(batch.scenes))
+        for half in np.array_split(scenes, 2) if len(scenes) > 1 else ():
+            yield from _rows_with_value(name, batch.only(half))
 
 
 def _pose_rows(pose: Node, fields: FieldLowerer) -> Rows:
     """The rows of a pose as built."""
     return Rows(fields.scenes, tuple(map(tuple, fields.evaluate(pose).tolist())))
-
-
-def _with_recipe(value: Value, node: Node, scenes: tuple[int, ...]) -> Value:
-    return value.with_recipe(node, scenes)
 
 
 def check_constraint_resets(constraints: tuple[Constraint, ...], sampling: SamplingContext, frames: FrameGraph) -> None:

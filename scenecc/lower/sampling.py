@@ -42,11 +42,12 @@ class SamplingContext:
         random: shared draws that depend on the seed, directly or through others.
         failed, warned: origins of the nodes without a value that were reported: in a scene, in a sample.
         drawn: whether any value must be drawn.
+        limited: whether an exceeded limit of operations was reported.
         read: number of fields with forms or expressions.
         resets: values that a reset may change, by identity.
         sampling_operations: operations of sampling and bounds analysis.
         placed: poses (num_scenes, 7) of placements, once they are made.
-        computed: operations of drawing so far, including recomputations.
+        computed: operations of this seed's rows so far, including recomputations.
     """
 
     seed: int
@@ -63,6 +64,7 @@ class SamplingContext:
     failed: set[Origin] = field(default_factory=set["Origin"])
     warned: set[Origin] = field(default_factory=set["Origin"])
     drawn: bool = False
+    limited: bool = False
     read: int = 0
     resets: dict[int, ResettableValue] = field(default_factory=dict[int, "ResettableValue"])
     all_scenes: tuple[int, ...] = ()
@@ -80,11 +82,16 @@ class SamplingContext:
         self.computed = OperationCounter(_RECOMPUTATIONS * self.most)
 
     def count_operations(self, operations: int, origin: Origin) -> None:
-        """Counts operations of drawing, and reports when they exceed the limit."""
-        within = not self.sampling_operations.exhausted
+        """Counts operations of a form or an expression, and reports when they exceed the limit."""
         self.sampling_operations.done += operations
-        if within and self.sampling_operations.exhausted:
-            self.sink.report("SC604", self.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
+        if self.sampling_operations.exhausted:
+            self.report_limit(self.sampling_operations.message, origin)
+
+    def report_limit(self, message: str, origin: Origin) -> None:
+        """Reports that the operations exceed the limit, at the first place only: each later value exceeds it too."""
+        if not self.limited:
+            self.limited = True
+            self.sink.report("SC604", message, origin, hint=COMPUTE_LIMIT_HINT)
 
     def analysis(self, scenes: tuple[int, ...] | None = None) -> BoundsAnalysis:
         """The bounds analysis for some scenes; None: all."""
@@ -94,7 +101,7 @@ class SamplingContext:
         if found is None:
             from scenecc.variation.node_bounds import BoundsAnalysis  # noqa: PLC0415 - loaded where something varies
 
-            found = BoundsAnalysis(self.draws, {}, self.num_scenes, scenes, self.sampling_operations)
+            found = BoundsAnalysis(self.draws, self.num_scenes, scenes, self.sampling_operations)
             self._analyses[id(scenes)] = found
         return found
 

@@ -7,6 +7,7 @@ from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.collision_groups import GroupBits, assign_group_bits
 from scenecc.lower.draws import lower_draws, report_unused_draws
@@ -16,18 +17,18 @@ from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
 from scenecc.lower.references import FileResolver, MeshReader, PlanTables, RobotReader, RobotRequest
 from scenecc.lower.sampling import SamplingContext
 from scenecc.lower.shapes import ShapeLowerer
+from scenecc.lower.value_checks import report_draw_failure
 from scenecc.plan import ScenePlan
 from scenecc.plan.body import AssetFile, Friction
 from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
 from scenecc.spec.body import BodySpec
 from scenecc.spec.references import SHARED_NAMESPACE, WORLD, NameScopes, count_scene_idxs, qualified_name
-from scenecc.variation.operations import COMPUTE_LIMIT_HINT
+from scenecc.variation.operations import ComputeLimitError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.articulations import ArticulationLowerer
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.rendering import RenderObjects
@@ -261,7 +262,7 @@ def lower(
         return None
     sections = _SectionLowerer(scene, origin, names, selections, sampling, tables, materials, entities, built)
     plan = sections.plan(name, physics)
-    if _is_exhausted(sampling, origin, sink):
+    if _is_exhausted(sampling, origin):
         return None
     report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
     # A material may be unused only because of a misspelt reference.
@@ -273,10 +274,10 @@ def lower(
     return Lowered(tables.fill(plan), tables.material_origins, sampling, entities.frames)
 
 
-def _is_exhausted(sampling: SamplingContext, origin: Origin, sink: Sink) -> bool:
-    """Whether computing the varying values exceeds the limit, which is reported unless other errors are."""
-    if sampling.sampling_operations.exhausted and not sink.failed:
-        sink.report("SC604", sampling.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
+def _is_exhausted(sampling: SamplingContext, origin: Origin) -> bool:
+    """Whether computing the varying values exceeds the limit, which is reported."""
+    if sampling.sampling_operations.exhausted:
+        sampling.report_limit(sampling.sampling_operations.message, origin)
     return sampling.sampling_operations.exhausted
 
 
@@ -287,12 +288,19 @@ def complete(lowered: Lowered, sink: Sink) -> ScenePlan | None:
         lowered: result of `lower` without errors.
         sink: receives the diagnostics; each names the scene.
     """
-    sampling = lowered.sampling
-    if not sampling.varies:
+    if not lowered.sampling.varies:
         return lowered.plan
-    from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - see above
+    try:
+        return _place_and_add_recipes(lowered, sink)
+    except ComputeLimitError as error:
+        report_draw_failure(error, lowered.plan.origin or Origin(None), lowered.sampling)
+        return None
 
-    plan = lowered.plan
+
+def _place_and_add_recipes(lowered: Lowered, sink: Sink) -> ScenePlan | None:
+    from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - loaded where something varies
+
+    plan, sampling = lowered.plan, lowered.sampling
     recipes = RecipeBuilder(sampling, lowered.frames)
     recipes.keep_draws(plan.expectations)
     if plan.placements:

@@ -234,7 +234,7 @@ def _format_reset(recipe: Node | None, plan: ScenePlan) -> str:
 
     if recipe is None:
         return "as built"
-    found = BoundsAnalysis(dict(plan.draws), {}, plan.num_scenes).bounds(recipe)
+    found = BoundsAnalysis(dict(plan.draws), plan.num_scenes).bounds(recipe)
     if is_any_rotation(found):
         return "any rotation at reset"
     about = "" if found.exact or found.alternatives is not None or found.low is None else "about "

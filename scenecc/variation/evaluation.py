@@ -334,7 +334,8 @@ class Batch:
                 self._make(other)
         if name in self._failed:
             error = self._failed[name]
-            raise DrawError(error.message, error.scene, error.node, error.expression, error.seed)
+            # A new error, since each raise adds to a traceback; of the same type, which decides how it is reported.
+            raise type(error)(error.message, error.scene, error.node, error.expression, error.seed)
         return self._shared[name]
 
     def kept(self, name: str) -> NDArray[Any] | None:

@@ -22,8 +22,6 @@ from scenecc.variation.operations import NUMBERS, DrawError, OperationCounter, h
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from numpy.typing import NDArray
-
     from scenecc.variation.samples import SampleBatch
 
 MAX_INTEGERS = 64
@@ -35,7 +33,6 @@ class BoundsAnalysis:
 
     Args:
         draws: the shared draws by name.
-        given: values (num_scenes, …) that replace draws.
         num_scenes: of the document.
         scenes: indices of the scenes; None: all.
         work: counts the operations of sampling.
@@ -44,14 +41,12 @@ class BoundsAnalysis:
     def __init__(
         self,
         draws: Mapping[str, Node],
-        given: Mapping[str, NDArray[Any]],
         num_scenes: int,
         scenes: tuple[int, ...] | None = None,
         work: OperationCounter | None = None,
     ) -> None:
         self.scenes = tuple(range(num_scenes)) if scenes is None else scenes
         self._draws = draws
-        self._given = given
         self._num_scenes = num_scenes
         self._work = work
         self._shared: dict[str, ValueBounds] = {}
@@ -65,7 +60,7 @@ class BoundsAnalysis:
         """The samples of an object in the scenes."""
         from scenecc.variation.samples import SampleBatch  # noqa: PLC0415 - it loads numpy
 
-        return SampleBatch(self.scenes, self._num_scenes, self._draws, self._given, self._work)
+        return SampleBatch(self.scenes, self._num_scenes, self._draws, self._work)
 
     def sampled(self, node: Node) -> ValueBounds:
         """The bounds of a node's samples; unknown if a sample has no value."""
@@ -86,8 +81,6 @@ class BoundsAnalysis:
         return self._shared[name]
 
     def _is_known(self, name: str) -> bool:
-        if name not in self._shared and name in self._given:
-            self._shared[name] = ValueBounds.of_rows(self._given[name])
         return name in self._shared
 
     def any_of(self, items: tuple[Any, ...]) -> ValueBounds:

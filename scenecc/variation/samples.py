@@ -55,7 +55,6 @@ class SampleBatch(Batch):
         scenes: indices of the object's scenes.
         num_scenes: of the document.
         draws: the shared draws by name.
-        given: values (num_scenes, …) that replace draws.
         work: counts the operations.
     """
 
@@ -64,13 +63,12 @@ class SampleBatch(Batch):
         scenes: tuple[int, ...],
         num_scenes: int,
         draws: Mapping[str, Node],
-        given: Mapping[str, NDArray[Any]],
         work: OperationCounter | None,
     ) -> None:
         count = len(scenes)
         # The first sample of each scene has seed 0, the second one seed 1, and so on.
         seeds = 0 if count >= SAMPLE_COUNT else tuple(number // count for number in range(SAMPLE_COUNT))
-        super().__init__(np.array(scenes)[sample_positions(count)], seeds, num_scenes, draws, given, work)
+        super().__init__(np.array(scenes)[sample_positions(count)], seeds, num_scenes, draws, {}, work)
         self._computed: dict[tuple[Any, ...], tuple[Node, NDArray[Any]]] = {}
 
     def evaluate(self, node: Node) -> NDArray[Any]:

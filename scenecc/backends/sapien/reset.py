@@ -133,7 +133,7 @@ class ResetSampler:
 
     @cached_property
     def _supports(self) -> BoundsAnalysis:
-        return BoundsAnalysis(self._draws, {}, self._plan.num_scenes)
+        return BoundsAnalysis(self._draws, self._plan.num_scenes)
 
 
 def _fixed_draw_message(name: str, names: Sequence[str]) -> str:

@@ -453,7 +453,7 @@ def errors(found: tuple[Diagnostic, ...] | list[Diagnostic]) -> list[str]:
         ("type: boolean", '"${n > 1}"', None),
     ],
 )
-def test_arguments_are_judged_by_their_bounds_and_samples(
+def test_arguments_are_judged_by_their_rows_and_samples(
     tmp_path: Path, declared: str, given: str, code: str | None
 ) -> None:
     found = validate(write(tmp_path, declared, given))
@@ -480,3 +480,55 @@ def test_an_array_for_a_parameter_is_judged_too(tmp_path: Path) -> None:
     )
     assert errors(validate(file, draws={"p": [0.0, 1.0]})) == []
     assert errors(validate(file, draws={"p": [0.0, -1.0]})) == ["SC212"]
+
+
+def test_rows_for_scenes_in_which_an_instance_is_not_do_not_matter(tmp_path: Path) -> None:
+    (tmp_path / "prefab.yaml").write_text(
+        "scenecc: 1\nparams: {p: {type: number, min: 0, default: {uniform: [0, 1]}}}\n"
+        'entities: {a: {shapes: [{type: sphere, radius: "${p + 2}"}]}}\n'
+    )
+    file = tmp_path / "scene.yaml"
+    file.write_text("scenecc: 1\nnum_scenes: 2\nentities: {i: {use: prefab.yaml, scene_idxs: [1]}}\n")
+    assert errors(validate(file, draws={"i/p": [-1.0, 1.0]})) == []
+    assert errors(validate(file, draws={"i/p": [1.0, -1.0]})) == ["SC212"]
+
+
+@pytest.mark.parametrize(("given", "code"), [("1 / scene", "SC202"), ("sqrt(z + 0.5)", "SC516")])
+def test_an_argument_without_a_value_is_reported_even_if_the_prefab_does_not_read_it(
+    tmp_path: Path, given: str, code: str
+) -> None:
+    (tmp_path / "prefab.yaml").write_text(
+        "scenecc: 1\nparams: {p: {type: number, default: 1}}\nentities: {a: {shapes: [{type: sphere, radius: 1}]}}\n"
+    )
+    file = tmp_path / "scene.yaml"
+    file.write_text(
+        "scenecc: 1\nnum_scenes: 2\ndraws: {z: {uniform: [-1, 1]}}\n"
+        f'entities: {{i: {{use: prefab.yaml, with: {{p: "${{{given}}}"}}}}}}\n'
+    )
+    found = [(one.code, one.path) for one in validate(file) if one.code not in {"SC319", "SC322"}]
+    assert found == [(code, "entities.i.with.p")]
+
+
+def test_a_draw_that_only_a_condition_reads_is_checked() -> None:
+    draws = {"u": {"uniform": [0, 1]}, "d": "${u / scene}"}
+    condition = {"that": "${d > 0}", "after": 0.1}
+    document = scene(draws=draws, expect={"holds": [condition]}, num_scenes=3)
+    assert codes(document) == [("SC202", "draws.d")]
+    assert codes({**document, "expect": {"holds": [{**condition, "scene_idxs": [1, 2]}]}}) == []
+
+
+@pytest.mark.parametrize(
+    ("draws", "body"),
+    [
+        (
+            {"d": {"once": "${u / scene}"}, "w": {"uniform": [0, 1]}},
+            {"scene_idxs": [1, 2], "pose": ["${d + w}", 0, 0]},
+        ),
+        ({}, {"pose": [{"per_scene": {0: {"uniform": [0, 1]}, "default": {"once": "${u / scene}"}}}, 0, 0]}),
+    ],
+    ids=["in a shared draw", "in a field"],
+)
+def test_a_fixed_draw_may_lack_a_value_in_scenes_that_do_not_read_it(draws: Any, body: Any) -> None:
+    plan = compiled(body, draws={"u": {"once": {"uniform": [1, 2]}}, **draws}, num_scenes=3)
+    kept = [node for name, node in plan.draws if isinstance(node, Rows) and name != "u"]
+    assert [node.scene_idxs for node in kept] == [(1, 2)]

@@ -9,6 +9,7 @@ import pytest
 from plugins.nightly import assert_took
 from unit.lower.scenes import BALL, codes, scene
 
+from scenecc import SceneError, compile_scene
 from scenecc.source import Limits
 
 
@@ -95,3 +96,33 @@ def test_thousands_of_bodies_of_one_scene_each() -> None:
     count = 4096
     entities = {f"b{i}": {"shapes": BALL, "scene_idxs": [i]} for i in range(count)}
     assert codes({"scenecc": 1, "num_scenes": count, "entities": entities}) == []
+
+
+LISTS = {f"l{i}": f"${{[u + {i}] * 500}}" for i in range(4)}
+
+
+@pytest.mark.parametrize(
+    "draws",
+    [
+        {name: text.replace("u", "scene") for name, text in LISTS.items()},
+        {"u": {"uniform": [0, 1]}, **LISTS},
+        {"u": {"uniform": [0, 1]}, **{f"l{i}": f"${{u + {i}}}" for i in range(40)}},
+    ],
+    ids=["lists of the scene", "lists of draws", "many expressions"],
+)
+def test_an_exceeded_limit_of_operations_is_reported_once(draws: dict[str, Any]) -> None:
+    entities = {f"e{name}": {"mass": f"${{{name}[0] + 1}}", "shapes": BALL} for name in draws if name in LISTS}
+    document = scene(draws=draws, num_scenes=300)
+    document["entities"] |= entities
+    assert [code for code, _ in codes(document, limits={"objects": 100}) if code != "SC319"] == ["SC604"]
+
+
+def test_operations_of_the_recipes_count_too() -> None:
+    """The rows of a fixed draw are computed in all scenes, though a field reads only those of one."""
+    draws = {"u": {"once": {"uniform": [0, 1]}}, "d": {"once": "${[u] * 8}"}, "w": {"uniform": [0, 1]}}
+    body = {"scene_idxs": [0], "pose": ["${d[0] + w}", 0, 0]}
+    document = scene(body, draws=draws, num_scenes=3000)
+    assert codes(document, limits={"objects": 200}) == []
+    with pytest.raises(SceneError) as caught:
+        compile_scene(document, limits={"objects": 200})
+    assert [(one.code, one.path) for one in caught.value.diagnostics] == [("SC604", "draws.d.once")]

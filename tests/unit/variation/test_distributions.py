@@ -90,7 +90,7 @@ def test_the_tail_of_a_truncated_normal_draw_falls_as_fast_as_it_should(far: flo
 def test_what_is_drawn_lies_within_the_bounds_that_are_told(kind: str) -> None:
     operands = {"triangular": (1, 2, 4), "beta": (2, 3, 1, 4), "truncated_normal": (9, 2, 1, 4), "normal": (2, 1, 1, 4)}
     node = Drawn(kind, operands.get(kind, (1, 4)), (), KEY)
-    bounds, found = BoundsAnalysis({}, {}, 1).bounds(node), drawn(kind, *node.operands, count=4000)
+    bounds, found = BoundsAnalysis({}, 1).bounds(node), drawn(kind, *node.operands, count=4000)
     assert (bounds.low, bounds.high) == (1, 4)
     assert bounds.low <= found.min() <= found.max() <= bounds.high
 

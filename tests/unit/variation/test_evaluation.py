@@ -261,7 +261,7 @@ def test_reading_templates_and_finding_bounds_loads_no_numpy() -> None:
         "import sys, scenecc.variation.forms, scenecc.variation.bounds\n"
         "from scenecc.variation.nodes import Drawn, Key\n"
         "from scenecc.variation.node_bounds import BoundsAnalysis\n"
-        "BoundsAnalysis({}, {}, 1).bounds(Drawn('uniform', ((0, 1), 2), (2,), Key('draws', 'u', '')))\n"
+        "BoundsAnalysis({}, 1).bounds(Drawn('uniform', ((0, 1), 2), (2,), Key('draws', 'u', '')))\n"
         "print(sorted({'numpy', 'pydantic', 'sapien'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, timeout=60)

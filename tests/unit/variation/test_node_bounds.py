@@ -62,10 +62,8 @@ DRAWS: dict[str, Node] = {
 }
 
 
-def find_bounds(
-    node: Node, draws: dict[str, Node], *, given: dict[str, Any] | None = None, num_scenes: int = 40
-) -> ValueBounds:
-    return BoundsAnalysis(draws, given or {}, num_scenes).bounds(node)
+def find_bounds(node: Node, draws: dict[str, Node], *, num_scenes: int = 40) -> ValueBounds:
+    return BoundsAnalysis(draws, num_scenes).bounds(node)
 
 
 def of(node: Node, **kwargs: Any) -> ValueBounds:
@@ -172,14 +170,9 @@ def test_what_has_no_value_in_a_sample_is_unknown() -> None:
     assert of(expression("1 / (c - 2)")) == UNKNOWN
 
 
-def test_given_values_replace_draws() -> None:
-    found = of(expression("u + c"), given={"u": np.array([5.0, 6.0, 7.0])}, num_scenes=3)
-    assert (found.low, found.high) == (6.0, 11.0)
-
-
 @pytest.mark.parametrize(("count", "last"), [(1, (0, 255)), (40, (15, 6)), (256, (255, 0)), (1000, (996, 0))])
 def test_samples_are_fixed_scenes_and_seeds(count: int, last: tuple[int, int]) -> None:
-    batch = SampleBatch(tuple(range(count)), count, DRAWS, {}, None)
+    batch = SampleBatch(tuple(range(count)), count, DRAWS, None)
     assert sample_of(SAMPLE_COUNT - 1, range(count)) == last
     seeds = batch.seed if isinstance(batch.seed, tuple) else (batch.seed,) * SAMPLE_COUNT
     assert [*zip(batch.scenes.tolist(), seeds, strict=True)] == [
@@ -222,7 +215,7 @@ def test_unions_widen() -> None:
 )
 def test_samples_are_within_the_bounds(node: Node) -> None:
     draws = {**DRAWS, "p": Drawn("uniform", ((-1, -1, 0), (1, 1, 2)), (3,), key("p"))}
-    analysis = BoundsAnalysis(draws, {}, 300)
+    analysis = BoundsAnalysis(draws, 300)
     found, rows = analysis.bounds(node), analysis.samples.evaluate(node)
     assert (rows >= np.array(found.low) - 1e-12).all()
     assert (rows <= np.array(found.high) + 1e-12).all()
@@ -253,7 +246,7 @@ def test_plain_bounds_are_bounds_like_any_other(kind: Any, low: Any, high: Any, 
 def test_one_expression_is_sampled_once_for_each_of_its_readers() -> None:
     template = Template.parse("${a * 2}")
     draws: dict[str, Node] = {"x/a": Drawn("uniform", (1, 2), (), key("x")), "y/a": Chosen((1, 3), None, key("y"))}
-    samples = BoundsAnalysis(draws, {}, 1).samples
+    samples = BoundsAnalysis(draws, 1).samples
     found = [samples.evaluate(Computed(template, (), (("a", name),))) for name in ("x/a", "y/a", "x/a")]
     assert 2 <= found[0].min() < found[0].max() <= 4
     assert set(found[1].tolist()) == {2, 6}
