@@ -277,6 +277,7 @@ class SamplingContext:
         scenes_of: shared draw → scenes in which it has a value.
         random: shared draws that depend on the seed, directly or through others.
         failed, warned: origins of the nodes without a value that were reported: in a scene, in a sample.
+        limit_reported: whether an exceeded limit was reported.
         drawn: whether any value must be drawn.
         read: number of fields with forms or expressions.
         resets: values that a reset may change, by identity: node and variation.
@@ -298,6 +299,7 @@ class SamplingContext:
     random: set[str] = field(default_factory=set[str])
     failed: set[Origin] = field(default_factory=set["Origin"])
     warned: set[Origin] = field(default_factory=set["Origin"])
+    limit_reported: bool = False
     drawn: bool = False
     read: int = 0
     resets: dict[int, ResettableValue] = field(default_factory=dict[int, "ResettableValue"])
@@ -318,7 +320,13 @@ class SamplingContext:
         within = not self.sampling_operations.exhausted
         self.sampling_operations.done += operations
         if within and self.sampling_operations.exhausted:
-            self.sink.report("SC604", self.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
+            self.report_limit(self.sampling_operations.message, origin)
+
+    def report_limit(self, message: str, origin: Origin) -> None:
+        """Reports that the operations exceed the limit, at the first place only."""
+        if not self.limit_reported:
+            self.limit_reported = True
+            self.sink.report("SC604", message, origin, hint=COMPUTE_LIMIT_HINT)
 
     def analysis(self, scenes: tuple[int, ...] | None = None) -> BoundsAnalysis:
         """The bounds analysis for some scenes; None: all."""

@@ -21,7 +21,6 @@ from scenecc.plan.body import AssetFile, Friction
 from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
 from scenecc.spec.body import BodySpec
 from scenecc.spec.references import SHARED_NAMESPACE, WORLD, NameScopes, count_scene_idxs, qualified_name
-from scenecc.variation.operations import COMPUTE_LIMIT_HINT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -261,7 +260,7 @@ def lower(
         return None
     sections = _SectionLowerer(scene, origin, names, selections, sampling, tables, materials, entities, built)
     plan = sections.plan(name, physics)
-    if _is_exhausted(sampling, origin, sink):
+    if _is_exhausted(sampling, origin):
         return None
     # A material may be unused only because of a misspelt reference.
     if not sink.failed:
@@ -273,10 +272,10 @@ def lower(
     return Lowered(tables.fill(plan), tables.material_origins, sampling, entities.frames)
 
 
-def _is_exhausted(sampling: SamplingContext, origin: Origin, sink: Sink) -> bool:
+def _is_exhausted(sampling: SamplingContext, origin: Origin) -> bool:
     """Whether computing the varying values exceeds the limit, which is reported."""
     if sampling.sampling_operations.exhausted:
-        sink.report("SC604", sampling.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
+        sampling.report_limit(sampling.sampling_operations.message, origin)
     return sampling.sampling_operations.exhausted
 
 

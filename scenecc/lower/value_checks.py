@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.variation.nodes import Computed, Node, Placed
-from scenecc.variation.operations import COMPUTE_LIMIT_HINT, ComputeLimitError, DrawError
+from scenecc.variation.operations import ComputeLimitError, DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -54,7 +54,7 @@ def report_draw_failure(error: DrawError, origin: Origin, sampling: SamplingCont
     sampling.failed.add(place)
     message = f"in scene {error.scene}: {error.message}"
     if isinstance(error, ComputeLimitError):
-        sink.report("SC604", error.message, place, hint=COMPUTE_LIMIT_HINT)
+        sampling.report_limit(error.message, place)
     elif expression is None:
         sink.report("SC515", message, place)
     else:

@@ -334,7 +334,7 @@ class Batch:
                 self._make(other)
         if name in self._failed:
             error = self._failed[name]
-            raise DrawError(error.message, error.scene, error.node, error.expression, error.seed)
+            raise type(error)(error.message, error.scene, error.node, error.expression, error.seed)
         return self._shared[name]
 
     def kept(self, name: str) -> NDArray[Any] | None:
