@@ -570,3 +570,12 @@ def test_an_exceeded_limit_is_reported_once() -> None:
     for i in range(10, 40):
         document["entities"][f"e{i}"] = {"material": f"${{'m0' if u > 0.{i} else 'm1'}}", "shapes": BALL}
     assert codes(document, limits={"objects": 100}) == [("SC604", "entities.e13.material")]
+
+
+def test_an_error_replaces_the_warning_of_other_scenes_at_its_place() -> None:
+    first, second = ({"scene_idxs": scenes, "material": "m", "shapes": BALL} for scenes in ([0], [1, 2]))
+    document = scene(num_scenes=4, seed=3, draws={"u": {"uniform": [0, 1]}})
+    document |= {"materials": {"m": {"physical": {"restitution": "${1.1 * u}"}}}, "entities": {"a": first}}
+    assert codes(document) == [("SC514", "materials.m.physical.restitution")]
+    document["entities"]["b"] = second
+    assert codes(document) == [("SC513", "materials.m.physical.restitution")]
