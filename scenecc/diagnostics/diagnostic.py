@@ -273,6 +273,9 @@ def _repeated(code: str, place: Origin) -> _Repeated:
     return code, place.file, place.path, None if place.location is None else place.location.line
 
 
+_OF_SAMPLES = frozenset(("SC514", "SC516"))
+
+
 class Sink:
     """Collects the reports of the stages; origins become lines only when read.
 
@@ -447,8 +450,13 @@ class Sink:
         self._alike = _copy_tables(other._alike)
 
     def diagnostics(self) -> list[Diagnostic]:
-        """Returns all findings that no comment silences, sorted by place in each file (those of the engine last)."""
-        found = [self._resolve(report) for report in self._reports]
+        """Returns all findings that no comment silences, sorted by place in each file (those of the engine last).
+
+        A warning about a sample is left out if its place has an error too, of other scenes.
+        """
+        failed = {report.place for report in self._reports if report.severity == "error"}
+        kept = (one for one in self._reports if one.code not in _OF_SAMPLES or one.place not in failed)
+        found = [self._resolve(report) for report in kept]
         if self.silencings:
             found = without_silenced(found, self.silencings)
         return sorted(found, key=lambda d: (d.file or "", d.line or 0, d.column or 0))

@@ -175,14 +175,15 @@ class RecipeBuilder:
         The poses that recipes continue from come last.
         """
         needed: set[str] = set()
+        stored = self._fixed & self._sampling.random
         todo = list(self._read)
         while todo:
             name = todo.pop()
             if name not in needed:
                 needed.add(name)
-                todo += () if name in self._fixed else self._sampling.reads.get(name, ())
+                todo += () if name in stored else self._sampling.reads.get(name, ())
         draws = [
-            (name, self._rows_of(name) if name in self._fixed and name in self._sampling.random else node)
+            (name, self._rows_of(name) if name in stored else node)
             for name, node in self._sampling.draws.items()
             if name in needed
         ]

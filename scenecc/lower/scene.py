@@ -264,11 +264,11 @@ def lower(
     plan = sections.plan(name, physics)
     if _is_exhausted(sampling, origin):
         return None
-    report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
     # A material may be unused only because of a misspelt reference.
-    if sink.failed:
-        return None
-    materials.report_unused(frozenset(names.used_materials), fields_of(sampling))
+    if not sink.failed:
+        materials.report_unused(frozenset(names.used_materials), fields_of(sampling))
+    # Last, since an unused material may read a draw.
+    report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
     if sink.failed:
         return None
     return Lowered(tables.fill(plan), tables.material_origins, sampling, entities.frames)

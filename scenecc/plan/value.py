@@ -196,7 +196,8 @@ class Value:
 
         source = self._source
         if isinstance(source, _DrawSource) and source.sample is None:
-            return ValueBounds.of_rows(self.data)
+            # Not exact: a rule over several values compares their rows scene by scene, not their extremes.
+            return ValueBounds.of_rows(self.data, exact=False)
         try:
             return ValueBounds.of_samples(self.samples)
         except DrawError:  # reported where it is written

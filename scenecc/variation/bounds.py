@@ -51,11 +51,11 @@ class ValueBounds:
         return ValueBounds(distinct, low, high, exact)
 
     @staticmethod
-    def of_rows(rows: NDArray[Any]) -> ValueBounds:
-        """Bounds of values (B, …), each of which occurs."""
+    def of_rows(rows: NDArray[Any], *, exact: bool = True) -> ValueBounds:
+        """Bounds of values (B, …)."""
         from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - it loads numpy
 
-        return ValueBounds.of(rows[distinct_rows(rows)].tolist())
+        return ValueBounds.of(rows[distinct_rows(rows)].tolist(), exact=exact)
 
     @staticmethod
     def of_samples(rows: NDArray[Any]) -> ValueBounds:

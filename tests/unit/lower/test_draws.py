@@ -69,6 +69,11 @@ def test_a_draw_that_nothing_reads_is_a_warning() -> None:
     assert codes(scene(ball("${b}"), draws={**HALF, "b": "${half}"})) == []
 
 
+def test_an_unused_material_reads_a_draw() -> None:
+    materials = {"ice": {"physical": {"restitution": "${half}"}}}
+    assert codes(scene(ball(0.1), draws=HALF, materials=materials)) == [("SC313", "materials.ice")]
+
+
 def test_an_expression_is_judged_scene_by_scene() -> None:
     document = scene(ball("${x}"), draws={"x": {"cycle": [0.1, 0.2, -0.1]}}, num_scenes=4)
     assert codes(document) == [("SC513", "entities.body.shapes[0].radius")]

@@ -556,3 +556,26 @@ def test_what_instances_select_is_bounded() -> None:
     inner = {"use": "scenecc:cube", "repeat": {"i": {"count": 3000}}, "scene_idxs": "${i}:"}
     document = {"scenecc": 1, "num_scenes": 60_000, "entities": {"a": inner}}
     assert [code for code, _ in codes(document, limits={"objects": 100_000})] == ["SC604"]
+
+
+def test_a_draw_beyond_the_limit_is_reported_as_such() -> None:
+    draws = {"u": {"uniform": [0, 1]}, "long": "${[u] * 9000}"}
+    found = codes(scene({"mass": "${long[0] + 1}"}, draws=draws, num_scenes=2), limits={"objects": 100})
+    assert found == [("SC604", "draws.long")]
+
+
+def test_an_exceeded_limit_is_reported_once() -> None:
+    materials = {"m0": {"physical": {"restitution": 0.2}}, "m1": {"physical": {"restitution": 0.1}}}
+    document = scene(num_scenes=40, draws={"u": {"uniform": [0, 1]}}, materials=materials)
+    for i in range(10, 40):
+        document["entities"][f"e{i}"] = {"material": f"${{'m0' if u > 0.{i} else 'm1'}}", "shapes": BALL}
+    assert codes(document, limits={"objects": 100}) == [("SC604", "entities.e13.material")]
+
+
+def test_an_error_replaces_the_warning_of_other_scenes_at_its_place() -> None:
+    first, second = ({"scene_idxs": scenes, "material": "m", "shapes": BALL} for scenes in ([0], [1, 2]))
+    document = scene(num_scenes=4, seed=3, draws={"u": {"uniform": [0, 1]}})
+    document |= {"materials": {"m": {"physical": {"restitution": "${1.1 * u}"}}}, "entities": {"a": first}}
+    assert codes(document) == [("SC514", "materials.m.physical.restitution")]
+    document["entities"]["b"] = second
+    assert codes(document) == [("SC513", "materials.m.physical.restitution")]

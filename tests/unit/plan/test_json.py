@@ -16,6 +16,7 @@ from plugins.plan_strategy import plans
 from plugins.sample_plans import ROOT, SAMPLES, entity, pose, solid
 from plugins.structures import body_of
 
+from scenecc import compile_scene, plan_text, validate
 from scenecc import plan as plan_package
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES
@@ -493,3 +494,13 @@ def test_the_bounds_are_those_of_the_language() -> None:
 
     assert schema.SCALAR_BOUNDS["Physics.cpu_workers"].high == physics.MAX_THREADS
     assert schema.SCALAR_BOUNDS["SdfConfig.num_threads_for_construction"].high == physics.MAX_THREADS
+
+
+def test_a_rule_checks_the_rows_of_a_plan_scene_by_scene() -> None:
+    keys = {"width": 8, "height": 8, "fovy_deg": 60, "near": "${0.9 * u}", "far": "${u}"}
+    document = {"scenecc": 1, "num_scenes": 4, "draws": {"u": {"uniform": [0.1, 1]}}, "cameras": {"eye": keys}}
+    text = plan_text(compile_scene(document))
+    assert validate(text) == []
+    eye = json.loads(text)
+    eye["cameras"][0]["near"]["per_scene"][2] = 1.0
+    assert [one.code for one in validate(json.dumps(eye))] == ["SC550"]

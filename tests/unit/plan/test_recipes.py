@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from plugins.sample_plans import ROOT, SAMPLES
 
+from scenecc import compile_scene, plan_text, validate
 from scenecc.diagnostics import Sink
 from scenecc.plan import ScenePlan
 from scenecc.plan.json_codec import plan_from_json, plan_to_json
@@ -203,3 +204,11 @@ def test_a_plan_from_json_is_reset_as_the_plan_that_was_written() -> None:
     assert (poses[0][1] == poses[0][2]).all()
     assert (poses[0][0] == poses[0][3]).all()
     assert (poses[0][0] != poses[0][1]).any()
+
+
+def test_a_plan_has_every_draw_that_its_recipes_read() -> None:
+    ball = {"pose": [{"uniform": ["${b}", 5]}, 0, 1], "shapes": [{"type": "sphere", "radius": 0.1}]}
+    document = {"scenecc": 1, "num_scenes": 3, "draws": {"a": "${scene}", "b": "${a}"}, "entities": {"ball": ball}}
+    plan = compile_scene(document)
+    assert [name for name, _ in plan.draws] == ["a", "b"]
+    assert validate(plan_text(plan)) == []
