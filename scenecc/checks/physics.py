@@ -165,7 +165,7 @@ def _begins_before(contact: float, rest: float) -> bool:
 
 
 def _report_offsets(
-    contact: float, rest: float, origin: Origin, sink: Sink, sample: tuple[int, int] | None = None
+    contact: float, rest: float, origin: Origin, sink: Sink, sample: tuple[int, int | None] | None = None
 ) -> None:
     message = f"contact_offset {contact:g} must be above rest_offset {rest:g}"
     hint = "raise contact_offset or lower rest_offset"

@@ -27,11 +27,12 @@ class RuleFault(NamedTuple):
 
     Attributes:
         found: the result of the rule.
-        sample: scene and seed of the faulty sample; None: this seed has the fault, or every seed.
+        sample: the scene and the seed of the faulty row of an expression, the seed None for this one; None: every scene
+            may have the fault.
     """
 
     found: Any
-    sample: tuple[int, int] | None
+    sample: tuple[int, int | None] | None = None
 
 
 def find_fault(
@@ -54,25 +55,27 @@ def find_fault(
     if every is None:
         every = (corners or (lambda: [tuple(map(lowest, values)), tuple(map(highest, values))]))()
     found = _first_fault(every, rule)
-    return None if found is None else RuleFault(found[1], None)
+    return None if found is None else RuleFault(found[1])
 
 
 def _find_fault_of_expression(values: Sequence[Value], rule: Callable[..., Any]) -> RuleFault | None:
-    found = _first_fault(_drawn_rows(values), rule)
+    scenes = next(value.scenes for value in values if value.scenes)
+    every = _drawn_rows(values)
+    found = _first_fault(every, rule)
     if found is not None:
-        return RuleFault(found[1], None)
+        return RuleFault(found[1], (scenes[found[0]], None) if len(every) > 1 else None)
     found = _first_fault(_sample_rows(values), rule)
     if found is None:
         return None
     from scenecc.variation.samples import sample_of  # noqa: PLC0415 - loaded where something varies
 
-    return RuleFault(found[1], sample_of(found[0], next(value.scenes for value in values if value.scenes)))
+    return RuleFault(found[1], sample_of(found[0], scenes))
 
 
 def _first_fault(every: Iterable[tuple[Row, ...]], rule: Callable[..., Any]) -> tuple[int, Any] | None:
     """Returns the number of the first faulty row, and the fault."""
-    judged = ((number, rule(*row)) for number, row in enumerate(every))
-    return next(((number, found) for number, found in judged if found is not None), None)
+    results = ((number, rule(*row)) for number, row in enumerate(every))
+    return next(((number, found) for number, found in results if found is not None), None)
 
 
 def find_single_fault(value: Value, rule: Callable[[Row], Any]) -> RuleFault | None:
@@ -116,11 +119,11 @@ def _known_rows(values: Sequence[Value]) -> list[tuple[Row, ...]] | None:
 
 
 def _drawn_rows(values: Sequence[Value]) -> list[tuple[Row, ...]]:
-    """Returns the distinct rows of this seed; none if a value depends on a placement."""
+    """Returns a row of this seed for each scene; none if a value depends on a placement."""
     from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
     try:
-        return _join_columns([value.data for value in values], distinct=True)
+        return _join_columns([value.data for value in values], distinct=False)
     except DrawError:
         return []
 
@@ -190,16 +193,18 @@ def report_fault(
     message: str,
     place: Origin,
     hint: str,
-    sample: tuple[int, int] | None = None,
+    sample: tuple[int, int | None] | None = None,
     *,
     at: At = "value",
 ) -> None:
-    """Reports a fault; a warning (SC514) if it has a `sample`, as in `RuleFault`."""
+    """Reports a fault; a warning (SC514) if only another seed has it. `sample`: as in `RuleFault`."""
     if sample is not None:
-        from scenecc.variation.samples import CHECKED_LATER, named_sample  # noqa: PLC0415 - loaded where something varies
+        from scenecc.variation.samples import name_sample, sample_hint  # noqa: PLC0415 - loaded where something varies
 
-        code, message = "SC514", f"{named_sample(*sample)} {message}"
-        hint = "; ".join(part for part in (CHECKED_LATER, hint) if part)
+        scene, seed = sample
+        message = f"{name_sample(scene, seed)}: {message}"
+        if seed is not None:
+            code, hint = "SC514", sample_hint(seed, hint)
     sink.report(code, message, place, at=at, hint=hint)
 
 

@@ -16,7 +16,7 @@ from scenecc.variation.forms import FORM_KEYS, ONCE, Template
 from scenecc.variation.operations import ExpressionError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
     from collections.abc import Set as AbstractSet
 
     from scenecc.diagnostics import Sink
@@ -299,16 +299,33 @@ def _argument_origins(documents: Mapping[str | None, Document], origin: Origin) 
         return ()
     instance = _find_node(documents[use.file].data, use.path[:-1])
     given = instance.get("with") if is_mapping(instance) else None
-    if not is_mapping(given):
+    places = {name: Origin(use.file, (*use.path[:-1], "with", name), use.copy, use.parent) for name in _keys(given)}
+    places |= _override_origins(documents, use)
+    if not places:
         return ()
     read: set[str] = set()
     for number, text in enumerate(iterate_texts(_find_node(documents[origin.file].data, origin.path))):
         if number == _MAX_SCALARS:
             return ()
         read |= _names(text)
-    place = (*use.path[:-1], "with")
-    found = [Origin(use.file, (*place, name), use.copy, use.parent) for name in given if name in read]
+    found = [place for name, place in places.items() if name in read]
     return (*found, *dict.fromkeys(outer for one in found for outer in _argument_origins(documents, one)))
+
+
+def _override_origins(documents: Mapping[str | None, Document], use: Origin) -> dict[str, Origin]:
+    """Returns the origins of the arguments that overrides of outer instances give to an instance, by name."""
+    found: dict[str, Origin] = {}
+    name, outer = str(use.path[1]), use.parent
+    while outer is not None and outer.path[-1:] == _USE_KEY and outer.file in documents:
+        path = (*outer.path[:-1], "override", name, "with")
+        given = _find_node(documents[outer.file].data, path)
+        found |= {key: Origin(outer.file, (*path, key), outer.copy, outer.parent) for key in _keys(given)}
+        name, outer = f"{outer.path[1]}/{name}", outer.parent
+    return found
+
+
+def _keys(given: Any) -> Iterable[str]:
+    return given if is_mapping(given) else ()
 
 
 def _find_node(node: Any, path: Path) -> Any:

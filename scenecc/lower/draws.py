@@ -59,10 +59,11 @@ def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None
     for number, row in enumerate(rows):
         wrong = argument.param.drawn_misfit(row)
         if wrong is not None:
-            from scenecc.variation.samples import CHECKED_LATER, named_sample, sample_of  # noqa: PLC0415 - loads numpy
+            from scenecc.variation.samples import name_sample, sample_hint, sample_of  # noqa: PLC0415 - loads numpy
 
-            where = named_sample(*sample_of(number, argument.scenes))
-            _report_misfit(argument, ("SC514", wrong[1]), f"which this gives {where}", sampling.sink, CHECKED_LATER)
+            scene, seed = sample_of(number, argument.scenes)
+            when = f"which this gives {name_sample(scene, seed)}"
+            _report_misfit(argument, ("SC514", wrong[1]), when, sampling.sink, sample_hint(seed))
             return
 
 

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.variation.nodes import Computed, Node, Placed
+from scenecc.variation.nodes import Computed, Drawn, Node, Placed
 from scenecc.variation.operations import ComputeLimitError, DrawError
 
 if TYPE_CHECKING:
@@ -101,12 +101,13 @@ def check_samples(check: ValueCheck, sampling: SamplingContext) -> bool:
     bounds = check.kind.bounds
     outside = _rows_outside(rows, bounds)
     if outside:
-        from scenecc.variation.samples import CHECKED_LATER, named_sample, sample_of  # noqa: PLC0415 - loads numpy
+        from scenecc.variation.samples import name_sample, sample_hint, sample_of  # noqa: PLC0415 - loads numpy
 
         row = rows[outside[0]]
-        message = f"{named_sample(*sample_of(outside[0], check.scenes))} this is {_format_row(row)}: {_subject(row)}"
+        scene, seed = sample_of(outside[0], check.scenes)
+        message = f"{name_sample(scene, seed)} this is {_format_row(row)}: {_subject(row)}"
         message += f" must be {bounds.requirement(_number_outside(row, bounds))}"
-        hint = f"{CHECKED_LATER}; `min` and `max` in the expression keep it in its range"
+        hint = sample_hint(seed, "`min` and `max` in the expression keep it in its range")
         sampling.sink.report("SC514", message, check.origin, hint=hint)
     return not outside
 
@@ -143,18 +144,18 @@ def warn_of_missing_sample(error: DrawError, origin: Origin, sampling: SamplingC
     if place in sampling.failed or place in sampling.warned:
         return
     sampling.warned.add(place)
-    from scenecc.variation.samples import CHECKED_LATER, named_sample  # noqa: PLC0415 - loads numpy
+    from scenecc.variation.samples import name_sample, sample_hint  # noqa: PLC0415 - loads numpy
 
-    where = named_sample(error.scene, error.seed)
+    where = name_sample(error.scene, error.seed)
     if expression is None and isinstance(error.node, Computed):
-        sampling.sink.report("SC514", f"{where} {error.message}", place, hint=CHECKED_LATER)
+        sampling.sink.report("SC514", f"{where} {error.message}", place, hint=sample_hint(error.seed))
         return
-    advice = "`min` and `max` keep a bound in its range"
+    advice = "`min` and `max` keep a bound in its range" if isinstance(error.node, Drawn) else ""
     if expression is not None:
         advice = "`a if c else b` keeps what has no value from being evaluated"
     span = None if expression is None else (expression.start, expression.end)
     message = f"{where} this has no value: {error.message}"
-    sampling.sink.report("SC516", message, place, hint=f"{CHECKED_LATER}; {advice}", span=span)
+    sampling.sink.report("SC516", message, place, hint=sample_hint(error.seed, advice), span=span)
 
 
 def _rows_outside(data: NDArray[Any], bounds: Bounds) -> list[int]:

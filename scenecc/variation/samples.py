@@ -39,13 +39,15 @@ def sample_of(number: int, scenes: Sequence[int]) -> tuple[int, int]:
     return scenes[int(sample_positions(count)[number])], number // count
 
 
-def named_sample(scene: int, seed: int | None) -> str:
-    """The words for a sample, at the start of a warning."""
-    return f"in scene {scene} with seed {seed}"
+def name_sample(scene: int, seed: int | None) -> str:
+    """The words for a scene with a seed at the start of a message. `seed`: None for that of the file."""
+    return f"in scene {scene}" if seed is None else f"in scene {scene} with seed {seed}"
 
 
-CHECKED_LATER = "each scene is checked when it is built"
-"""Hint of a warning about a sample."""
+def sample_hint(seed: int | None, advice: str = "") -> str:
+    """The hint of a warning about a sample: how to see it, and what to do."""
+    shown = f"a build with `--seed {seed}` shows it"
+    return f"{shown}; {advice}" if advice else shown
 
 
 class SampleBatch(Batch):

@@ -58,6 +58,19 @@ def test_what_a_prefab_hands_on_is_told_up_to_where_it_is_written(tmp_path: Path
     assert files == ["middle.yaml", "top.yaml", "middle.yaml", "top.yaml"]
 
 
+def test_an_argument_of_an_override_is_given_there(tmp_path: Path) -> None:
+    (tmp_path / "part.yaml").write_text(PART)
+    (tmp_path / "middle.yaml").write_text("scenecc: 1\nentities:\n  m: {use: part.yaml, with: {size: 2, n: 1}}\n")
+    (tmp_path / "outer.yaml").write_text("scenecc: 1\nentities:\n  o: {use: middle.yaml}\n")
+    for use, name in (("middle.yaml", "m"), ("outer.yaml", "o/m")):
+        override = f"    override:\n      {name}: {{with: {{size: -1}}}}\n"
+        (tmp_path / "top.yaml").write_text(f"scenecc: 1\nentities:\n  a:\n    use: {use}\n{override}")
+        (one,) = validate(tmp_path / "top.yaml")
+        assert one.code == "SC104"
+        assert notes(one)[0] == ("`size` is given here", 6)
+        assert str(one.related[0].location.file).endswith("top.yaml")
+
+
 def test_mistakes_of_two_parameters_are_two(tmp_path: Path) -> None:
     codes = [(one.code, one.related[0].message) for one in found(tmp_path, "{size: -1, low: 3}")]
     assert codes == [("SC104", "`size` is given here"), ("SC119", "`low` is given here")]

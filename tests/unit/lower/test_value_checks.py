@@ -312,7 +312,7 @@ def test_the_part_without_a_value_is_underlined(tmp_path: Path) -> None:
 
 def test_the_hint_of_bounds_that_may_cross_says_how_to_keep_them_in_range() -> None:
     (found,) = validate(scene({"mass": {"uniform": [{"uniform": [1, 3]}, 2.9]}}))
-    hint = "each scene is checked when it is built; `min` and `max` keep a bound in its range"
+    hint = "a build with `--seed 3` shows it; `min` and `max` keep a bound in its range"
     assert (found.code, found.hint) == ("SC516", hint)
 
 
