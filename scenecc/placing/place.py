@@ -77,7 +77,7 @@ def repeat_direction(direction: Floats, rows: Indices) -> Floats:
     return np.broadcast_to(direction, (len(rows), 3))
 
 
-def round_to_float32(poses: Floats) -> Floats:
+def round_poses(poses: Floats) -> Floats:
     """Returns poses rounded to float32, so that a build and a reset have the same obstacles."""
     return poses.astype(np.float32).astype(np.float64)
 
@@ -111,7 +111,7 @@ class Placer:
         self.batch = batch
         self.local = local
         self._still, self._redrawn = still, redrawn
-        self.poses: dict[str, Floats] = {name: round_to_float32(pose) for name, pose in standing.items()}
+        self.poses: dict[str, Floats] = {name: round_poses(pose) for name, pose in standing.items()}
         self._entities = {entity.name: entity for entity in plan.entities}
         self.bodies: dict[str, list[Part]] = {
             name: [part.moved(matrices(pose[:, 3:]), pose[:, :3]) for part in self.own_parts(name)]
@@ -138,7 +138,7 @@ class Placer:
         by_scene[self.batch.scenes] = found
         self.batch.placed = {**self.batch.placed, placement.name: by_scene}
         for member in placement.entities:
-            self.poses[member] = world = round_to_float32(rotation_arrays.compose(found, self.local[member]))
+            self.poses[member] = world = round_poses(rotation_arrays.compose(found, self.local[member]))
             turn = matrices(world[:, 3:])
             self.bodies[member] = [part.moved(turn, world[:, :3]) for part in self.own_parts(member)]
 

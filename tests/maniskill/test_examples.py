@@ -18,7 +18,7 @@ def test_reach_trains_and_says_how_well_it_reaches() -> None:
     untrained, steps, trained = done.stdout.splitlines()
     assert re.fullmatch(r"untrained: \d+\.\d% of episodes reach their goal", untrained)
     assert re.fullmatch(r" +256 steps, +\d+ s: mean return -?\d+\.\d\d", steps)
-    assert re.fullmatch(r"trained: \d+\.\d%; \d+ s of CPU time in all", trained)
+    assert re.fullmatch(r"trained: \d+\.\d%; \d+ s of CPU time in total", trained)
 
 
 def test_reach_imports_nothing_of_maniskill() -> None:
