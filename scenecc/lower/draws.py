@@ -42,15 +42,21 @@ class VaryingArgument:
     origin: Origin
 
 
-def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None:
-    """Checks an argument of a parameter: its rows and its samples.
+def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> bool:
+    """Whether an argument of a parameter is valid in every scene; otherwise reports it. Warns of a sample with a fault.
 
     Args:
         argument: to check; its draw has been added.
         sampling: of the document.
     """
-    if not _check_argument_rows(argument, sampling) or argument.name not in sampling.random:
-        return
+    if not _check_argument_rows(argument, sampling):
+        return False
+    if argument.name in sampling.random:
+        _check_argument_samples(argument, sampling)
+    return True
+
+
+def _check_argument_samples(argument: VaryingArgument, sampling: SamplingContext) -> None:
     try:
         rows = sampling.analysis(argument.scenes).samples.shared(argument.name).tolist()
     except DrawError as error:
@@ -141,8 +147,10 @@ def lower_draws(
             sampling.fixed.add(name)
         param = names.wanted.get(name)
         # Forms without expressions were checked during expansion.
-        if param is not None and not variation.broken and (variation.computed or name in given):
-            check_argument(VaryingArgument(name, param, scenes, place), sampling)
+        if param is None or variation.broken or not (variation.computed or name in given):
+            continue
+        if not check_argument(VaryingArgument(name, param, scenes, place), sampling):
+            sampling.rejected.add(name)
 
 
 def report_unused_draws(

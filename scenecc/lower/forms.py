@@ -231,6 +231,7 @@ class VariationLowerer(Variation):
             return kind.fallback
         self.computed = True
         self.reads |= set(names.values())
+        self.broken |= not self._fields.sampling.rejected.isdisjoint(names.values())
         reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
         shape = None if kind.convert is not None else kind.shape
         self._fields.sampling.count_operations(expression_cost(given.text, len(self._fields.scenes)), place.origin)

@@ -40,6 +40,7 @@ class SamplingContext:
         reads: shared draw → shared draws that it reads.
         scenes_of: shared draw → scenes in which it has a value.
         random: shared draws that depend on the seed, directly or through others.
+        rejected: shared draws that are invalid arguments, whose readers report nothing.
         failed, warned: origins of the nodes without a value that were reported: in a scene, in a sample.
         drawn: whether any value must be drawn.
         limited: whether an exceeded limit of operations was reported.
@@ -61,6 +62,7 @@ class SamplingContext:
     reads: dict[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
     scenes_of: dict[str, tuple[int, ...]] = field(default_factory=dict[str, "tuple[int, ...]"])
     random: set[str] = field(default_factory=set[str])
+    rejected: set[str] = field(default_factory=set[str])
     failed: set[Origin] = field(default_factory=set["Origin"])
     warned: set[Origin] = field(default_factory=set["Origin"])
     drawn: bool = False

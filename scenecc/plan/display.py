@@ -226,7 +226,7 @@ def _item_formatter(path: str) -> Callable[[Any, int], str]:
 def format_reset_pair(recipes: tuple[Node | None, Node | None], plans: tuple[ScenePlan, ScenePlan]) -> tuple[str, str]:
     """Formats what resets can draw in two plans that are equal as built."""
     first, second = (_format_reset(recipe, plan) for recipe, plan in zip(recipes, plans, strict=True))
-    return first, f"{second}, drawn otherwise" if first == second else second
+    return first, f"{second}, drawn differently" if first == second else second
 
 
 def _format_reset(recipe: Node | None, plan: ScenePlan) -> str:

@@ -469,6 +469,13 @@ def test_arguments_are_judged_by_their_rows_and_samples(
         assert [Path(str(related.location.file)).name for related in one.related] == ["prefab.yaml"]
 
 
+def test_an_invalid_argument_is_reported_once(tmp_path: Path) -> None:
+    path = write(tmp_path, "type: number, min: 0", '"${u - 0.5}"')
+    prefab = PREFAB % "type: number, min: 0"
+    (tmp_path / "prefab.yaml").write_text(prefab.replace("${1 if p == p else 2}", "${p}"))
+    assert [one.code for one in validate(path)] == ["SC212"]
+
+
 def test_scenes_in_which_an_instance_is_not_do_not_matter(tmp_path: Path) -> None:
     assert errors(validate(write(tmp_path, "type: number, max: 2", '"${scene}"', ", scene_idxs: [0, 1, 2]"))) == []
     file = write(tmp_path, "type: number, max: 2", '"${scene}"', ", scene_idxs: [1, 3]")

@@ -327,14 +327,14 @@ def test_what_a_reset_draws_otherwise_is_a_difference_at_reset() -> None:
     assert one.scene_count == 2
     other = dataclasses.replace(evenly(1), key=Key("draws", "v", ""))
     (one,) = diff_plans(drawn(standing(evenly(1))), drawn(standing(other)))
-    assert (one.a, one.b) == ("[0, 0, 0 … 1] at reset", "[0, 0, 0 … 1] at reset, drawn otherwise")
+    assert (one.a, one.b) == ("[0, 0, 0 … 1] at reset", "[0, 0, 0 … 1] at reset, drawn differently")
 
 
 def test_recipes_are_compared_as_they_are_written() -> None:
     inline, shared = drawn(standing(evenly(1))), drawn(standing(Shared("u")), draws=(("u", evenly(1)),))
     (one,) = diff_plans(inline, shared)
     assert (one.path, one.a) == ("pose.p", "[0, 0, 0 … 1] at reset")
-    assert one.b == "[0, 0, 0 … 1] at reset, drawn otherwise"
+    assert one.b == "[0, 0, 0 … 1] at reset, drawn differently"
     assert diff_plans(shared, drawn(standing(Shared("u")), draws=(("u", evenly(1)),))) == []
 
 
