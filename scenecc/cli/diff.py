@@ -86,8 +86,8 @@ def diff(
 ) -> None:
     """Show the differences between two scenes.
 
-    The command compares the plans object by object and field by field, so a different notation is not a difference, except
-    of what a reset redraws. The options apply to both scenes.
+    The command compares the plans object by object and field by field, so a different notation is not a difference,
+    except of what a reset redraws. The options apply to both scenes.
 
     Exit status: 0 equal, 1 different, 2 wrong usage or an error in one of the scenes.
 
