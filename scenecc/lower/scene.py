@@ -264,14 +264,20 @@ def lower(
     plan = sections.plan(name, physics)
     if _is_exhausted(sampling, origin):
         return None
-    # A material may be unused only because of a misspelt reference.
-    if not sink.failed:
-        materials.report_unused(frozenset(names.used_materials), fields_of(sampling))
-    # Last, since an unused material may read a draw.
-    report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
+    _report_unused(scene, materials, sampling, names, origin)
     if sink.failed:
         return None
     return Lowered(tables.fill(plan), tables.material_origins, sampling, entities.frames)
+
+
+def _report_unused(
+    scene: SceneFile, materials: MaterialLowerer, sampling: SamplingContext, names: NameScopes, origin: Origin
+) -> None:
+    # A material may be unused only because of a misspelt reference.
+    if not sampling.sink.failed:
+        materials.report_unused(frozenset(names.used_materials), fields_of(sampling))
+    # Last, since an unused material may read a draw.
+    report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
 
 
 def _is_exhausted(sampling: SamplingContext, origin: Origin) -> bool:
