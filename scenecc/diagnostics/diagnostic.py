@@ -274,6 +274,7 @@ def _repeated(code: str, place: Origin) -> _Repeated:
 
 
 _OF_SAMPLES = frozenset(("SC514", "SC516"))
+"""Warnings about other seeds. Objects that share a material or a draw may give its place an error as well."""
 
 
 class Sink:

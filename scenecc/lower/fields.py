@@ -77,7 +77,6 @@ class FieldLowerer(FieldScope):
             return literal(kind.fallback, kind.dtype)
         if not variation.is_random:
             return self._rows(item, variation, kind, origin)
-        self.sampling.drawn = True
         value = self.make_drawn(partial(self.rows, node=item, kind=kind), lambda: self.analysis.bounds(item))
         if variation.risky:
             value = self.check_value(value, item, kind, origin)
@@ -92,6 +91,7 @@ class FieldLowerer(FieldScope):
             rows: computes its rows in a batch.
             bounds: gives its possible values.
         """
+        self.sampling.drawn = True
         return varying(lambda: rows(self.batch()), lambda: rows(self.analysis.samples), self.scenes, bounds=bounds)
 
     def check_value(self, value: Value, node: Node, kind: FieldType, origin: Origin) -> Value:
@@ -101,7 +101,6 @@ class FieldLowerer(FieldScope):
             The value; a placeholder after an error; a value without samples after a warning, so that the rules do not
             find the same fault again.
         """
-        self.sampling.drawn = True
         if self.sampling.sampling_operations.exhausted:
             return literal(kind.fallback, kind.dtype)
         check = ValueCheck(value, node, kind, self.scenes, origin)

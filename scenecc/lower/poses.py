@@ -339,6 +339,7 @@ def pose_item(pose: Any, place: FieldPlace, variation: VariationLowerer, sink: S
         return _pose_mapping_node(pose, place, variation, sink)
 
     def leaf(given: Any, around: FieldPlace, step: FormStep) -> Any:
+        """Reads one alternative: a mapping, or a position without a rotation."""
         if isinstance(given, PoseMapping):
             inside = around.inside(step) if step else around
             for key in ("relative_to", "anchor"):

@@ -397,6 +397,7 @@ def _number_function(name: str, apply: Callable[..., Any]) -> Callable[..., Any]
 
 def _extreme(name: str, apply: Callable[..., Any]) -> Callable[..., Any]:
     def run(arguments: list[Any], span: Span) -> Any:
+        """Raises ExpressionError if an argument is not a number."""
         if len(arguments) == 1 and type(arguments[0]) in LISTS:
             arguments = list(arguments[0])
         if not arguments:

@@ -559,7 +559,6 @@ class _Combinations:
                 return Alternatives(each, known)
         found = range(len(each)) if variation.cycled else sorted({numbers[row] for row in had})
         pick = fields.make_drawn(rows, lambda: ValueBounds.of(found, exact=not variation.computed))
-        fields.sampling.drawn |= variation.is_random
         if variation.is_random and variation.risky:
             pick = fields.check_value(pick, self._node, _INDEX_TYPE, self._first())
         return Alternatives(each, pick) if len(each) > 1 else Alternatives(each)
