@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
@@ -18,7 +19,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.emit import EMITTERS, EXPORTS, ExportOptions, emit, export
 from scenecc.errors import SceneError
 from scenecc.extras import install_hint
-from scenecc.files import replace_set
+from scenecc.files import ChangedError, replace_set
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Source, build_batch, compile_or_raise, select_scenes
 
@@ -40,11 +41,14 @@ class Emitted:
         files: content by path, relative to the output folder. The first is the main file; the others, which it
             references, are in a folder beside it.
         diagnostics: warnings and notes, including one for everything that the target does not support.
+        needs: what the text of python and json needs besides `files`, in words: paths relative to the output folder,
+            packages, asset roots.
         paths: paths of the written files; empty if nothing was written.
     """
 
     files: dict[str, bytes]
     diagnostics: list[Diagnostic]
+    needs: tuple[str, ...] = ()
     paths: tuple[Path, ...] = ()
 
     @property
@@ -117,7 +121,9 @@ def target_of(path: Path) -> str:
     return found
 
 
-def emit_source(source: Source, target: str, *, base: Path | None = None, **given: Unpack[ExportArguments]) -> Emitted:
+def emit_source(
+    source: Source, target: str, *, base: Path | None = None, copy: bool = True, **given: Unpack[ExportArguments]
+) -> Emitted:
     """Exports a scene in memory.
 
     Numbers that only an engine knows (masses, hulls of meshes, poses of links) come from SAPIEN, in which the scene is
@@ -126,7 +132,9 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
     Args:
         source: as for `validate`.
         target: a key of `SUFFIXES`.
-        base: folder to which relative paths in the text refer; None: the folder of the scene.
+        base: folder in which python and json will be written, to which their paths are relative; None: the folder of
+            the scene.
+        copy: whether files outside `base` are copied to the folder `NAME.assets` of `files` (python, json).
         given: fields of `EmitChoices` and `CompileOptions`.
 
     Raises:
@@ -151,15 +159,34 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
         )
     stem = _file_name(given.get("name") or plan.name)
     if target in EMITTERS:
-        text = emit(plan, target, sink, base=base)
-        files = None if text is None else {f"{stem}{SUFFIXES[target][0]}": text.encode("utf-8")}
-    else:
-        chosen = None if flags["grid"] else _one_scene(scene or 0, plan, sink)
-        choice = ExportOptions(stem, show, entity=entity, **flags)
-        files = export(plan, _measure_snapshot(plan, chosen, sink, given.get("progress")), target, choice, sink)
+        return emit_text(plan, target, stem, sink, base=base, copy=copy)
+    chosen = None if flags["grid"] else _one_scene(scene or 0, plan, sink)
+    choice = ExportOptions(stem, show, entity=entity, **flags)
+    files = export(plan, _measure_snapshot(plan, chosen, sink, given.get("progress")), target, choice, sink)
     if files is None or sink.failed:
         raise SceneError(sink.diagnostics())
     return Emitted(files, sink.diagnostics())
+
+
+def emit_text(plan: ScenePlan, target: str, stem: str, sink: Sink, *, base: Path | None, copy: bool = True) -> Emitted:
+    """Returns a plan as python or json. Arguments and errors are those of `emit_source`. `stem`: name of the file."""
+    from scenecc.emit.files import copy_outside_files, list_needs  # only these targets need it
+    from scenecc.emit.python.files import unused_files
+
+    unread = unused_files(plan) if target == "python" else frozenset[int]()
+    copies: dict[str, bytes] = {}
+    if base is not None and copy:
+        try:
+            plan, copies = copy_outside_files(plan, base, f"{stem}.assets", unread)
+        except OSError as error:
+            code = "SC422" if isinstance(error, ChangedError) else "SC407"
+            sink.report(code, f"'{error.filename}' cannot be read: {error.strerror}", Location(None))
+            raise SceneError(sink.diagnostics()) from error
+    text = emit(plan, target, sink, base=base)
+    if text is None or sink.failed:
+        raise SceneError(sink.diagnostics())
+    needs = tuple(one for one in list_needs(plan, base, unread) if one.strip("`") not in copies)
+    return Emitted({f"{stem}{SUFFIXES[target][0]}": text.encode(), **copies}, sink.diagnostics(), needs)
 
 
 def write_emitted(made: Emitted, target: Path) -> Emitted:
@@ -174,7 +201,7 @@ def write_emitted(made: Emitted, target: Path) -> Emitted:
     """
     paths = replace_set(target, made.files, folder=False)
     (_, content), *others = made.files.items()
-    return Emitted({paths[0].name: content, **dict(others)}, made.diagnostics, tuple(paths))
+    return replace(made, files={paths[0].name: content, **dict(others)}, paths=tuple(paths))
 
 
 def _file_name(name: str) -> str:

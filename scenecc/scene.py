@@ -374,12 +374,12 @@ def emit_scene(source: Source, target: str, *, base: Path | None = None, **optio
         ValueError: unknown target.
     """
     from scenecc.emit import EMITTERS
-    from scenecc.export import check_target
+    from scenecc.export import check_target, emit_source
 
     check_target(target, EMITTERS)
     check_keywords(emit_scene, options)
     base = None if base is None else path_argument(emit_scene, "base", base)
-    return open_scene(source, **options).emit(target, base=base).text
+    return emit_source(source, target, base=base, copy=False, **options).text
 
 
 def export_scene(source: Source, target: str, **given: Unpack[ExportArguments]) -> dict[str, bytes]:
@@ -504,7 +504,8 @@ class Scene:
 
         Args:
             target: "python", "json", "glb", "mjcf", "urdf" or "usd".
-            base: folder to which relative paths in the text refer (python, json); None: the folder of the scene.
+            base: folder in which the files will be written (python, json): files outside it are copied to the folder
+                `NAME.assets`. None: paths are relative to the folder of the scene, and nothing is copied.
             choices: fields of `EmitChoices`.
 
         Raises:

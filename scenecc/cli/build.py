@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
@@ -20,17 +21,18 @@ from scenecc.cli.output import (
     base_folder,
     end,
     print_err,
+    print_needs,
     print_out,
     progress,
     scene_errors,
     usage_error,
-    write_output,
+    write_files,
 )
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import built, escape_text, planned, stage_times
 
 if TYPE_CHECKING:
-    from scenecc import Build, SceneBatch
+    from scenecc import Build, Diagnostic, SceneBatch, ScenePlan
 
 _STRIDE = 10
 """Steps between two progress reports."""
@@ -115,12 +117,26 @@ def _conclude(result: Build, steps: int, output: str | None, form: Format, *, wh
         except scenecc.SceneError as error:
             end([*diagnostics, *error.diagnostics], form)
     if output is not None:
-        reason = write_output(output, scenecc.plan_text(result.plan, base=base_folder(output)))
-        if reason is not None:
-            diagnostics.append(usage_error(*reason, file=output))
+        try:
+            diagnostics += _write_plan(result.plan, output)
+        except scenecc.SceneError as error:
+            end([*diagnostics, *error.diagnostics], form)
     if form is Format.text:
         (print_err if output == STDOUT else print_out)(_summary(result, timings, whole=whole))
     end(diagnostics, form)
+
+
+def _write_plan(plan: ScenePlan, output: str) -> list[Diagnostic]:
+    """Writes the plan, and beside it the files that it names outside the folder. Returns diagnostics."""
+    from scenecc.diagnostics import Sink
+    from scenecc.export import emit_text
+
+    made = emit_text(plan, "json", Path(output).stem, Sink(), base=base_folder(output))
+    reason = write_files(output, made.files, folder=False)
+    if reason is not None:
+        return [usage_error(*reason, file=output)]
+    print_needs(output, made)
+    return []
 
 
 def _step(batch: SceneBatch, steps: int) -> dict[str, float]:

@@ -23,6 +23,7 @@ from scenecc.cli.output import (
     base_folder,
     end,
     print_asides,
+    print_needs,
     progress,
     scene_errors,
     usage_error,
@@ -76,7 +77,8 @@ def emit(
 ) -> None:
     """Export a scene to another format.
 
-    python: a script of plain SAPIEN calls that does not need scenecc. json: the plan. Both contain all scenes.
+    python: a script of plain SAPIEN calls that does not need scenecc. json: the plan. Both contain all scenes. Files
+    outside the output's folder are copied to FILE.assets.
 
     mjcf: one scene for MuJoCo. urdf: its articulations, one in FILE.urdf, or each in its own file in the folder FILE.
     Meshes are written to the folder FILE.assets.
@@ -110,6 +112,7 @@ def emit(
     print_asides(made.diagnostics)
     if reason is not None:
         end([usage_error(*reason, file=output)])
+    print_needs(output, made)
 
 
 def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:

@@ -22,6 +22,7 @@ from scenecc.interrupt import undoing
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
+    from scenecc.export import Emitted
 
 
 STDOUT = "-"
@@ -30,6 +31,8 @@ _MACHINE_AT_FAULT = 3
 
 _OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM}
 """Errors that no other file name would avoid: a disk is full or broken."""
+
+_MOST_NEEDS: Final = 8
 
 Unwritten = tuple[str, str]
 """Why a file was not written: the code of a diagnostic, and its message."""
@@ -146,6 +149,16 @@ def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> Unw
     except OSError as error:
         return unwritten(error.filename or target, error)
     return None
+
+
+def print_needs(target: str, made: Emitted) -> None:
+    """Prints on standard error what a written script or plan needs beside it."""
+    _, *copies = made.files
+    needs = [f"`{Path(copies[0]).parts[0]}/` ({len(copies)} file{'s' * (len(copies) != 1)} copied)"] if copies else []
+    needs += made.needs[:_MOST_NEEDS]
+    needs += [f"{len(made.needs) - _MOST_NEEDS} more"] if len(made.needs) > _MOST_NEEDS else []
+    if needs:
+        print_err(f"{'the output' if target == STDOUT else target} needs {', '.join(needs)}\n")
 
 
 def unwritten(name: str, error: OSError) -> Unwritten:

@@ -23,17 +23,37 @@ def test_emitted_json_equals_the_plan_of_build(run, cube: Path, tmp_path: Path) 
     assert (tmp_path / "emitted.json").read_text() == (tmp_path / "built.json").read_text()
 
 
-def test_a_plan_written_to_another_folder_finds_its_files(run, tmp_path: Path) -> None:
-    obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
-    (tmp_path / "part.obj").write_text(obj)
+def test_a_plan_written_to_another_folder_gets_copies_of_its_files(run, tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "part.mtl").write_text("newmtl red\nKd 1 0 0\n")
+    faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    (tmp_path / "parts" / "part.obj").write_text(
+        f"mtllib part.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl red\n{faces}"
+    )
+    shape = "{type: convex_mesh, file: parts/part.obj}"
+    (tmp_path / "scene.yaml").write_text(CUBE.replace("{type: box, half_size: [0.1, 0.2, 0.3]}", shape))
     (tmp_path / "out").mkdir()
+    done = run("emit", "scene.yaml", "--to", "json", "-o", "out/plan.json")
+    assert (done.returncode, done.stderr) == (0, "out/plan.json needs `plan.assets/` (2 files copied)\n")
+    done = run("build", "scene.yaml", "--dry-run", "-o", "out/built.json")
+    assert (done.returncode, done.stderr) == (0, "out/built.json needs `built.assets/` (2 files copied)\n")
+    plan = (tmp_path / "out" / "plan.json").read_text()
+    assert plan == (tmp_path / "out" / "built.json").read_text().replace("built.assets", "plan.assets")
+    (tmp_path / "out").rename(tmp_path / "moved")
+    (tmp_path / "parts" / "part.obj").unlink()
+    done = run("build", "moved/plan.json")
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_files_that_an_output_needs_are_listed(run, tmp_path: Path) -> None:
+    (tmp_path / "part.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
     shape = "{type: convex_mesh, file: part.obj}"
     (tmp_path / "scene.yaml").write_text(CUBE.replace("{type: box, half_size: [0.1, 0.2, 0.3]}", shape))
-    assert run("emit", "scene.yaml", "--to", "json", "-o", "out/plan.json").returncode == 0
-    assert run("build", "scene.yaml", "--dry-run", "-o", "out/built.json").returncode == 0
-    assert (tmp_path / "out" / "plan.json").read_text() == (tmp_path / "out" / "built.json").read_text()
-    done = run("build", "out/plan.json", "--asset-root", ".")
-    assert done.returncode == 0, done.stderr
+    done = run("emit", "scene.yaml", "--to", "python", "-o", "scene.py")
+    assert (done.returncode, done.stderr) == (0, "scene.py needs `part.obj`\n")
+    assert not (tmp_path / "scene.assets").exists()
+    done = run("emit", "scene.yaml", "--to", "json")
+    assert (done.returncode, done.stderr) == (0, "the output needs `part.obj`\n")
 
 
 def test_num_scenes_and_seed_reach_the_plan(run, cube: Path) -> None:
