@@ -22,8 +22,8 @@ def copy_outside_files(
 ) -> tuple[ScenePlan, dict[str, bytes]]:
     """Returns the plan with its files below `base`, and the content of those that must be written there.
 
-    Files that are already below `base`, those of packages (`pkg://`) and of asset roots (`asset://`) stay where they are.
-    The others, with the files that they name, keep their places relative to one another.
+    Files below `base`, of packages (`pkg://`) and of asset roots (`asset://`) stay where they are. The others, with the
+    files that they name, keep their places relative to one another.
 
     Args:
         plan: the plan.

@@ -48,6 +48,9 @@ MAX_PACK_BYTES: Final = 512 * 2**20
 
 _MOST_FILES: Final = 20_000
 
+_EXTRACTED: Final = 315_532_800
+"""[s] Modification time of extracted files: 1980, the earliest year of the format."""
+
 _MOST_CHARACTERS: Final = 1000
 """Maximum length of a member name."""
 
@@ -209,6 +212,8 @@ def name_fault(names: Iterable[str]) -> str | None:
             return f"`{name}` and `{known[folded]}` differ only in case, and are one file on some systems"
         known[folded] = name
         folders.update(str(folder) for folder in PurePosixPath(folded).parents)
+        if len(folders) > _MOST_FILES:
+            return f"the files are in more than {_MOST_FILES} folders"
     clash = next((name for folded, name in known.items() if folded in folders), None)
     return None if clash is None else f"`{clash}` is both a file and a folder"
 
@@ -275,11 +280,12 @@ def _find_or_extract(archive: zipfile.ZipFile, manifest: Manifest, digest: str) 
 
 
 def _is_whole(folder: Path, archive: zipfile.ZipFile) -> bool:
-    """Returns whether every file exists. Contents were compared when they were written, and are read-only since."""
+    """Returns whether every file is as it was extracted, by size and time. Its content was compared then."""
     try:
-        return all((folder / one.filename).stat().st_size == one.file_size for one in archive.infolist())
+        found = [((folder / one.filename).stat(), one.file_size) for one in archive.infolist()]
     except OSError:
         return False
+    return all(status.st_size == size and status.st_mtime == _EXTRACTED for status, size in found)
 
 
 def _extract(archive: zipfile.ZipFile, manifest: Manifest, folder: Path) -> None:
@@ -293,6 +299,7 @@ def _extract(archive: zipfile.ZipFile, manifest: Manifest, folder: Path) -> None
             for block in _blocks(archive, info):
                 digest.update(block)
                 target.write(block)
+        os.utime(file, (_EXTRACTED, _EXTRACTED))
         if info.filename != MANIFEST and digest.hexdigest() != manifest.files[info.filename]:
             raise InvalidPackError(f"`{info.filename}` does not match the manifest: its SHA-256 differs", _AGAIN)
 

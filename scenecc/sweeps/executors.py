@@ -105,7 +105,7 @@ def _connection(jobs: int, address: str | None) -> Generator[Any]:
     try:
         ray.init(address or "local", **options, log_to_driver=False, logging_level="error")
     except (RuntimeError, OSError, ValueError) as error:
-        fail("SC828", f"Ray does not start: {error}", None)
+        fail("SC828", f"Ray does not start: {error}", None, None if address is None else _SECURED_HINT)
     finally:
         if threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGTERM, handler)  # Ray replaces the handler
@@ -114,11 +114,22 @@ def _connection(jobs: int, address: str | None) -> Generator[Any]:
         yield ray
 
 
+_SECURED_HINT: Final = "a cluster with token authentication needs RAY_AUTH_MODE=token and its token on this machine too"
+
+_HELLO: Final = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes((0, 0, 0, 4, 0, 0, 0, 0, 0))
+"""Beginning of an HTTP/2 connection, which gRPC uses: the preface and an empty SETTINGS frame (RFC 9113, 3.4)."""
+
+
 def _reach(address: str) -> None:
-    """Fails if nothing listens at the address of a cluster: Ray itself would retry for minutes."""
+    """Fails if no gRPC server answers at the address of a cluster: Ray itself would retry for minutes."""
+    hint = "give HOST:PORT of its head node, as `ray start --head` prints it"
     host, _, port = address.rpartition(":")
     try:
-        socket.create_connection((host, int(port)), _PATIENCE).close()
-    except (OSError, ValueError) as error:
-        reason = f"no Ray cluster answers at `{address}`: {error}"
-        fail("SC828", reason, None, "give HOST:PORT of its head node, as `ray start --head` prints it")
+        with socket.create_connection((host, int(port)), _PATIENCE) as connection:
+            connection.sendall(_HELLO)
+            # A server answers with a SETTINGS frame, of type 4. With TLS, it would wait for another beginning.
+            is_ray = "RAY_USE_TLS" in os.environ or connection.recv(4)[3:] == b"\x04"
+    except (OSError, ValueError, OverflowError) as error:
+        fail("SC828", f"no Ray cluster answers at `{address}`: {error}", None, hint)
+    if not is_ray:
+        fail("SC828", f"what answers at `{address}` is not a Ray cluster", None, hint)

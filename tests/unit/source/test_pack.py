@@ -184,7 +184,12 @@ def test_too_many_members_are_not_read(tmp_path: Path) -> None:
     ]
 
 
-def test_a_pack_is_extracted_once_and_repaired_if_files_are_missing(tmp_path: Path, cache: Path) -> None:
+def test_files_in_too_many_folders_are_not_read(tmp_path: Path) -> None:
+    deep = tuple((f"{i}/" + "/".join("x" * 400) + "/f", b"") for i in range(60))
+    assert [one.code for one in found(tmp_path, remade(same, deep))] == ["SC019"]
+
+
+def test_a_pack_is_extracted_once_and_repaired_if_files_are_missing_or_changed(tmp_path: Path, cache: Path) -> None:
     assert not found(tmp_path, archive())
     (folder,) = cache.iterdir()
     file = folder / "scene.yaml"
@@ -196,6 +201,10 @@ def test_a_pack_is_extracted_once_and_repaired_if_files_are_missing(tmp_path: Pa
     (folder / "parts" / "a.yaml").unlink()
     assert not found(tmp_path, archive())
     assert (folder / "parts" / "a.yaml").read_bytes() == FILES["parts/a.yaml"]
+    file.chmod(0o644)
+    file.write_bytes(SCENE[::-1])
+    assert not found(tmp_path, archive())
+    assert file.read_bytes() == SCENE
     assert list(cache.iterdir()) == [folder]
 
 

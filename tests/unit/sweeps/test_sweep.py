@@ -123,11 +123,15 @@ def test_a_failed_scene_does_not_affect_others(scene: Path) -> None:
     assert all(row["poses"] for row in found)
 
 
-def test_a_bad_file_stops_the_sweep_before_it_begins(scene: Path) -> None:
+def test_a_bad_file_stops_the_sweep_before_it_begins(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("bad.yaml").write_text(SCENE.replace("half_size", "half_sizes"))
+    compiled: list[object] = []
+    compile_source = sweeps.compile_source
+    monkeypatch.setattr(sweeps, "compile_source", lambda *a, **k: compiled.append(a[0]) or compile_source(*a, **k))
     with pytest.raises(scenecc.SceneError) as raised:
-        scenecc.sweep([scene, "bad.yaml"], output="out")
+        scenecc.sweep([scene, "bad.yaml"], output="out", seeds=range(8))
     assert [one.code for one in raised.value.diagnostics] == ["SC101"]
+    assert compiled.count("bad.yaml") == 1
     assert not Path("out").exists()
 
 
