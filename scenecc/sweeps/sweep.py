@@ -227,8 +227,8 @@ _SEEDS_TRIED = 8
 """Seeds with errors after which a file is refused. One seed with an error is a row of the table."""
 
 
-_FIRST_DRAWN_CODE = "SC200"
-"""Lower codes are errors of the text and its keys, which no seed changes."""
+_BANDS_OF_TEXT = ("SC0", "SC1")
+"""Beginnings of codes of errors of the text and its keys, which no seed changes."""
 
 
 def _compile_any_seed(
@@ -241,7 +241,7 @@ def _compile_any_seed(
         result = compile_source(file, asked, found, placed=False, memory=memory)
         if result is not None:
             return result
-        if any(one.severity == "error" and one.code < _FIRST_DRAWN_CODE for one in found.diagnostics()):
+        if any(one.severity == "error" and one.code.startswith(_BANDS_OF_TEXT) for one in found.diagnostics()):
             break  # it is the same with every seed
     sink.take_over(found)
     return None
