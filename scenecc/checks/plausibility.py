@@ -69,9 +69,6 @@ MAX_MOMENT: Final = 4.0
 MIN_MOMENT: Final = 1e-3
 """Minimum of the largest moment of a body, relative to all mass at the farthest point: a rod has 0.3."""
 
-MIN_TURN: Final = 0.02
-"""Smallest quaternion component that is not 0 by intent."""
-
 
 _CONJUGATE: Final = np.array((1.0, -1.0, -1.0, -1.0))
 
@@ -105,7 +102,6 @@ def check_values(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: 
     _check_friction(plan, material_origins, sink)
     for entity in plan.entities:
         _check_position(entity, plan, sink)
-        _check_quaternion(entity, plan, sink)
         for structure in entity.structures:
             _check_speeds(entity, structure, plan, sink)
             if isinstance(structure, ArticulationStructure):
@@ -168,18 +164,6 @@ def _check_position(entity: Entity, plan: ScenePlan, sink: Sink) -> None:
         )
         place = structure_origin(entity.structures[0], entity, plan).child("pose")
         sink.report("SC534", message, place, hint="lengths are in metres; put the scene around the origin")
-
-
-def _check_quaternion(entity: Entity, plan: ScenePlan, sink: Sink) -> None:
-    """Reports rotations about the vertical that are written xyzw: [0, 0, sin, cos]."""
-    w, x, y, z = np.abs(entity.pose.data[:, 3:]).T
-    if not ((np.maximum(w, x) < 1e-6) & (np.minimum(y, z) > MIN_TURN)).all():
-        return
-    y, z = (float(number) for number in entity.pose.data[0, 5:])
-    message = f"`{cut(entity.name)}` lies upside down: its `q` looks like [x, y, z, w]"
-    place = structure_origin(entity.structures[0], entity, plan).child("pose", "q")
-    hint = f"quaternions are [w, x, y, z]: a rotation about z is [{z:.4g}, 0, 0, {y:.4g}]"
-    sink.report("SC549", message, place, hint=hint)
 
 
 def _check_speeds(

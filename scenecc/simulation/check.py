@@ -15,6 +15,7 @@ from scenecc.checks.mesh_quality import check_meshes
 from scenecc.checks.physics import plan_origin
 from scenecc.checks.plausibility import check_values
 from scenecc.checks.views import check_views
+from scenecc.checks.written_values import check_written_values
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import is_of_check
 from scenecc.diagnostics.diagnostic import Silencings, report_unused
@@ -207,6 +208,7 @@ def check_plan(result: CompileResult, sink: Sink) -> None:
     check_effects(result.plan, sink)
     if result.document is not None:
         check_declared_names(result.document, sink)
+        check_written_values(result.document, result.plan.num_scenes, sink)
     check_views(result.plan, sink)
     check_meshes(result.plan, sink)
 
