@@ -110,9 +110,7 @@ def _posed_bodies(entity: Entity, row: int) -> Iterator[tuple[NDArray[np.float64
     yield from zip(_link_poses(structure, root, row), (link.body for link in structure.links), strict=True)
 
 
-def _link_poses(
-    structure: ArticulationStructure, root: NDArray[np.float64], row: int
-) -> list[NDArray[np.float64]]:
+def _link_poses(structure: ArticulationStructure, root: NDArray[np.float64], row: int) -> list[NDArray[np.float64]]:
     """Returns the poses (7,) of all links in the world, at the initial joint positions."""
     poses: list[NDArray[np.float64]] = []
     for link in structure.links:

@@ -8,6 +8,7 @@ are not checked.
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.diagnostic import Origin
@@ -73,6 +74,7 @@ def check_written_values(document: Document, num_scenes: int, sink: Sink) -> Non
         _check_quaternion(mapping, origin, sink)
         _check_half_turn(mapping, origin, sink)
         _check_density(mapping, origin, sink)
+        _check_drives(mapping, origin, sink)
         items = mapping.get("cycle")
         if several and isinstance(items, list) and len(items) > num_scenes:
             message = f"this `cycle` has {len(items)} values for {num_scenes} scene{'s' * (num_scenes > 1)}"
@@ -146,9 +148,9 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> No
         if key in _SPEED_KEYS:
             found = next((number for number in numbers if number in SPEEDS), None)
             unit, instead = "rad/s", "radians per second"
-        elif key == "limits" and not _has_hinge(mapping):
-            continue
-        elif key == "target" and (_is_nested(value) or not _is_joint_drive(origin)):
+        elif (key == "limits" and not _has_hinge(mapping)) or (
+            key == "target" and (_is_nested(value) or not _is_joint_drive(origin))
+        ):
             continue
         else:
             least = MAX_LIMIT if key == "limits" else MIN_WHOLE
@@ -157,7 +159,9 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> No
             if key != "target" and (min if is_mapping(value) else max)(numbers, default=0) > TWO_TURNS:
                 continue
         if found is not None:
-            message = f"`{key}` has {found:g} {unit}, which is {math.degrees(found):.4g}{'°/s' * (unit != 'rad') or '°'}"
+            message = (
+                f"`{key}` has {found:g} {unit}, which is {math.degrees(found):.4g}{'°/s' * (unit != 'rad') or '°'}"
+            )
             if key in {"qpos", "target"} or unit != "rad":
                 instead = f"{unit}: for {found:g}{'°/s' * (unit != 'rad') or '°'} write {math.radians(found):.4g}"
             sink.report("SC526", message, origin.child(key), hint=f"it is in {instead}")
@@ -224,10 +228,32 @@ def _check_density(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> No
     if given is None or "com" in mapping:
         return
     place = origin.child("density") if "density" in mapping else None
-    shapes = [(key, number, shape) for key in ("shapes", "collisions") for number, shape in enumerate(mapping.get(key, ()))]
+    shapes = [
+        (key, number, shape) for key in ("shapes", "collisions") for number, shape in enumerate(mapping.get(key, ()))
+    ]
     dense = [one for one in shapes if is_mapping(one[2]) and "density" in one[2]]
     if place is None and dense and len(shapes) == 1:
         place = origin.child(shapes[0][0], 0, "density")
     if place is not None:
         message = f"this density has no effect on the mass: `{given}` sets it"
         sink.report("SC573", message, place, at="key", hint=f"remove the density, or `{given}`")
+
+
+def _check_drives(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
+    """Reports drives without stiffness and damping, which no other pattern gives them either."""
+    drives = mapping.get("drives")
+    given = {pattern: keys for pattern, keys in drives.items() if is_mapping(keys)} if is_mapping(drives) else {}
+    pulling = [pattern for pattern, keys in given.items() if "stiffness" in keys or "damping" in keys]
+    for pattern, keys in given.items():
+        if keys and pattern not in pulling and not any(_matches(other, pattern) for other in pulling):
+            message = f"the drive of `{pattern}` does nothing: it has neither stiffness nor damping"
+            hint = "give it a stiffness and a damping; both are 0 by default"
+            sink.report("SC537", message, origin.child("drives", pattern), at="key", hint=hint)
+
+
+def _matches(pattern: str, name: str) -> bool:
+    """Returns whether a pattern of joints may match a name, which may be a pattern, too."""
+    try:
+        return re.fullmatch(pattern, name) is not None
+    except re.error:
+        return True  # it is reported where it is used
