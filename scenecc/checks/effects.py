@@ -135,28 +135,17 @@ _DRIVE_HINT: Final = "give it a stiffness or damping, and a force limit above 0;
 
 def _is_driven(joint: Joint) -> bool:
     """Returns whether a joint's drive is intended: a stiffness and damping of 0 mean a passive joint."""
-    given = (joint.stiffness, joint.damping, joint.drive_velocity_target)
-    return any(map(_is_nonzero, given)) or _has_target(joint)
-
-
-def _has_target(joint: Joint) -> bool:
-    """Returns whether a drive has a target of its own. The default is the start position."""
-    return joint.drive_target is not None and joint.drive_target != joint.qpos
+    return any(map(_is_nonzero, (joint.stiffness, joint.damping, joint.drive_velocity_target)))
 
 
 def _why_no_pull(drive: Joint | AxisDrive) -> str | None:
-    """Returns why a drive, or a target of it, has no force in any scene; None if it has one."""
+    """Returns why a drive has no force in any scene; None if it has one."""
     stiff, damped = _is_nonzero(drive.stiffness), _is_nonzero(drive.damping)
     if not stiff and not damped:
         return "its stiffness and its damping are 0"
-    if drive.force_limit is not None and not _is_nonzero(drive.force_limit):
-        return "its force limit is 0"
-    if isinstance(drive, Joint):
-        if not stiff and _has_target(drive):
-            return "it has a target, but its stiffness is 0"
-        if not damped and _is_nonzero(drive.drive_velocity_target):
-            return "it has a velocity target, but its damping is 0"
-    return None
+    if isinstance(drive, Joint) and not damped and _is_nonzero(drive.drive_velocity_target):
+        return "it has a velocity target, but its damping is 0"
+    return "its force limit is 0" if drive.force_limit is not None and not _is_nonzero(drive.force_limit) else None
 
 
 def _is_nonzero(value: Value | None) -> bool:

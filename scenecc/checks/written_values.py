@@ -240,14 +240,25 @@ def _check_density(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> No
 
 
 def _check_drives(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
-    """Reports drives without stiffness and damping, which no other pattern gives them either."""
+    """Reports drives without stiffness and damping, or with a target and no stiffness, unless another pattern gives it."""
     drives = mapping.get("drives")
     given = {pattern: keys for pattern, keys in drives.items() if is_mapping(keys)} if is_mapping(drives) else {}
-    pulling = [pattern for pattern, keys in given.items() if "stiffness" in keys or "damping" in keys]
+    if "attach" in mapping:
+        return  # a part may have drives of its own
     for pattern, keys in given.items():
-        if keys and pattern not in pulling and not any(_matches(other, pattern) for other in pulling):
-            message = f"the drive of `{pattern}` does nothing: it has neither stiffness nor damping"
-            hint = "give it a stiffness and a damping; both are 0 by default"
+        whole = {key: value for other, each in given.items() if _matches(other, pattern) for key, value in each.items()}
+        whole |= keys
+        stiff, damped = (bool(whole.get(key)) for key in ("stiffness", "damping"))
+        why = hint = None
+        if keys and not ("stiffness" in whole or "damping" in whole):
+            why, hint = (
+                "it has neither stiffness nor damping",
+                "give it a stiffness and a damping; both are 0 by default",
+            )
+        elif "target" in keys and not stiff and damped:
+            why, hint = "it has a target, but no stiffness", "give it a stiffness, or remove the target"
+        if why is not None:
+            message = f"the drive of `{pattern}` does nothing: {why}"
             sink.report("SC537", message, origin.child("drives", pattern), at="key", hint=hint)
 
 
