@@ -312,6 +312,8 @@ def _compile_input(
     source: Source, found: Input, options: Options, sink: Sink, clock: _Clock, *, placed: bool, memory: PathCache
 ) -> CompileResult | None:
     """Runs the stages after reading."""
+    from scenecc.checks.written_values import check_written_angles
+
     if sink.silencings:
         report_invalid(sink.silencings, found.document.name, sink)
     scope = found.scope(options, memory)
@@ -328,6 +330,7 @@ def _compile_input(
     plan = _check_plan(lowered.plan, lowered.material_origins, scope, options.limits, sink)
     if plan is None:
         return None
+    check_written_angles(found.document, sink)
     clock.lap("check")
     if placed:
         from scenecc.lower import complete

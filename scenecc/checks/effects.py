@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
+from scenecc.checks.boxes import local_box
 from scenecc.checks.physics import (
     plan_origin,
     structure_origin,
@@ -19,19 +21,26 @@ from scenecc.checks.value_queries import list_alternatives
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, index_ranges
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.plan import ArticulationStructure, BodyStructure, Drive
+from scenecc.plan import ArticulationStructure, BodyStructure, Drive, Plane
+from scenecc.plan.articulation import Joint
 from scenecc.plan.body import DEFAULT_COLLISION_GROUPS
 from scenecc.spec.nodes import is_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from scenecc.checks.boxes import Box
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
     from scenecc.plan import CollisionShape, Entity, ScenePlan, Value, VisualMaterial, VisualShape
-    from scenecc.plan.articulation import Joint
     from scenecc.plan.constraint import AxisDrive
     from scenecc.source import Document
+
+ALIKE: Final = 0.8
+"""Minimum share of two boxes around shapes that are probably the same."""
+
+MAX_COMPARED: Final = 64
+"""Maximum number of shapes of a body that are compared with each other."""
 
 
 def check_effects(plan: ScenePlan, sink: Sink) -> None:
@@ -131,8 +140,11 @@ def _is_driven(joint: Joint) -> bool:
 
 def _why_no_pull(drive: Joint | AxisDrive) -> str | None:
     """Returns why a drive has no force in any scene; None if it has one."""
-    if not _is_nonzero(drive.stiffness) and not _is_nonzero(drive.damping):
+    stiff, damped = _is_nonzero(drive.stiffness), _is_nonzero(drive.damping)
+    if not stiff and not damped:
         return "its stiffness and its damping are 0"
+    if isinstance(drive, Joint) and not damped and _is_nonzero(drive.drive_velocity_target):
+        return "it has a velocity target, but its damping is 0"
     return "its force limit is 0" if drive.force_limit is not None and not _is_nonzero(drive.force_limit) else None
 
 
@@ -219,15 +231,38 @@ def _check_copies(plan: ScenePlan, sink: Sink) -> None:
 
 
 def _check_shape_copies(plan: ScenePlan, sink: Sink) -> None:
-    """Reports collision shapes that a body has twice in one place: their mass counts twice."""
+    """Reports collision shapes that a body has twice in one place, or nearly so: their mass counts twice."""
     for name, body, origin, _ in scene_bodies(plan):
         seen: set[object] = set()
+        boxes: list[Box] = []
         for shape in body.collisions:
+            box = _own_box(shape, plan) if len(body.collisions) <= MAX_COMPARED else None
+            if box is not None:
+                if any(_share(box, other) > ALIKE for other in boxes) and _solid(shape) not in seen:
+                    message = f"`{cut(name)}` has another collision shape that fills the same space as this one"
+                    hint = "its mass counts twice: `shapes` collide too, so remove one of the two"
+                    sink.report("SC546", message, shape.origin or origin, hint=hint)
+                boxes.append(box)
             if _solid(shape) in seen:
                 message = f"`{cut(name)}` has this collision shape twice in the same place"
                 hint = "`shapes` collide too: move one of them, or remove it"
                 sink.report("SC546", message, shape.origin or origin, hint=hint)
             seen.add(_solid(shape))
+
+
+def _own_box(shape: CollisionShape, plan: ScenePlan) -> Box | None:
+    try:
+        return local_box(shape, 0, plan)
+    except AssetError:
+        return None  # the build reports that the file changed
+
+
+def _share(one: Box, other: Box) -> float:
+    """Returns the volume that two boxes share, relative to their union."""
+    both = np.minimum(one[1], other[1]) - np.maximum(one[0], other[0])
+    shared = float(np.maximum(both, 0).prod())
+    whole = float((one[1] - one[0]).prod() + (other[1] - other[0]).prod()) - shared
+    return shared / whole if whole > 0 else 0.0
 
 
 def _solid(shape: CollisionShape) -> object:
@@ -237,9 +272,10 @@ def _solid(shape: CollisionShape) -> object:
 
 
 def _check_visible(plan: ScenePlan, sink: Sink) -> None:
-    """Reports moving bodies that no camera can show."""
+    """Reports colliding bodies that no camera can show. Without cameras, only free bodies are meant to be seen."""
     for name, body, origin, entity in scene_bodies(plan):
-        if body.body_type != "dynamic" or not body.collisions or entity.hidden:
+        solid = any(not isinstance(shape.geometry, Plane) for shape in body.collisions)
+        if not solid or entity.hidden or not (plan.cameras or body.body_type == "dynamic"):
             continue
         if not body.visuals:
             hint = "use `shapes` instead of `collisions`, or add `visuals`"

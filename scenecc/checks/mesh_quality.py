@@ -13,12 +13,13 @@ import numpy as np
 from scenecc.assets.errors import AssetError
 from scenecc.assets.meshes import checked_content, read_hulls
 from scenecc.assets.surface_measures import SurfaceMeasures, measure_surface
+from scenecc.checks.boxes import bounding_box, local_box
 from scenecc.checks.mass import DYNAMIC_TYPES
 from scenecc.checks.physics import plan_origin
 from scenecc.checks.plausibility import MAX_SIZE, Body, scene_bodies
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import pose_matrix
-from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
+from scenecc.plan import BodyStructure, ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
 from scenecc.plan.geometry import Primitive, Solid
 from scenecc.plan.properties import DEFAULT_DENSITY
 
@@ -33,6 +34,18 @@ if TYPE_CHECKING:
 
     Box = tuple[NDArray[np.float64], NDArray[np.float64]]
     """Lower and upper corner, each (3,) [m]."""
+
+MAX_FREE_SIZE: Final = 5.0
+"""[m] Length of a mesh on a free body: a car."""
+
+SAME: Final = 0.03
+"""Relative tolerance of extents that are meant to be equal."""
+
+MOVED: Final = 0.1
+"""Minimum distance of a visual from its collision shape, relative to their size."""
+
+SCALED: Final = 1.4
+"""Minimum ratio of a visual and its collision shape that is equal along all axes."""
 
 MIN_SIZE: Final = 1e-3
 """[m] A mesh below a millimetre was probably modelled in another unit."""
@@ -140,7 +153,8 @@ def _surface_faults(geometry: MeshGeometry, suffix: str, measures: SurfaceMeasur
 def _hull_faults(geometry: MeshGeometry, file: AssetFile, measures: SurfaceMeasures) -> Iterator[_Fault]:
     """Yields faults of hulls that fill cavities."""
     whole, parts = isinstance(geometry, ConvexMesh), isinstance(geometry, ConvexParts) and geometry.coacd is None
-    if not (whole or parts) or not measures.is_watertight or measures.volume <= 0:
+    # Closed parts that share edges still have a volume.
+    if not (whole or parts) or measures.open_edges or measures.volume <= 0:
         return
     hulls = [measures.hull_volume]
     if parts:
@@ -165,7 +179,7 @@ def _size_faults(shape: CollisionShape | VisualShape, measures: SurfaceMeasures,
         yield "SC437", f"is {longest.min() * 1e6:.3g} µm long here", "lengths are in metres: change `scale`"
     if body.structure.body_type not in DYNAMIC_TYPES:
         return
-    if longest.max() > MAX_SIZE:
+    if longest.max() > (MAX_FREE_SIZE if body.structure.body_type == "dynamic" else MAX_SIZE):
         hint = "lengths are in metres: for millimetres write `scale: [0.001, 0.001, 0.001]`"
         yield "SC437", f"is {longest.max():.4g} m long here, on a moving body", hint
         return
@@ -188,19 +202,25 @@ def _check_overlap(body: Body, plan: ScenePlan, sink: Sink) -> None:
         return  # each is under `shapes`, which does both
     varies = any(value.varies for shape in shapes for value in _values(shape))
     for row in range(len(body.entity.scene_idxs) if varies else 1):
-        boxes = [[_box(shape, row, plan) for shape in group] for group in (structure.collisions, structure.visuals)]
+        boxes = [
+            [local_box(shape, row, plan) for shape in group] for group in (structure.collisions, structure.visuals)
+        ]
         if any(box is None for group in boxes for box in group):
             return  # terrain and planes reach far
         solid, seen = ([box for box in group if box is not None] for group in boxes)
-        gap = _gap(_bounding_box(solid), _bounding_box(seen))
+        gap = _gap(bounding_box(solid), bounding_box(seen))
         if gap > 0:
             message = f"the visuals of `{cut(body.name)}` are {gap:.3g} m away from its collision shapes"
-            hint = "check that both have the same `scale` and `pose`"
-            sink.report("SC441", message, body.origin, at="key", hint=hint)
+            sink.report("SC441", message, body.origin, at="key", hint=_SAME_PLACE)
+            return
+        fault = _misfit(structure, bounding_box(solid), bounding_box(seen), row, plan)
+        if fault is not None:
+            message = f"the visual of `{cut(body.name)}` is {fault} its collision shape"
+            sink.report("SC441", message, body.origin, at="key", hint=_SAME_PLACE)
             return
         if not has_mesh:
             continue  # bodies made of boxes and spheres often have decorations
-        size = np.linalg.norm(np.ptp(_bounding_box([*solid, *seen]), axis=0))
+        size = np.linalg.norm(np.ptp(bounding_box([*solid, *seen]), axis=0))
         for shape, box in zip(structure.visuals, seen, strict=True):
             apart = min(_gap(one, box) for one in solid)
             if apart > BARE * size and np.linalg.norm(np.ptp(box, axis=0)) > BARE * size:
@@ -208,6 +228,57 @@ def _check_overlap(body: Body, plan: ScenePlan, sink: Sink) -> None:
                 hint = "add a collision shape for it if objects may touch it"
                 sink.report("SC442", message, shape.origin or body.origin, hint=hint)
                 return
+
+
+_SAME_PLACE: Final = "check that both have the same `scale` and `pose`"
+
+
+def _misfit(structure: BodyStructure, solid: Box, seen: Box, row: int, plan: ScenePlan) -> str | None:
+    """Returns how a visual differs from the collision shape that it shows: turned, moved or scaled; None if it does not.
+
+    Compares one shape of the same file, or the boxes around all shapes if there is one visual or one collision shape.
+    """
+    shown = {_file(shape): shape for shape in structure.visuals if isinstance(shape.geometry, MeshGeometry)}
+    alike = [
+        shape for shape in structure.collisions if isinstance(shape.geometry, MeshGeometry) and _file(shape) in shown
+    ]
+    if len(alike) == len(structure.collisions) == len(structure.visuals) == 1:
+        one, other = (_corners(shape, row, plan) for shape in (alike[0], shown[_file(alike[0])]))
+        size = float(np.linalg.norm(np.ptp(one, axis=0)))
+        if np.linalg.norm(one - other, axis=1).max() < MOVED / 2 * size:
+            return None
+        sizes = [float(np.linalg.norm(corners[0] - corners[-1])) for corners in (one, other)]
+        if abs(sizes[0] - sizes[1]) < SAME * max(sizes):
+            return "turned or moved against"
+        return f"{sizes[1] / sizes[0]:.3g} times as large as"
+    if min(len(structure.collisions), len(structure.visuals)) > 1:
+        return None
+    extents = np.array([solid[1] - solid[0], seen[1] - seen[0]])
+    ratios = extents[1] / np.maximum(extents[0], 1e-9)
+    ordered = np.sort(extents, axis=1)
+    if (np.abs(ratios - 1) < SAME).all():
+        apart = float(np.linalg.norm((solid[0] + solid[1] - seen[0] - seen[1]) / 2))
+        return f"{apart:.3g} m away from" if apart > MOVED * np.linalg.norm(extents[0]) else None
+    if (np.abs(ordered[1] / np.maximum(ordered[0], 1e-9) - 1) < SAME).all():
+        return "turned against"
+    same = ratios.max() < ratios.min() * (1 + SAME)
+    ratio = float(ratios.mean())
+    return f"{ratio:.3g} times as large as" if same and not 1 / SCALED < ratio < SCALED else None
+
+
+def _file(shape: CollisionShape | VisualShape) -> int:
+    geometry: Any = shape.geometry
+    return int(geometry.file.row(0))
+
+
+def _corners(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> NDArray[np.float64]:
+    """Returns the corners (8, 3) of a mesh's box in the frame of its body, in a fixed order."""
+    geometry: Any = shape.geometry
+    measures = measure_surface(plan.files[int(geometry.file.row(row))])
+    ends = np.array([measures.low, measures.high]) * geometry.scale.row(row)
+    corners = np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(8, 3)
+    matrix = np.eye(4) if shape.pose is None else pose_matrix(shape.pose.row(row).tolist())
+    return corners @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def _check_least_moment(body: Body, plan: ScenePlan, sink: Sink) -> None:
@@ -218,7 +289,7 @@ def _check_least_moment(body: Body, plan: ScenePlan, sink: Sink) -> None:
     structure = body.structure
     if structure.body_type not in DYNAMIC_TYPES or structure.inertial is not None or not structure.collisions:
         return
-    boxes = [_box(shape, 0, plan) for shape in structure.collisions]
+    boxes = [local_box(shape, 0, plan) for shape in structure.collisions]
     volumes = [_volume(shape, plan) for shape in structure.collisions]
     solid = [box for box in boxes if box is not None]
     if len(solid) < len(boxes) or None in volumes:
@@ -227,7 +298,7 @@ def _check_least_moment(body: Body, plan: ScenePlan, sink: Sink) -> None:
         (volume or 0.0) * (DEFAULT_DENSITY if shape.density is None else float(shape.density.row(0)))
         for shape, volume in zip(structure.collisions, volumes, strict=True)
     ]
-    mass, half = sum(weights), np.ptp(_bounding_box(solid), axis=0) / 2
+    mass, half = sum(weights), np.ptp(bounding_box(solid), axis=0) / 2
     # The moment is largest with all mass at the corners of the bounding box.
     least = mass * float((half @ half - half**2).min())
     if 0 < least < LEAST_MOMENT / 10:
@@ -260,24 +331,3 @@ def _values(shape: CollisionShape | VisualShape) -> Iterator[Any]:
         yield from (geometry.file, geometry.scale)
     elif isinstance(geometry, Primitive):
         yield from geometry.values
-
-
-def _box(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> Box | None:
-    """Returns the bounding box of a shape in the frame of its body; None for a plane or terrain."""
-    geometry: Any = shape.geometry
-    matrix = np.eye(4) if shape.pose is None else pose_matrix(shape.pose.row(row).tolist())
-    if isinstance(geometry, MeshGeometry):
-        measures = measure_surface(plan.files[int(geometry.file.row(row))])
-        scale = geometry.scale.row(row)
-        ends = np.array([measures.low, measures.high]) * scale
-        centre, half = ends.mean(axis=0), np.abs(np.ptp(ends, axis=0)) / 2
-        middle, reach = matrix[:3, :3] @ centre + matrix[:3, 3], np.abs(matrix[:3, :3]) @ half
-        return middle - reach, middle + reach
-    if not isinstance(geometry, Primitive):
-        return None
-    low, high = geometry.bounds(matrix[:3, :3], *geometry.sizes(row))
-    return low + matrix[:3, 3], high + matrix[:3, 3]
-
-
-def _bounding_box(boxes: list[Box]) -> Box:
-    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)

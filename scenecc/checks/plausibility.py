@@ -30,8 +30,11 @@ if TYPE_CHECKING:
 MAX_GRAVITY: Final = 30.0
 """[m/s²] Jupiter has 25."""
 
-MAX_TIMESTEP: Final = 0.1
-"""[s] A body that falls for this long gains 1 m/s."""
+MIN_GRAVITY: Final = 1.5
+"""[m/s²] The Moon has 1.6."""
+
+MAX_TIMESTEP: Final = 0.03
+"""[s] A frame of a film takes longer. A body that falls for this long moves on by its own thickness, and through others."""
 
 MIN_TIMESTEP: Final = 1e-6
 """[s]"""
@@ -39,7 +42,7 @@ MIN_TIMESTEP: Final = 1e-6
 DENSITIES: Final = (12.0, 25_000.0)
 """[kg/m³] Packing foam has 15 and more, osmium 22 600. In g/cm³ steel has 7.8 and lead 11.3."""
 
-MEAN_DENSITIES: Final = (0.5, 50_000.0)
+MEAN_DENSITIES: Final = (2.0, 50_000.0)
 """[kg/m³] For a body with a given mass: it may be hollow, and larger than its collision shapes."""
 
 MAX_SIZE: Final = 20.0
@@ -51,14 +54,23 @@ THIN: Final = 2.0
 MAX_WEIGHT: Final = 50_000.0
 """[kg] For a moving body whose mass follows from its sizes: a loaded lorry has 40 000."""
 
-MAX_SPEED: Final = 100.0
-"""[m/s] An arrow has 90."""
+MAX_SPEED: Final = 45.0
+"""[m/s] A ball that is thrown as fast as possible."""
 
 MAX_TURNING: Final = 100.0
 """[rad/s] PhysX's limit for all bodies, unless `max_angular_velocity` changes it."""
 
 MAX_DISTANCE: Final = 5000.0
 """[m] From here on, float32 resolves half a millimetre."""
+
+MAX_OFFSET: Final = 0.1
+"""[m] Contact offset; SAPIEN's is 0.01."""
+
+MAX_SLIDE: Final = 10.0
+"""Range of a prismatic joint, and distance of a joint from its link, in sizes of the largest link; at least `MIN_SLIDE`."""
+
+MIN_SLIDE: Final = 3.0
+"""[m]"""
 
 MAX_FRICTION: Final = 20.0
 """Rubber on rubber has 2, and a gripper's pads often have 5."""
@@ -68,9 +80,6 @@ MAX_MOMENT: Final = 4.0
 
 MIN_MOMENT: Final = 1e-3
 """Minimum of the largest moment of a body, relative to all mass at the farthest point: a rod has 0.3."""
-
-MIN_TURN: Final = 0.02
-"""Smallest quaternion component that is not 0 by intent."""
 
 
 _CONJUGATE: Final = np.array((1.0, -1.0, -1.0, -1.0))
@@ -102,10 +111,10 @@ def check_values(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: 
     """
     _check_gravity(plan, sink)
     _check_timestep(plan, sink)
+    _check_offset(plan, sink)
     _check_friction(plan, material_origins, sink)
     for entity in plan.entities:
         _check_position(entity, plan, sink)
-        _check_quaternion(entity, plan, sink)
         for structure in entity.structures:
             _check_speeds(entity, structure, plan, sink)
             if isinstance(structure, ArticulationStructure):
@@ -125,7 +134,7 @@ def scene_bodies(plan: ScenePlan) -> Iterator[Body]:
 
 
 def _check_gravity(plan: ScenePlan, sink: Sink) -> None:
-    x, y, z = plan.physics.gravity or (0.0, 0.0, -1.0)
+    x, y, z = plan.physics.gravity or (0.0, 0.0, -9.81)
     place = (plan.physics.origin or plan_origin(plan).child("physics")).child("gravity")
     size = float(np.linalg.norm((x, y, z)))
     if size > MAX_GRAVITY:
@@ -134,6 +143,9 @@ def _check_gravity(plan: ScenePlan, sink: Sink) -> None:
     elif z > 0:
         hint = "the world is z-up: write [0, 0, -9.81]"
         sink.report("SC530", f"gravity points up: its z is {z:g} m/s²", place, hint=hint)
+    elif 0 < size < MIN_GRAVITY:
+        hint = "it is in m/s², not in multiples of g: on Earth [0, 0, -9.81]"
+        sink.report("SC530", f"gravity is {size:.4g} m/s²; the Moon has 1.6", place, hint=hint)
     elif size > 0 and abs(z) < size / 1000:
         hint = "the world is z-up: write [0, 0, -9.81]"
         sink.report("SC530", "gravity points sideways: its z is 0", place, hint=hint)
@@ -147,6 +159,14 @@ def _check_timestep(plan: ScenePlan, sink: Sink) -> None:
     as_hz = f"for {step:g} Hz write {1 / step:.4g}" if step >= 30 else f"for {step:g} ms write {step / 1000:g}"
     hint = f"it is in seconds: {as_hz}" if step > MAX_TIMESTEP else "it is in seconds"
     sink.report("SC531", f"a time step of {step:g} s is implausible for a simulation", place, hint=hint)
+
+
+def _check_offset(plan: ScenePlan, sink: Sink) -> None:
+    offset = plan.physics.contact_offset
+    if offset is not None and offset > MAX_OFFSET:
+        place = (plan.physics.origin or plan_origin(plan).child("physics")).child("contact_offset")
+        message = f"a contact offset of {offset:g} m: SAPIEN's is 0.01"
+        sink.report("SC534", message, place, hint=f"it is in metres: for {offset:g} mm write {offset / 1000:g}")
 
 
 def _check_friction(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: Sink) -> None:
@@ -170,18 +190,6 @@ def _check_position(entity: Entity, plan: ScenePlan, sink: Sink) -> None:
         sink.report("SC534", message, place, hint="lengths are in metres; put the scene around the origin")
 
 
-def _check_quaternion(entity: Entity, plan: ScenePlan, sink: Sink) -> None:
-    """Reports rotations about the vertical that are written xyzw: [0, 0, sin, cos]."""
-    w, x, y, z = np.abs(entity.pose.data[:, 3:]).T
-    if not ((np.maximum(w, x) < 1e-6) & (np.minimum(y, z) > MIN_TURN)).all():
-        return
-    y, z = (float(number) for number in entity.pose.data[0, 5:])
-    message = f"`{cut(entity.name)}` lies upside down: its `q` looks like [x, y, z, w]"
-    place = structure_origin(entity.structures[0], entity, plan).child("pose", "q")
-    hint = f"quaternions are [w, x, y, z]: a rotation about z is [{z:.4g}, 0, 0, {y:.4g}]"
-    sink.report("SC549", message, place, hint=hint)
-
-
 def _check_speeds(
     entity: Entity, structure: BodyStructure | ArticulationStructure, plan: ScenePlan, sink: Sink
 ) -> None:
@@ -192,7 +200,7 @@ def _check_speeds(
         for value in (structure.linear_velocity, structure.angular_velocity)
     )
     if speed > MAX_SPEED:
-        message = f"`{cut(entity.name)}` starts at {speed:.4g} m/s, faster than an arrow"
+        message = f"`{cut(entity.name)}` starts at {speed:.4g} m/s, faster than any throw"
         hint = f"velocities are in m/s: for {speed:.4g} mm/s write {speed / 1000:.4g}"
         sink.report("SC534", message, place.child("linear_velocity"), hint=hint)
     if turning > MAX_TURNING and getattr(structure, "max_angular_velocity", None) is None:
@@ -204,6 +212,7 @@ def _check_speeds(
 def _check_joints(entity: Entity, structure: ArticulationStructure, plan: ScenePlan, sink: Sink) -> None:
     """Reports implausible numbers of joints that the scene itself describes."""
     place = structure_origin(structure, entity, plan)
+    size = _largest_link(structure)
     for link in structure.links:
         joint = link.joint
         if joint is None or joint.type == "fixed":
@@ -218,12 +227,29 @@ def _check_joints(entity: Entity, structure: ArticulationStructure, plan: SceneP
                     sink.report("SC534", message, place.child(key), at="key", hint=hint)
         if not (structure.file is link.file is None):
             continue  # the author of the scene cannot change it
+        most = max(MIN_SLIDE, MAX_SLIDE * size)
         if joint.type == "prismatic" and joint.limits is not None:
             ends = np.where(np.isfinite(joint.limits.data), np.abs(joint.limits.data), 0.0)
-            if ends.max() > MAX_SIZE:
+            if ends.max() > min(MAX_SIZE, most):
                 message = f"joint `{cut(joint.name)}` slides up to {float(ends.max()):.4g} m"
-                hint = "lengths are in metres, not in millimetres or centimetres"
-                sink.report("SC534", message, joint.limits_origin or around.child("limits"), hint=hint)
+                sink.report("SC534", message, joint.limits_origin or around.child("limits"), hint=_METRES)
+        far = 0.0 if joint.pose_in_parent is None else float(np.abs(joint.pose_in_parent.data[:, :3]).max())
+        if far > most:
+            message = f"joint `{cut(joint.name)}` is {far:.4g} m from its parent; the largest link has {size:.2g} m"
+            sink.report("SC534", message, around, at="key", hint=_METRES)
+
+
+_METRES: Final = "lengths are in metres, not in millimetres or centimetres"
+
+
+def _largest_link(structure: ArticulationStructure) -> float:
+    """Returns the size of the largest solid of an articulation [m]; infinity if it has shapes of another kind."""
+    shapes = [shape for link in structure.links for shape in link.body.collisions]
+    solids = [shape.geometry for shape in shapes if isinstance(shape.geometry, Solid)]
+    if len(solids) < len(shapes):
+        return np.inf
+    sizes = [one.extent(np.eye(3), *(float(size.max()) for size in solid_sizes(one))) for one in solids]
+    return max((2 * float(size.max()) for size in sizes), default=np.inf)
 
 
 def _check_densities(body: Body, sink: Sink) -> None:
@@ -286,7 +312,7 @@ def _check_sizes(body: Body, sink: Sink) -> None:
         is_table = half.argmin() == 2 and top - 2 * half[2] > MAX_SIZE
         if length > MAX_SIZE and (moves or is_table or (half.min() > THIN / 2 and top > 0)):
             message = f"a shape of `{cut(body.name)}` is {length:.4g} m long"
-            sink.report("SC534", message, place, hint="lengths are in metres, not in millimetres or centimetres")
+            sink.report("SC534", message, place, hint=_METRES)
             return
         density = DEFAULT_DENSITY if shape.density is None else float(shape.density.data.max())
         weight += float(shape.geometry.volume(*sizes)) * density

@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
+from scenecc.assets.files import check_measures
+from scenecc.assets.meshes import checked_content, read_mesh
+from scenecc.checks.boxes import placed_boxes
 from scenecc.checks.physics import plan_origin
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import compose, invert, rotate
-from scenecc.plan import BodyStructure
-from scenecc.plan.geometry import Box, Capsule, Cylinder, Heightfield, Plane, Primitive, Sphere, VisualPlane
+from scenecc.plan import BodyStructure, MeshGeometry
+from scenecc.plan.geometry import Box, Capsule, Cylinder, Heightfield, Plane, Primitive, Sphere, TiledPlane, VisualPlane
 from scenecc.plan.rendering import (
     DirectionalLight,
     Intrinsic,
@@ -32,7 +36,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
-    from scenecc.plan import ScenePlan, Value, VisualShape
+    from scenecc.plan import Entity, ScenePlan, Value, VisualShape
     from scenecc.plan.rendering import Camera, Light
 
     Floats = NDArray[np.float64]
@@ -46,8 +50,23 @@ MAX_HALF_FOV: Final = 1.5
 FLOOR: Final = 0.7
 """Minimum z of the normal of a plane that counts as a floor."""
 
-FAINT: Final = 1e-4
+FAINT: Final = 2e-3
 """Maximum brightness of the nearest object at which a light has no visible effect. One level of a picture is 0.004."""
+
+GLARE: Final = 30.0
+"""Brightness of the farthest object from which everything is white."""
+
+MIN_PIXELS: Final = 10.0
+"""Minimum size of the largest body in a picture."""
+
+WIDE: Final = 8.0
+"""[m] Extent from which a static shape is a ground."""
+
+UPSIDE_DOWN: Final = -0.2
+"""Maximum z of a camera's up direction that is a mistake. A camera that looks straight down has 0."""
+
+RAYS: Final = np.stack(np.meshgrid(np.linspace(-0.9, 0.9, 9), np.linspace(-0.9, 0.9, 7)), axis=-1).reshape(-1, 2)
+"""Points of a picture, in halves of its width and height."""
 
 
 class _VisibleShape(NamedTuple):
@@ -59,6 +78,7 @@ class _VisibleShape(NamedTuple):
         pose: (N, 7) in the world. radius: (N,) of a bounding ball around its origin [m].
         shape: the shape, for a body with one structure; None if unknown.
         row: row of its entity by scene (N,).
+        is_ground: whether it is a plane, terrain, or as wide as a ground.
     """
 
     entity: str
@@ -67,6 +87,7 @@ class _VisibleShape(NamedTuple):
     radius: Floats
     shape: VisualShape | None
     row: NDArray[np.int64]
+    is_ground: bool = False
 
 
 def check_views(plan: ScenePlan, sink: Sink) -> None:
@@ -79,6 +100,7 @@ def check_views(plan: ScenePlan, sink: Sink) -> None:
     cameras = [camera for camera in plan.cameras if camera.mount is None]
     if plan.environment is not None and plan.environment.map is not None:
         cameras = []  # the sky is visible everywhere
+    _check_darkness(plan, sink)
     lights = [light for light in plan.lights if light.mount is None]
     if not cameras and not lights:
         return
@@ -107,33 +129,160 @@ def _check_camera(camera: Camera, visible: list[_VisibleShape], plan: ScenePlan,
             message = f"camera `{cut(camera.name)}` is {where}"
             sink.report("SC548", message, place.child("pose"), hint="move the camera out of it")
             return
+    fault = _view_fault(camera, visible, scenes, pose, empty)
+    if fault is not None:
+        message, hint = fault
+        sink.report("SC548", f"camera `{cut(camera.name)}` {message}", place.child("pose"), hint=hint)
+
+
+def _view_fault(
+    camera: Camera, visible: list[_VisibleShape], scenes: NDArray[np.int64], pose: Floats, empty: NDArray[np.bool_]
+) -> tuple[str, str] | None:
+    """Returns what is wrong with a view, and a hint; None if nothing is.
+
+    Args:
+        camera: a camera in the world.
+        visible: all visual shapes.
+        scenes, pose: scenes of the camera (n,), and its pose in each (n, 7).
+        empty: whether nothing at all is in view (n,).
+    """
+    try_it = "a camera looks along its x: try `look_at`"
     if empty.any():
-        index = scenes[int(np.flatnonzero(empty)[0])]
-        message = f"camera `{cut(camera.name)}` sees nothing in scene {index}"
-        sink.report("SC548", message, place.child("pose"), hint="a camera looks along its x: try `look_at`")
+        return f"sees nothing in scene {scenes[int(np.flatnonzero(empty)[0])]}", try_it
+    up = np.asarray(rotate(pose[:, 3:], np.broadcast_to((0.0, 0.0, 1.0), (len(pose), 3))))
+    if (up[:, 2] < UPSIDE_DOWN).all():
+        return "is upside down", "its z is up: try `look_at`"
+    bodies = [each for each in visible if not each.is_ground and each.there[scenes].any()]
+    if not bodies:
+        return None
+    shown = [each.there[scenes] & _may_show(camera, pose, *_balls(each, scenes)) for each in bodies]
+    missed = np.any([each.there[scenes] for each in bodies], axis=0) & ~np.any(shown, axis=0)
+    if missed.any():
+        return f"sees nothing but the ground in scene {scenes[int(np.flatnonzero(missed)[0])]}", try_it
+    pixels = [
+        np.where(one, _pixels(camera, pose, *_balls(each, scenes)), 0.0)
+        for one, each in zip(shown, bodies, strict=True)
+    ]
+    largest = float(np.max(pixels, axis=0).min())
+    if largest < MIN_PIXELS:
+        return f"shows no body larger than {largest:.2g} pixels", "move it nearer, in metres, or narrow its `fovy_deg`"
+    in_view = [each for one, each in zip(shown, bodies, strict=True) if one[0]]
+    blocker = _blocker(camera, in_view, int(scenes[0]), pose[0])
+    if blocker is not None:
+        return f"sees only `{cut(blocker)}`, which hides everything else", "move it to where its view is free"
+    return None
 
 
-def _visible_shapes(plan: ScenePlan, entity: Any) -> Iterator[_VisibleShape]:
+def _pixels(camera: Camera, pose: Floats, centre: Floats, radius: Floats) -> Floats:
+    """Returns the size of balls in a picture [pixels]."""
+    if isinstance(camera.lens, Orthographic):
+        return np.asarray(radius * camera.height / camera.lens.top.data)
+    distance = np.maximum(np.linalg.norm(centre - pose[:, :3], axis=1), radius)
+    return np.asarray(2 * radius / distance * _focal_length(camera))
+
+
+def _focal_length(camera: Camera) -> float:
+    """Returns the largest focal length of a camera with perspective [pixels]."""
+    if isinstance(camera.lens, Intrinsic):
+        return float(camera.lens.fy.data.max())
+    assert isinstance(camera.lens, Perspective)
+    given = camera.lens.fovy or camera.lens.fovx
+    assert given is not None
+    side = camera.height if camera.lens.fovy is not None else camera.width
+    return float(side / 2 / np.tan(given.data.min() / 2))
+
+
+def _blocker(camera: Camera, bodies: list[_VisibleShape], scene: int, pose: Floats) -> str | None:
+    """Returns the entity whose box fills the picture and hides the centres of all other bodies in view; None if none."""
+    if isinstance(camera.lens, Orthographic) or len({each.entity for each in bodies}) < 2:
+        return None
+    sides = np.array([camera.width, camera.height]) / 2 / _focal_length(camera)
+    rays = np.concatenate((np.ones((len(RAYS), 1)), RAYS * sides), axis=1)
+    rays = np.asarray(rotate(np.broadcast_to(pose[3:], (len(rays), 4)), rays))
+    for each in bodies:
+        if each.shape is None or not isinstance(each.shape.geometry, Box):
+            continue
+        others = [other for other in bodies if other.entity != each.entity]
+        ways = np.array([other.pose[scene, :3] - pose[:3] for other in others])
+        near = _distance_to_box(each, scene, pose, rays)
+        hidden = _distance_to_box(each, scene, pose, ways)
+        if np.isfinite(near).all() and others and (hidden < 1 - 1e-6).all():
+            return each.entity
+    return None
+
+
+def _distance_to_box(box: _VisibleShape, scene: int, pose: Floats, rays: Floats) -> Floats:
+    """Returns where rays (n, 3) from a camera enter a box, in their lengths (n,); infinity where they miss it."""
+    assert box.shape is not None and isinstance(box.shape.geometry, Box)
+    half = _sizes(box.shape.geometry, box.row[[scene]])[:, 0]
+    back = invert(box.pose[[scene]])
+    start = compose(back, pose[None])[0, :3]
+    local = np.asarray(rotate(np.broadcast_to(back[0, 3:], (len(rays), 4)), rays))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one, other = (-half - start) / local, (half - start) / local
+    enter, leave = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
+    return np.where((enter <= leave) & (enter > 0), enter, np.inf)
+
+
+def _check_darkness(plan: ScenePlan, sink: Sink) -> None:
+    """Reports a scene whose own lighting is black. Without any, SAPIEN's default lighting is used."""
+    surroundings = plan.environment
+    ambient = surroundings and surroundings.ambient_light
+    dark = all(not light.color.data.any() for light in plan.lights)
+    if surroundings is None or surroundings.map is not None or ambient is None or ambient.data.any() or not dark:
+        return
+    place = (surroundings.origin or plan_origin(plan).child("environment")).child("ambient_light")
+    hint = "raise it, or remove it: a file without lights gets a default lighting"
+    sink.report("SC570", "pictures are black: `ambient_light` is 0, and no light shines", place, hint=hint)
+
+
+def _visible_shapes(plan: ScenePlan, entity: Entity) -> Iterator[_VisibleShape]:
     """Yields the visual shapes of an entity; one ball for a robot, or for an entity with several structures."""
     row, there = np.zeros(plan.num_scenes, np.int64), np.zeros(plan.num_scenes, bool)
     row[list(entity.scene_idxs)], there[list(entity.scene_idxs)] = range(len(entity.scene_idxs)), True
     frame = np.broadcast_to(entity.pose.data, (len(entity.scene_idxs), 7))[row]
     structure = entity.structures[0]
     if not isinstance(structure, BodyStructure) or entity.pick is not None:
-        yield _VisibleShape(entity.name, there, frame, np.full(len(row), UNKNOWN_RADIUS), None, row)
+        box = next((one for one in placed_boxes(plan, entity.scene_idxs[0]) if one.entity is entity), None)
+        reach = (
+            UNKNOWN_RADIUS
+            if box is None
+            else _reach(box.low - frame[entity.scene_idxs[0], :3], box.high - frame[entity.scene_idxs[0], :3])
+        )
+        yield _VisibleShape(entity.name, there, frame, np.full(len(row), 1.5 * reach), None, row)
         return
     for shape in structure.visuals:
         pose = frame
         if shape.pose is not None:
             pose = compose(frame, np.broadcast_to(shape.pose.data, (len(entity.scene_idxs), 7))[row])
-        radius = np.full(len(row), UNKNOWN_RADIUS)
+        radius = UNKNOWN_RADIUS
         if isinstance(shape.geometry, Primitive):
             sizes = _sizes(shape.geometry, np.arange(len(entity.scene_idxs)))
-            largest = shape.geometry.extent(np.eye(3), *sizes.max(axis=1).tolist())
-            radius = np.full(len(row), float(np.linalg.norm(largest)))
+            radius = float(np.linalg.norm(shape.geometry.extent(np.eye(3), *sizes.max(axis=1).tolist())))
         elif isinstance(shape.geometry, Heightfield):
-            radius = np.full(len(row), float(np.linalg.norm(shape.geometry.size.data, axis=-1).max()))
-        yield _VisibleShape(entity.name, there, pose, radius, shape, row)
+            radius = float(np.linalg.norm(shape.geometry.size.data, axis=-1).max())
+        elif isinstance(shape.geometry, MeshGeometry):
+            radius = _mesh_radius(shape.geometry, plan)
+        is_ground = isinstance(shape.geometry, VisualPlane | TiledPlane | Heightfield)
+        is_ground |= radius > WIDE and structure.body_type == "static"
+        yield _VisibleShape(entity.name, there, pose, np.full(len(row), radius), shape, row, is_ground)
+
+
+def _mesh_radius(geometry: Any, plan: ScenePlan) -> float:
+    """Returns the maximum distance of a mesh from its origin [m]."""
+    try:
+        found = [
+            check_measures(read_mesh(checked_content(plan.files[int(index)]))) for index in set(geometry.file.data)
+        ]
+    except AssetError:
+        return UNKNOWN_RADIUS  # the build reports that the file changed
+    return max(_reach(np.array(one.low), np.array(one.high)) for one in found) * float(
+        np.abs(geometry.scale.data).max()
+    )
+
+
+def _reach(low: Floats, high: Floats) -> float:
+    return float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high))))
 
 
 def _sizes(geometry: Primitive, rows: NDArray[np.int64]) -> Floats:
@@ -151,6 +300,7 @@ def _why_no_effect(light: Light, visible: list[_VisibleShape], plan: ScenePlan) 
     if isinstance(kind, DirectionalLight) and _has_ground(plan) and (_along_x(pose)[:, 2] > 0).all():
         yield "shines upwards, but there is a ground", "`direction` is the direction of the light, as in [0, 0, -1]"
     near = [each for each in visible if each.there[scenes].any()]
+    near = [each for each in near if not each.is_ground] or near
     if isinstance(kind, SpotLight | TexturedLight):
         half = float(kind.outer_fov.data.max()) / 2
         if near and not any(
@@ -160,7 +310,20 @@ def _why_no_effect(light: Light, visible: list[_VisibleShape], plan: ScenePlan) 
     if near and isinstance(kind, SpotLight | PointLight):
         brightness = max(_brightness(light, each.pose[scenes, :3] - pose[:, :3], each.radius[scenes]) for each in near)
         if brightness < FAINT:
-            yield "is too far away to light anything visibly", "move it nearer, or make its `color` brighter"
+            yield (
+                "is too far away or too faint to light anything visibly",
+                "move it nearer, or make its `color` brighter",
+            )
+        least = min(_brightness(light, each.pose[scenes, :3] - pose[:, :3], 0 * each.radius[scenes]) for each in near)
+        if least > GLARE:
+            yield f"is so bright that everything is white: {least:.3g} at the farthest body", _COLOR_HINT
+    if isinstance(kind, DirectionalLight) and not FAINT < light.color.data.max() < GLARE:
+        faint = light.color.data.max() <= FAINT
+        yield (
+            ("is too faint to light anything visibly" if faint else "is so bright that everything is white"),
+            _COLOR_HINT,
+        )
+    near = [each for each in visible if each.there[scenes].any()]
     numbers = shadow_parameters(light)
     if not near or not numbers or not numbers["shadow"].data.any():
         return
@@ -170,6 +333,11 @@ def _why_no_effect(light: Light, visible: list[_VisibleShape], plan: ScenePlan) 
     if not any((each.there[scenes] & _is_shadowed(numbers, pose, *_balls(each, scenes))).any() for each in near):
         keys = "`shadow_near`, `shadow_far`" + (" and `shadow_scale`" if isinstance(kind, DirectionalLight) else "")
         yield "casts no shadow: nothing is within the range of its shadow map", f"move it, or set {keys}"
+
+
+_COLOR_HINT: Final = (
+    "`color` is the brightness: 1 lights a white surface fully; it is not in lux, lumen or watts, nor from 0 to 255"
+)
 
 
 def _has_ground(plan: ScenePlan) -> bool:

@@ -11,10 +11,12 @@ from typing_extensions import Unpack
 
 from scenecc.checks.effects import check_declared_names, check_effects
 from scenecc.checks.house_rules import run_rules
+from scenecc.checks.layout import check_layout
 from scenecc.checks.mesh_quality import check_meshes
 from scenecc.checks.physics import plan_origin
 from scenecc.checks.plausibility import check_values
 from scenecc.checks.views import check_views
+from scenecc.checks.written_values import check_written_values
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import is_of_check
 from scenecc.diagnostics.diagnostic import Silencings, report_unused
@@ -205,8 +207,10 @@ def check_plan(result: CompileResult, sink: Sink) -> None:
     """Reports implausible values, objects without an effect, and doubtful meshes."""
     check_values(result.plan, result.material_origins or {}, sink)
     check_effects(result.plan, sink)
+    check_layout(result.plan, sink)
     if result.document is not None:
         check_declared_names(result.document, sink)
+        check_written_values(result.document, result.plan.num_scenes, sink)
     check_views(result.plan, sink)
     check_meshes(result.plan, sink)
 

@@ -1,0 +1,127 @@
+"""Bounding boxes of shapes, bodies and entities of a plan, for the rules that compare where things are."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+from scenecc.assets.errors import AssetError
+from scenecc.assets.files import check_measures
+from scenecc.assets.meshes import checked_content, read_mesh
+from scenecc.geometry.rotation_arrays import compose, pose_matrix
+from scenecc.plan import BodyStructure, MeshGeometry
+from scenecc.plan.geometry import Heightfield, Primitive, TiledPlane, VisualPlane
+from scenecc.plan.link_poses import step_poses, steps_across
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import ArticulationStructure, CollisionShape, Entity, ScenePlan, VisualShape
+
+    Box = tuple[NDArray[np.float64], NDArray[np.float64]]
+    """Lower and upper corner, each (3,) [m]."""
+
+_CORNERS: Final = np.array(list(product((0, 1), repeat=3)), bool)
+
+
+class PlacedBox(NamedTuple):
+    """The bounding box of an entity in one scene.
+
+    Attributes:
+        entity: the entity.
+        low, high: corners (3,) in the world [m].
+        collides: whether the box is that of colliding shapes; False: nothing of the entity collides.
+    """
+
+    entity: Entity
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    collides: bool
+
+
+def local_box(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> Box | None:
+    """Returns the bounding box of a shape in the frame of its body; None for a colliding plane, which has no end.
+
+    Raises:
+        AssetError: a mesh file changed since it was checked.
+    """
+    geometry: Any = shape.geometry
+    matrix = np.eye(4) if shape.pose is None else pose_matrix(shape.pose.row(row).tolist())
+    if isinstance(geometry, MeshGeometry):
+        measures = check_measures(read_mesh(checked_content(plan.files[int(geometry.file.row(row))])))
+        ends = np.array([measures.low, measures.high]) * geometry.scale.row(row)
+        centre, half = ends.mean(axis=0), np.abs(np.ptp(ends, axis=0)) / 2
+    elif isinstance(geometry, Heightfield):
+        centre, half = np.zeros(3), geometry.size.row(row) / 2
+    elif isinstance(geometry, Primitive):
+        low, high = geometry.bounds(matrix[:3, :3], *geometry.sizes(row))
+        return low + matrix[:3, 3], high + matrix[:3, 3]
+    else:
+        return None
+    middle, reach = matrix[:3, :3] @ centre + matrix[:3, 3], np.abs(matrix[:3, :3]) @ half
+    return middle - reach, middle + reach
+
+
+def bounding_box(boxes: Iterable[Box]) -> Box:
+    """Returns the box around several boxes."""
+    lows, highs = zip(*boxes, strict=True)
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def placed_boxes(plan: ScenePlan, scene: int) -> list[PlacedBox]:
+    """Returns the boxes of all entities of a scene that have an extent: planes have none, nor have robots without shapes.
+
+    Only colliding shapes count, unless an entity has none.
+    """
+    found: list[PlacedBox] = []
+    for entity in plan.entities:
+        if scene not in entity.scene_idxs:
+            continue
+        row = entity.scene_idxs.index(scene)
+        each = list(_posed_bodies(entity, row))
+        collides = any(body.collisions for _, body in each)
+        try:
+            boxes = [
+                _world_box(frame, box)
+                for frame, body in each
+                for shape in (body.collisions if collides else body.visuals)
+                if not isinstance(shape.geometry, VisualPlane | TiledPlane)
+                for box in [local_box(shape, row, plan)]
+                if box is not None
+            ]
+        except AssetError:
+            continue  # the build reports that the file changed
+        if boxes:
+            found.append(PlacedBox(entity, *bounding_box(boxes), collides))
+    return found
+
+
+def _posed_bodies(entity: Entity, row: int) -> Iterator[tuple[NDArray[np.float64], BodyStructure]]:
+    """Yields the bodies of an entity in one row, with their poses (7,) in the world."""
+    root = entity.pose.row(row)
+    structure = entity.structure(row)
+    if isinstance(structure, BodyStructure):
+        yield root, structure
+        return
+    yield from zip(_link_poses(structure, root, row), (link.body for link in structure.links), strict=True)
+
+
+def _link_poses(structure: ArticulationStructure, root: NDArray[np.float64], row: int) -> list[NDArray[np.float64]]:
+    """Returns the poses (7,) of all links in the world, at the initial joint positions."""
+    poses: list[NDArray[np.float64]] = []
+    for link in structure.links:
+        pose = root if link.parent is None else poses[link.parent]
+        for step in steps_across(link.joint, ()) if link.joint is not None else ():
+            pose = compose(pose[None], step_poses(step, np.asarray(step.value.row(row))[None]))[0]
+        poses.append(pose)
+    return poses
+
+
+def _world_box(frame: NDArray[np.float64], box: Box) -> Box:
+    matrix = pose_matrix(frame.tolist())
+    corners = np.where(_CORNERS, box[1], box[0]) @ matrix[:3, :3].T + matrix[:3, 3]
+    return corners.min(axis=0), corners.max(axis=0)

@@ -1,0 +1,264 @@
+"""Checks of where bodies are relative to each other: far from everything else, in the air, on something that does not
+collide, or in one place; two floors, and planes that collide beyond their visual.
+
+Only `scenecc check` applies these rules, to the first and the last scene. Bodies are compared by their bounding boxes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from scenecc.checks.boxes import PlacedBox, bounding_box, placed_boxes
+from scenecc.checks.physics import may_collide, structure_origin
+from scenecc.diagnostics.messages import cut
+from scenecc.geometry.rotation_arrays import compose, rotate
+from scenecc.plan import BodyStructure
+from scenecc.plan.geometry import Plane, TiledPlane, VisualPlane
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.plan import Entity, ScenePlan
+
+FAR: Final = 5.0
+"""[m], and in sizes of the rest of the scene: the minimum distance of a body or a floor that is reported."""
+
+HIGH: Final = 1.0
+"""[m] Minimum height from which a single body falls while all others rest."""
+
+RESTS: Final = 0.03
+"""[m] Maximum distance of a body from what it stands on."""
+
+UP: Final = 0.99
+"""Minimum z of the normal of a floor."""
+
+WIDE: Final = 10.0
+"""[m] Half size from which the visual of a plane counts as a ground: SAPIEN's default."""
+
+
+class Floor(NamedTuple):
+    """A colliding plane that faces up.
+
+    Attributes:
+        entity: its entity.
+        origin: where the plane is written.
+        height: of the plane in the world [m].
+        center, half: centre and half size of its visual in the world along x and y, each (2,) [m]; None: no visual.
+    """
+
+    entity: Entity
+    origin: Origin
+    height: float
+    center: NDArray[np.float64] | None
+    half: NDArray[np.float64] | None
+
+
+def check_layout(plan: ScenePlan, sink: Sink) -> None:
+    """Applies every rule of this module.
+
+    Args:
+        plan: a plan with its draws, whose files were checked.
+        sink: collects diagnostics.
+    """
+    reported: set[tuple[str, str]] = set()
+    for scene in sorted({0, plan.num_scenes - 1}):
+        boxes, floors = placed_boxes(plan, scene), list(_floors(plan, scene))
+        for code, entity, place, message, hint in (
+            *_two_floors(floors),
+            *_small_floors(floors, boxes),
+            *_far_floors(floors, boxes, plan),
+            *_far_bodies(boxes, plan),
+            *_bodies_in_the_air(boxes, floors, plan),
+            *_bodies_on_nothing(boxes, floors, plan),
+            *_copies(boxes, plan),
+        ):
+            if (code, entity.name) not in reported:
+                reported.add((code, entity.name))
+                sink.report(code, message, place, at="key", hint=hint)
+
+
+_Finding = tuple[str, "Entity", "Origin", str, str]
+"""Code, entity, place, message and hint."""
+
+
+def _floors(plan: ScenePlan, scene: int) -> Iterator[Floor]:
+    """Yields the colliding planes of a scene that face up."""
+    for entity in plan.entities:
+        if scene not in entity.scene_idxs:
+            continue
+        row = entity.scene_idxs.index(scene)
+        body = entity.structure(row)
+        if not isinstance(body, BodyStructure):
+            continue
+        frame = entity.pose.row(row)
+        patches = [shape for shape in body.visuals if isinstance(shape.geometry, VisualPlane | TiledPlane)]
+        for shape in body.collisions:
+            if not isinstance(shape.geometry, Plane):
+                continue
+            pose = frame if shape.pose is None else compose(frame[None], shape.pose.row(row)[None])[0]
+            if rotate(pose[None, 3:], np.array([[1.0, 0.0, 0.0]]))[0, 2] < UP:
+                continue
+            center = half = None
+            for patch in patches[:1]:
+                local = frame if patch.pose is None else compose(frame[None], patch.pose.row(row)[None])[0]
+                sizes = patch.geometry.sizes(row)[:2]
+                flat = (0.0, *sizes) if isinstance(patch.geometry, VisualPlane) else (*sizes, 0.0)
+                corner = rotate(local[None, 3:], np.array([flat]))[0]
+                center, half = local[:2], np.abs(corner[:2])
+            yield Floor(entity, shape.origin or structure_origin(body, entity, plan), float(pose[2]), center, half)
+
+
+def _two_floors(floors: list[Floor]) -> Iterator[_Finding]:
+    for floor in floors[1:]:
+        first = floors[0]
+        low, high = sorted((first.height, floor.height))
+        where = f"{high - low:.3g} m apart" if high - low > 1e-6 else "at the same height"
+        message = f"`{cut(floor.entity.name)}` is a second floor, beside `{cut(first.entity.name)}`, {where}"
+        yield "SC576", floor.entity, floor.origin, message, "remove one of the two: nothing reaches the lower one"
+
+
+def _small_floors(floors: list[Floor], boxes: list[PlacedBox]) -> Iterator[_Finding]:
+    """Yields planes whose visual ends where other bodies are beyond it, or below it."""
+    for floor in floors:
+        if floor.half is None or floor.center is None or floor.half.max() >= WIDE:
+            continue
+        for box in boxes:
+            reach = np.maximum(box.high[:2] - floor.center, floor.center - box.low[:2]) - floor.half
+            below = box.high[2] < floor.height - RESTS
+            if below or (reach > 0.05 * floor.half + 0.01).any():
+                where = "below" if below else "beyond the visual of"
+                size = " by ".join(f"{2 * side:.3g}" for side in floor.half)
+                message = (
+                    f"`{cut(floor.entity.name)}` looks {size} m large, but a plane collides without end, and "
+                    f"`{cut(box.entity.name)}` is {where} it"
+                )
+                yield "SC577", floor.entity, floor.origin, message, "use a thin box, or a larger `half_size`"
+                break
+
+
+def _far_floors(floors: list[Floor], boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
+    if not boxes or len(floors) != 1:
+        return
+    low, high = bounding_box((box.low, box.high) for box in boxes)
+    gap, size = float(low[2]) - floors[0].height, float(np.linalg.norm(high - low))
+    if gap > max(FAR, FAR * size):
+        entity = floors[0].entity
+        message = f"the floor `{cut(entity.name)}` is {gap:.4g} m below everything else, which is {size:.2g} m large"
+        yield "SC534", entity, _pose_origin(entity, plan), message, _METRES
+
+
+_METRES: Final = "lengths are in metres, not in millimetres or centimetres"
+
+
+def _pose_origin(entity: Entity, plan: ScenePlan) -> Origin:
+    return structure_origin(entity.structures[0], entity, plan).child("pose")
+
+
+def _far_bodies(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
+    """Yields bodies that are far away from all others, measured in sizes of these."""
+    for box in boxes if len(boxes) > 2 else ():
+        others = [other for other in boxes if other is not box]
+        low, high = bounding_box((other.low, other.high) for other in others)
+        size = float(np.linalg.norm(high - low))
+        gap = float(np.linalg.norm(np.maximum(np.maximum(low - box.high, box.low - high), 0)))
+        if gap > max(FAR, FAR * size):
+            message = f"`{cut(box.entity.name)}` is {gap:.4g} m away from everything else, which is {size:.2g} m large"
+            yield "SC534", box.entity, _pose_origin(box.entity, plan), message, _METRES
+
+
+def _bodies_in_the_air(boxes: list[PlacedBox], floors: list[Floor], plan: ScenePlan) -> Iterator[_Finding]:
+    """Yields the only body that falls far while at least two others rest."""
+    held = _held_entities(plan)
+    free = [box for box in boxes if _falls(box.entity) and box.entity.name not in held]
+    heights = [box.low[2] - _support(box, boxes, floors) for box in free]
+    falling = [number for number, height in enumerate(heights) if height > RESTS]
+    if len(falling) != 1 or len(free) < 3:
+        return
+    box, height = free[falling[0]], float(heights[falling[0]])
+    if HIGH < height < np.inf and box.entity.name not in {one.entity for one in plan.placements}:
+        message = f"`{cut(box.entity.name)}` starts {height:.3g} m above what is below it, and all others rest"
+        yield "SC534", box.entity, _pose_origin(box.entity, plan), message, f"{_METRES}; or give it a velocity"
+
+
+def _held_entities(plan: ScenePlan) -> set[str]:
+    return {mount.entity for one in plan.constraints for mount in (one.parent, one.child) if mount is not None}
+
+
+def _falls(entity: Entity) -> bool:
+    """Returns whether an entity is a dynamic body at rest that gravity moves."""
+    body = entity.structures[0]
+    return (
+        isinstance(body, BodyStructure)
+        and body.body_type == "dynamic"
+        and bool(body.collisions)
+        and (body.disable_gravity is None or not body.disable_gravity.data.any())
+        and body.linear_velocity is body.angular_velocity is None
+    )
+
+
+def _support(box: PlacedBox, boxes: list[PlacedBox], floors: list[Floor]) -> float:
+    """Returns the height of the highest thing below a box that collides with it [m]; minus infinity if there is none."""
+    tops = [
+        floor.height for floor in floors if floor.height < box.low[2] + RESTS and _collide(box.entity, floor.entity)
+    ]
+    for other in boxes:
+        meets = (other.low[:2] < box.high[:2]).all() and (box.low[:2] < other.high[:2]).all()
+        if other is not box and meets and other.low[2] < box.low[2] and _collide(box.entity, other.entity):
+            tops.append(min(float(other.high[2]), float(box.low[2])))
+    return max(tops, default=-np.inf)
+
+
+def _collide(one: Entity, other: Entity) -> bool:
+    """Returns whether any bodies of two entities may collide."""
+    return any(
+        a.collisions and b.collisions and may_collide(one, a, other, b) for a in one.bodies for b in other.bodies
+    )
+
+
+def _bodies_on_nothing(boxes: list[PlacedBox], floors: list[Floor], plan: ScenePlan) -> Iterator[_Finding]:
+    """Yields dynamic bodies that start on top of a body that does not collide with them."""
+    held = _held_entities(plan)
+    for box in boxes:
+        if not _falls(box.entity) or box.entity.name in held:
+            continue
+        center = (box.low + box.high)[:2] / 2
+        below = [other for other in boxes if (other.low[:2] < center).all() and (center < other.high[:2]).all()]
+        tops = [(other.entity, float(other.high[2])) for other in below if other is not box]
+        tops += [(floor.entity, floor.height) for floor in floors]
+        near = [entity for entity, top in tops if abs(box.low[2] - top) < RESTS]
+        if near and box.low[2] - _support(box, boxes, floors) > RESTS:
+            other, name = near[0], cut(box.entity.name)
+            if any(body.collisions for body in other.bodies):
+                message = f"`{name}` is on `{cut(other.name)}`, but their collision groups ignore each other"
+                hint = "give them groups or bits that match"
+            else:
+                message = f"`{name}` is on `{cut(other.name)}`, which does not collide"
+                hint = "write `shapes` instead of `visuals`"
+            place = structure_origin(box.entity.structures[0], box.entity, plan)
+            yield "SC574", box.entity, place, message, hint
+
+
+def _copies(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
+    """Yields colliding bodies of the same extent in one place. Others report equal poses of bodies that never move, and
+    overlaps of those that collide.
+    """
+    first: dict[bytes, PlacedBox] = {}
+    for box in boxes:
+        if not box.collides or not isinstance(box.entity.structures[0], BodyStructure):
+            continue
+        other = first.setdefault((np.array([box.low, box.high]).round(4) + 0.0).tobytes(), box)
+        if other is box:
+            continue
+        kinds = {one.entity.structures[0].body_type for one in (box, other)}  # pyright: ignore[reportAttributeAccessIssue]
+        moves = "dynamic" in kinds
+        if _collide(box.entity, other.entity) if moves else (box.entity.pose == other.entity.pose):
+            continue
+        message = f"`{cut(box.entity.name)}` is in the same place as `{cut(other.entity.name)}`, and as large"
+        place = structure_origin(box.entity.structures[0], box.entity, plan)
+        yield "SC546", box.entity, place, message, "move one of them, or remove it"

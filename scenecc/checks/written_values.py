@@ -1,0 +1,270 @@
+"""Checks of numbers as they are written in the scene file: angles in the wrong unit, quaternions in another order, and
+values that another key or the size of the batch leaves without effect.
+
+A plan no longer contains these: it has only radians and the result of mass and density. Names in included files and prefabs
+are not checked.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.diagnostics.diagnostic import Origin
+from scenecc.spec.nodes import is_mapping
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from scenecc.diagnostics import Sink
+    from scenecc.source import Document
+
+    Rule = Callable[[Mapping[str, Any], Origin, Sink], None]
+
+FULL_TURN: Final = math.tau + 0.01
+"""[rad], and more than 6.28 and 6.2832."""
+
+TWO_TURNS: Final = 4 * math.pi * (1 + 1e-6)
+"""[rad] Larger angles in radians are reported where they are lowered."""
+
+MIN_WHOLE: Final = 4
+"""[rad] Nobody writes 4, 5 or 10 rad: it is more than half a turn, and no part of one."""
+
+MIN_FOV: Final = 3.2
+"""[deg] Of a camera or a spot light. A telephoto lens of 600 mm has 4°."""
+
+MAX_LIMIT: Final = 7.0
+"""[rad] Limits of a joint that may make a whole turn in each direction."""
+
+ROUNDING: Final = 0.004
+"""[rad] π/2 is written as 1.57, π as 3.14, π/3 as 1.05."""
+
+SPEEDS: Final = frozenset((45.0, 90.0, 180.0, 270.0, 360.0))
+"""[deg/s] Speeds of rotation that are written for degrees."""
+
+_FOV_KEYS: Final = ("fovy_deg", "fovx_deg", "outer_fov_deg")
+_SPEED_KEYS: Final = ("angular_velocity", "velocity_target", "qvel")
+_SYMMETRIC: Final = frozenset(("box", "sphere", "capsule", "cylinder"))
+"""Shapes that look the same after half a turn about z."""
+
+
+def check_written_angles(document: Document, sink: Sink) -> None:
+    """Reports angles that are probably in degrees where radians are expected, or the reverse.
+
+    Args:
+        document: the scene file, as written.
+        sink: collects diagnostics.
+    """
+    for mapping, origin in _mappings(document):
+        _check_degrees(mapping, origin, sink)
+        _check_radians(mapping, origin, sink)
+
+
+def check_written_values(document: Document, num_scenes: int, sink: Sink) -> None:
+    """Applies the other rules of this module.
+
+    Args:
+        document: the scene file, as written.
+        num_scenes: number of scenes.
+        sink: collects diagnostics.
+    """
+    several = num_scenes > 1 or "num_scenes" in document.data
+    for mapping, origin in _mappings(document):
+        _check_quaternion(mapping, origin, sink)
+        _check_half_turn(mapping, origin, sink)
+        _check_density(mapping, origin, sink)
+        _check_drives(mapping, origin, sink)
+        items = mapping.get("cycle")
+        if several and isinstance(items, list) and len(items) > num_scenes:
+            message = f"this `cycle` has {len(items)} values for {num_scenes} scene{'s' * (num_scenes > 1)}"
+            hint = "shorten it, or raise `num_scenes`; `choice` draws from a list of any length"
+            sink.report("SC575", message, origin.child("cycle"), at="key", hint=hint)
+
+
+_NAMED: Final = (("params",), ("draws",), ("with",))
+"""Mappings whose keys are names of the author's."""
+
+
+def _mappings(document: Document) -> Iterator[tuple[Mapping[str, Any], Origin]]:
+    """Yields all mappings of a document and their origins, but those under `x-` keys."""
+    rest: list[tuple[Any, Origin]] = [(document.data, Origin(document.name))]
+    while rest:
+        node, origin = rest.pop()
+        if is_mapping(node):
+            if origin.path[-1:] not in _NAMED:
+                yield node, origin
+            rest += ((value, origin.child(key)) for key, value in node.items() if _is_nested(value) and key[:2] != "x-")
+        elif isinstance(node, list):
+            rest += ((value, origin.child(number)) for number, value in enumerate(node) if _is_nested(value))
+
+
+def _is_nested(value: Any) -> bool:
+    return is_mapping(value) or isinstance(value, list)
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """Yields all numbers in a value, its lists and its forms."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        yield abs(float(value))
+    elif _is_nested(value):
+        for item in value.values() if is_mapping(value) else value:
+            yield from _numbers(item)
+
+
+def _check_radians(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
+    """Reports radians under keys that end with `_deg`."""
+    for key, value in mapping.items():
+        if key[-4:] != "_deg" or key == "within_deg":
+            continue
+        numbers = [number for number in _numbers(value) if number]
+        most = max(numbers, default=math.inf)
+        if most > FULL_TURN:
+            continue
+        found = next(filter(_is_part_of_a_turn, numbers), None)
+        if found is None and key in _FOV_KEYS and most < MIN_FOV:
+            found = most
+        if found is None and key == "limits_deg":
+            found = next((number for number in numbers if not number.is_integer()), None)
+        if found is not None:
+            message = f"`{key}` has {found:g}°; {found:g} rad would be {math.degrees(found):.4g}°"
+            hint = f"write degrees, or use `{key[:-4]}`, which takes radians"
+            sink.report("SC526", message, origin.child(key), hint=hint)
+
+
+def _is_part_of_a_turn(number: float) -> bool:
+    """Returns whether a number that is not whole is a multiple of π/12, as it is rounded."""
+    part = math.pi / 12
+    return number > part / 2 and not number.is_integer() and abs(number - round(number / part) * part) < ROUNDING
+
+
+def _check_degrees(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
+    """Reports degrees under keys that take radians. Larger ones are reported elsewhere."""
+    for key in ("rpy", "angle", "yaw", "qpos", "target", "limits", *_SPEED_KEYS):
+        if key not in mapping:
+            continue
+        value = mapping[key]
+        numbers = list(_numbers(value))
+        if key in _SPEED_KEYS:
+            found = next((number for number in numbers if number in SPEEDS), None)
+            unit, instead = "rad/s", "radians per second"
+        elif (key == "limits" and not _has_hinge(mapping)) or (
+            key == "target" and (_is_nested(value) or not _is_joint_drive(origin))
+        ):
+            continue
+        else:
+            least = MAX_LIMIT if key == "limits" else MIN_WHOLE
+            found = next((number for number in numbers if number >= least and number.is_integer()), None)
+            unit, instead = "rad", f"radians; `{key}_deg` takes degrees"
+            if key != "target" and (min if is_mapping(value) else max)(numbers, default=0) > TWO_TURNS:
+                continue
+        if found is not None:
+            message = (
+                f"`{key}` has {found:g} {unit}, which is {math.degrees(found):.4g}{'°/s' * (unit != 'rad') or '°'}"
+            )
+            if key in {"qpos", "target"} or unit != "rad":
+                instead = f"{unit}: for {found:g}{'°/s' * (unit != 'rad') or '°'} write {math.radians(found):.4g}"
+            sink.report("SC526", message, origin.child(key), hint=f"it is in {instead}")
+
+
+def _has_hinge(mapping: Mapping[str, Any]) -> bool:
+    return mapping.get("type") in {"revolute", "revolute_unwrapped", "hinge"}
+
+
+def _is_joint_drive(origin: Origin) -> bool:
+    """Returns whether a mapping is the drive of a joint: `drives: {PATTERN: …}`, or `drive` of a constraint."""
+    return origin.path[-1:] == ("drive",) or origin.path[-2:-1] == ("drives",)
+
+
+def _check_quaternion(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
+    """Reports rotations about z or y that are written xyzw: [0, 0, sin, cos] or [0, sin, 0, cos]."""
+    if mapping.get("type") in _ROUND:
+        return
+    for key in ("pose", "origin", "place"):
+        pose = mapping.get(key)
+        for w, x, y, z in _quaternions(pose.get("q")) if is_mapping(pose) else ():
+            about_z = x == 0 and min(abs(y), abs(z)) > _MIN_TURN
+            about_y = y == 0 and min(abs(x), abs(z)) > _MIN_TURN
+            if w == 0 and (about_z or about_y):
+                message = f"[{w:g}, {x:g}, {y:g}, {z:g}] turns upside down: it looks like [x, y, z, w]"
+                hint = f"quaternions are [w, x, y, z]: the same rotation is [{z:.4g}, {w:.4g}, {x:.4g}, {y:.4g}]"
+                sink.report("SC549", message, origin.child(key, "q"), hint=hint)
+                return
+
+
+_ROUND: Final = frozenset(("capsule", "cylinder", "cone", "ring"))
+"""Shapes whose rotation only turns their axis."""
+
+_MIN_TURN: Final = 0.02
+"""Smallest quaternion component that is not 0 by intent."""
+
+
+def _quaternions(value: Any) -> Iterator[list[float]]:
+    """Yields the quaternions that are written as four numbers, in forms, too."""
+    if isinstance(value, list) and len(value) == 4 and all(isinstance(item, int | float) for item in value):
+        yield value
+    elif _is_nested(value):
+        for item in value.values() if is_mapping(value) else value:
+            yield from _quaternions(item)
+
+
+def _check_half_turn(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
+    """Reports [0, 0, 0, 1] of a body that looks the same after half a turn: the identity, if it is read as xyzw."""
+    pose = mapping.get("pose")
+    shapes = [
+        shape for key in ("shapes", "collisions", "visuals") for shape in mapping.get(key, ()) if is_mapping(shape)
+    ] or [mapping]
+    if not (is_mapping(pose) and pose.get("q") == [0, 0, 0, 1]):
+        return
+    if all(shape.get("type") in _SYMMETRIC and (shape is mapping or "pose" not in shape) for shape in shapes):
+        message = "[0, 0, 0, 1] is half a turn about z, which changes nothing here: it looks like the identity as xyzw"
+        hint = "quaternions are [w, x, y, z]: the identity is [1, 0, 0, 0]"
+        sink.report("SC549", message, origin.child("pose", "q"), hint=hint)
+
+
+def _check_density(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
+    """Reports a density beside a mass, which scales whatever the density gives."""
+    given = next((key for key in ("mass", "inertial") if key in mapping), None)
+    if given is None or "com" in mapping:
+        return
+    place = origin.child("density") if "density" in mapping else None
+    shapes = [
+        (key, number, shape) for key in ("shapes", "collisions") for number, shape in enumerate(mapping.get(key, ()))
+    ]
+    dense = [one for one in shapes if is_mapping(one[2]) and "density" in one[2]]
+    if place is None and dense and len(shapes) == 1:
+        place = origin.child(shapes[0][0], 0, "density")
+    if place is not None:
+        message = f"this density has no effect on the mass: `{given}` sets it"
+        sink.report("SC573", message, place, at="key", hint=f"remove the density, or `{given}`")
+
+
+def _check_drives(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
+    """Reports drives without stiffness and damping, or with a target and no stiffness, unless another pattern gives it."""
+    drives = mapping.get("drives")
+    given = {pattern: keys for pattern, keys in drives.items() if is_mapping(keys)} if is_mapping(drives) else {}
+    if "attach" in mapping:
+        return  # a part may have drives of its own
+    for pattern, keys in given.items():
+        whole = {key: value for other, each in given.items() if _matches(other, pattern) for key, value in each.items()}
+        whole |= keys
+        stiff, damped = (bool(whole.get(key)) for key in ("stiffness", "damping"))
+        why = hint = None
+        if keys and not ("stiffness" in whole or "damping" in whole):
+            why, hint = (
+                "it has neither stiffness nor damping",
+                "give it a stiffness and a damping; both are 0 by default",
+            )
+        elif "target" in keys and not stiff and damped:
+            why, hint = "it has a target, but no stiffness", "give it a stiffness, or remove the target"
+        if why is not None:
+            message = f"the drive of `{pattern}` does nothing: {why}"
+            sink.report("SC537", message, origin.child("drives", pattern), at="key", hint=hint)
+
+
+def _matches(pattern: str, name: str) -> bool:
+    """Returns whether a pattern of joints may match a name, which may be a pattern, too."""
+    try:
+        return re.fullmatch(pattern, name) is not None
+    except re.error:
+        return True  # it is reported where it is used
