@@ -362,7 +362,7 @@ def _begin_at_starts(
     *,
     placed: bool,
 ) -> ScenePlan | None:
-    """Returns a plan that begins at its starts; None after an error. If it is not `placed`, the file is only checked."""
+    """Returns a plan that begins at its starts; None after an error. If not `placed`, the file is only checked."""
     from scenecc.starts.apply import apply_starts, compare_starts, find_starts
     from scenecc.starts.fingerprint import fingerprint
 

@@ -64,8 +64,10 @@ class StartTable:
         return [scene for scene in scene_idxs if scene not in self._by_scene]
 
     def seeds(self, scene_idxs: Sequence[int], seeds: Sequence[int]) -> list[int]:
-        """Returns the seed of the start that each scene has for a seed: this seed if the scene has a start with it, else
-        the start whose number is the seed modulo the number of starts.
+        """Returns the seed of the start that each scene has for a seed.
+
+        It is this seed if the scene has a start with it, else that of the start whose number is the seed modulo the
+        number of its starts.
 
         Raises:
             ValueError: a scene has no start.

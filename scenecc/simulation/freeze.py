@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
@@ -114,15 +113,14 @@ class SettledScenes:
     def summary(self) -> str:
         """Returns a line with the numbers of kept and dropped scenes, and the reasons."""
         line = f"kept {self.kept} of {self.kept + len(self.dropped)}"
-        groups = Counter(
-            (one.why, one.file, one.line, one.what if one.line is not None else "") for one in self.dropped
-        )
+        alike: dict[tuple[str, str | None, int | None], list[Drop]] = {}
+        for one in self.dropped:
+            alike.setdefault((one.why, one.file, one.line), []).append(one)
         told: list[str] = []
-        for (why, file, number, what), count in groups.items():
-            first = next(one for one in self.dropped if (one.why, one.line) == (why, number))
-            where = f"seed {first.seed} scene {first.scene}"
+        for (why, file, number), (first, *others) in alike.items():
+            where = f"seed {first.seed} scene {first.scene}{', …' if others else ''}"
             place = f" {file}:{number}" if number is not None else ""
-            told.append(f"{count} {why}{place} ({where}: {what or first.what})")
+            told.append(f"{1 + len(others)} {why}{place} ({where}: {first.what})")
         return f"{line}; dropped: {', '.join(told)}" if told else line
 
 
@@ -194,9 +192,8 @@ class _Settling:
         for number, seed in enumerate(seeds):
             sink = Sink()
             try:
-                result = compile_or_raise(
-                    self._source, self._options if seed is None else replace(self._options, seed=seed), sink
-                )
+                options = self._options if seed is None else replace(self._options, seed=seed)
+                result = compile_or_raise(self._source, options, sink)
             except SceneError as error:
                 if seed is None or len(failures) + 1 == len(seeds):
                     raise
@@ -205,7 +202,8 @@ class _Settling:
             first = first or result
             self._diagnostics |= dict.fromkeys(sink.diagnostics())
             self._settle(result, sink, number, len(seeds))
-        assert first is not None and first.document is not None
+        assert first is not None
+        assert first.document is not None
         for seed, error in failures:
             fault = error.diagnostics[0]
             self._dropped += [

@@ -137,10 +137,8 @@ def apply_starts(plan: ScenePlan, starts: KnownStarts, sink: Sink) -> ScenePlan 
     if not rows:
         seeds = sorted({row.seed for row in starts.content.rows})
         message = f"`{cut(starts.name)}` has no start with seed {plan.seed}, which determines what is built"
-        hint = f"use one of its seeds ({index_ranges(seeds)})" if seeds else None
-        sink.report(
-            "SC937", message, starts.place, hint=f"{hint}, or settle with `--seeds {plan.seed}:{plan.seed + 1}`"
-        )
+        hint = f"use one of its seeds ({index_ranges(seeds)}), or settle with `--seeds {plan.seed}:{plan.seed + 1}`"
+        sink.report("SC937", message, starts.place, hint=hint)
         return None
     made: list[SettledStart] = []
     for row in rows:
@@ -263,7 +261,7 @@ def _redrawn(plan: ScenePlan, batch: Batch) -> ScenePlan:
 
 
 def _redraw(node: Any, batch: Batch) -> Any:
-    """Returns an object of the plan with its redrawn values. Poses of placed entities stay, since starts replace them."""
+    """Returns an object of the plan with its redrawn values, except the poses of placed entities: starts set them."""
     changed: dict[str, Any] = {}
     for slot in plan_fields(type(node)):
         item = getattr(node, slot.name)

@@ -54,9 +54,8 @@ def differences(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     """Returns how the scene of some starts differs from one that would begin there, worded for a message. The parts of
     the file are compared only if parameters and assets are equal, since they follow from them.
     """
-    found: list[str] = []
-    for name in _changed(was["params"], now["params"]):
-        found.append(f"the parameter `{cut(name)}` {_change(was['params'], now['params'], name)}")
+    before, after = was["params"], now["params"]
+    found = [f"the parameter `{cut(name)}` {_change(before, after, name)}" for name in _changed(before, after)]
     for name in _changed(was["files"], now["files"]):
         known = name in was["files"] and name in now["files"]
         change = "changed" if known else "is new" if name in now["files"] else "is no longer used"

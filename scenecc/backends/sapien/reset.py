@@ -97,7 +97,7 @@ class ResetSampler:
         if self._starts is not None:
             if given:
                 raise ValueError(
-                    "draws cannot be given: the scenes begin at starts, which were settled with their own draws"
+                    "draws cannot be given: the scenes begin at starts, which have their own draws"
                 )
             seeds = self._starts.seeds(scene_idxs, seeds)
         chosen = sorted(scene_idxs)
