@@ -51,6 +51,12 @@ STILL_TIME: Final = 0.2
 _STRIDE: Final = 5
 """Steps between two readings of the velocities."""
 
+_PLURALS: Final = {
+    "never rests": "never rest",
+    "breaks `expect`": "break `expect`",
+    "cannot be built": "cannot be built",
+}
+
 FREEZE_TYPES: Final[dict[str, Any]] = {
     "seeds": Iterable[int] | None,
     "seconds": float,
@@ -120,7 +126,8 @@ class SettledScenes:
         for (why, file, number), (first, *others) in alike.items():
             where = f"seed {first.seed} scene {first.scene}{', …' if others else ''}"
             place = f" {file}:{number}" if number is not None else ""
-            told.append(f"{1 + len(others)} {why}{place} ({where}: {first.what})")
+            words = _PLURALS[why] if others else why
+            told.append(f"{1 + len(others)} {words}{place} ({where}: {first.what})")
         return f"{line}; dropped: {', '.join(told)}" if told else line
 
 
@@ -232,12 +239,13 @@ class _Settling:
                 if not resting:
                     continue
                 _begin(batch, resting)
-                broken = _broken_expectations(batch, moving, observer) if plan.expectations else []
-                self._drop_broken([one for one in broken if one.scene in resting], plan, sink)
-                dropped = {one.scene for one in self._dropped if one.seed == plan.seed}
-                kept = [scene for scene in resting if scene not in dropped]
-                _begin(batch, {scene: resting[scene] for scene in kept})
-                self._rows += [_record(batch, scene) for scene in sorted(kept)]
+                if plan.expectations:
+                    broken = _broken_expectations(batch, moving, observer)
+                    self._drop_broken([one for one in broken if one.scene in resting], plan, sink)
+                    for one in broken:
+                        resting.pop(one.scene, None)
+                    _begin(batch, resting)
+                self._rows += [_record(batch, scene) for scene in sorted(resting)]
 
     def _drop_broken(self, broken: list[Finding], plan: ScenePlan, sink: Sink) -> None:
         """Records scenes that break an expectation, each with the first that it breaks."""
