@@ -58,6 +58,8 @@ if TYPE_CHECKING:
     from scenecc.scene import plan_text as plan_text
     from scenecc.scene import validate as validate
     from scenecc.simulation.check import check_scene as check_scene
+    from scenecc.simulation.freeze import SettledScenes as SettledScenes
+    from scenecc.simulation.freeze import settle_scene as settle_scene
     from scenecc.sweeps.sweep import Sweep as Sweep
     from scenecc.sweeps.sweep import sweep as sweep
     from scenecc.viewer import PageAddress as PageAddress
@@ -107,6 +109,7 @@ _MODULES = {
         "validate",
     ),
     "simulation.check": ("check_scene",),
+    "simulation.freeze": ("SettledScenes", "settle_scene"),
     "sweeps.sweep": ("Sweep", "sweep"),
     "inspect": ("Item", "SummaryRow"),
     "inspect.inspection": ("Inspection",),

@@ -25,6 +25,7 @@ class EnvironmentOptions(TypedDict, total=False):
     seed: int | None
     params: Mapping[str, Any] | None
     draws: Mapping[str, Any] | None
+    starts: str | PathLike[str] | None
     asset_roots: Iterable[str | PathLike[str]]
     allow_outside_assets: bool
     limits: Mapping[str, int] | None
@@ -38,6 +39,7 @@ class CompileOptions(EnvironmentOptions, total=False):
         seed: seed, overriding the file.
         params: values of the file's parameters.
         draws: values of the file's shared draws, one row per scene.
+        starts: file of starts from `settle_scene`, where the scenes begin, overriding the file.
         asset_roots: folders to search for `asset://` paths, before those of `SCENECC_ASSET_PATH`.
         allow_outside_assets: allow paths outside the scene's folder and the asset roots.
         limits: limits to change, by name; see `docs/reference/language.md`.
@@ -48,15 +50,20 @@ class CompileOptions(EnvironmentOptions, total=False):
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Checked `CompileOptions`."""
+    """Checked `CompileOptions`.
+
+    `at_starts`: whether the scenes begin at the starts of a file, if any is named. `settle_scene` ignores them.
+    """
 
     num_scenes: int | None = None
     seed: int | None = None
     params: Mapping[str, Any] = field(default_factory=dict[str, Any])
     draws: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    starts: Path | None = None
     asset_roots: tuple[Path, ...] = ()
     allow_outside_assets: bool = False
     limits: Limits = field(default_factory=Limits)
+    at_starts: bool = True
 
     @classmethod
     def of(
@@ -66,6 +73,7 @@ class Options:
         seed: int | None = None,
         params: Mapping[str, Any] | None = None,
         draws: Mapping[str, Any] | None = None,
+        starts: str | PathLike[str] | None = None,
         asset_roots: Iterable[str | PathLike[str]] = (),
         allow_outside_assets: bool = False,
         limits: Mapping[str, int] | None = None,
@@ -84,6 +92,7 @@ class Options:
             None if seed is None else integer(seed, "seed", 0),
             dict(params or {}),
             dict(draws or {}),
+            None if starts is None else Path(starts),
             search_path(roots),
             bool(allow_outside_assets),
             make_limits(limits),

@@ -36,7 +36,9 @@ if TYPE_CHECKING:
 _MOST_VARIANTS: Final = 16
 """Maximum number of compilations with other options of the scene's parameters."""
 
-_FILE_KEYS: Final = frozenset(("file", "include", "map", "mjcf", "package_dir", "srdf", "texture", "urdf", "use"))
+_FILE_KEYS: Final = frozenset(
+    ("file", "include", "map", "mjcf", "package_dir", "srdf", "starts", "texture", "urdf", "use")
+)
 
 _PROSE_KEYS: Final = frozenset(("description", "name"))
 

@@ -68,11 +68,13 @@ class ReplayOptions(TypedDict, total=False):
     """Where a replay finds files. The passport has the other compile options.
 
     Attributes:
+        starts: as in `CompileOptions`, for a passport of a batch that was built with it.
         asset_roots: as in `CompileOptions`.
         allow_outside_assets: as in `CompileOptions`.
         limits: as in `CompileOptions`.
     """
 
+    starts: str | PathLike[str] | None
     asset_roots: Iterable[str | PathLike[str]]
     allow_outside_assets: bool
     limits: Mapping[str, int] | None

@@ -337,6 +337,9 @@ def _compile_input(
 
         plan = complete(replace(lowered, plan=plan), sink)
         clock.lap("place")
+    if options.at_starts and (options.starts is not None or whole[0].starts is not None) and plan is not None:
+        plan = _begin_at_starts(plan, *whole, found.document, scope, options, sink, placed=placed)
+        clock.lap("starts")
     if sink.silencings and plan is not None and (placed or not plan.placements):
         report_unused(sink, found.document.name, _is_of_compilation)
     provenance = _provenance(source, found.document, scope, whole and whole[1], options.draws)
@@ -349,6 +352,35 @@ def _compile_input(
         provenance,
         expansion=whole and whole[1],
     )
+
+
+def _begin_at_starts(
+    plan: ScenePlan,
+    scene: SceneFile,
+    expansion: Expansion | None,
+    document: Document,
+    scope: AssetScope,
+    options: Options,
+    sink: Sink,
+    *,
+    placed: bool,
+) -> ScenePlan | None:
+    """Returns a plan that begins at its starts; None after an error. If not `placed`, the file is only checked."""
+    from scenecc.starts.apply import apply_starts, compare_starts, find_starts
+    from scenecc.starts.fingerprint import fingerprint
+
+    origin = Origin(document.name, ("starts",))
+    if options.draws:
+        hint = "leave one of them out: the draws of a start are those that it was settled with"
+        sink.report("SC937", "`draws` cannot be given for scenes that begin at starts", origin, hint=hint)
+        return None
+    starts = find_starts(scene.starts, options.starts, origin, scope, options.limits.asset_bytes, sink)
+    if starts is None:
+        return None
+    compare_starts(starts, fingerprint(document, expansion, scope, plan), plan.num_scenes, plan.name, sink)
+    if sink.failed or not placed:
+        return None if sink.failed else plan
+    return apply_starts(plan, starts, sink)
 
 
 def _provenance(
@@ -523,7 +555,7 @@ def _decode_plan(found: Input, scope: AssetScope, limits: Limits, sink: Sink) ->
 
 def _matches_options(plan: ScenePlan, options: Options, sink: Sink) -> bool:
     """Checks that no option overrides a plan, which is final."""
-    for name in ("params", "draws"):
+    for name in ("params", "draws", "starts"):
         if getattr(options, name):
             message = f"a plan does not accept {name}: its values are final"
             sink.report("SC907", message, plan.origin or Location(None), hint="compile the scene file again")
@@ -581,6 +613,12 @@ def build_batch(
     """
     from scenecc.backends.sapien import instantiate
 
+    if plan.starts:
+        from scenecc.starts.apply import report_lacking
+
+        report_lacking(plan, scene_idxs, sink)
+        if sink.failed:
+            raise SceneError(sink.diagnostics())
     batch = instantiate(plan, sink, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress)
     if batch is None:
         raise SceneError(sink.diagnostics())

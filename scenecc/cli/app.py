@@ -24,6 +24,7 @@ COMMANDS: Final = (
     "validate",
     "check",
     "sweep",
+    "settle",
     "inspect",
     "render",
     "view",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Container, Mapping
 from enum import Enum
@@ -96,6 +97,15 @@ def _check_folders(roots: list[Path]) -> None:
         raise typer.BadParameter(visible(fault), param_hint="'--asset-root'")
 
 
+def _check_starts(file: str) -> None:
+    """Raises typer.BadParameter for a file of starts that does not exist."""
+    if not Path(file).is_file():
+        from scenecc.diagnostics.formats.style import visible
+
+        what = "is not a file" if os.path.lexists(file) else "does not exist"
+        raise typer.BadParameter(f"`{visible(file)}` {what}", param_hint="'--starts'")
+
+
 def parse_params(given: list[str] | None) -> dict[str, Any]:
     """Parses `["size=0.5"]` into a mapping; values are YAML on one line.
 
@@ -168,6 +178,10 @@ Params = Annotated[
         autocompletion=complete_setting,
     ),
 ]
+Starts = Annotated[
+    str | None,
+    typer.Option("--starts", metavar="FILE", help="Begin at the starts in this file, from `scenecc settle`."),
+]
 Camera = Annotated[
     str | None,
     typer.Option(
@@ -195,6 +209,7 @@ _COMPILE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "num_scenes": (NumScenes, None),
     "seed": (Seed, None),
     "params": (Params, None),
+    "starts": (Starts, None),
     "asset_roots": (AssetRoots, None),
     "allow_outside_assets": (AllowOutside, False),
     "limits": (Limits, None),
@@ -224,6 +239,8 @@ def takes_compile_options(
         options["limits"] = parse_limits(options["limits"])
         if "params" in taken:
             options["params"] = parse_params(options["params"])
+        if options.get("starts") is not None:
+            _check_starts(options["starts"])
         options["asset_roots"] = options["asset_roots"] or ()
         if options["asset_roots"]:
             _check_folders(options["asset_roots"])

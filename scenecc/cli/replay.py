@@ -122,4 +122,4 @@ def _serve(known: PassportContent, compiled: CompiledSource) -> None:
     scenecc.view_scene(compiled, look=look, ready=lambda url: print_out(f"{url}\n"))
 
 
-replay = takes_compile_options(replay, {"asset_roots", "allow_outside_assets", "limits"})
+replay = takes_compile_options(replay, {"starts", "asset_roots", "allow_outside_assets", "limits"})

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @partial(
     takes_compile_options,
-    names=("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits"),
+    names=("num_scenes", "params", "starts", "asset_roots", "allow_outside_assets", "limits"),
     others=CHECK_OPTIONS,
 )
 def validate(

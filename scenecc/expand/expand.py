@@ -561,7 +561,7 @@ PARAMS = "params"
 DRAWS = "draws"
 """File name in diagnostics about draws from the API or the command line."""
 
-_HEAD = ("scenecc", "name", "description", "num_scenes", "seed")
+_HEAD = ("scenecc", "name", "description", "num_scenes", "seed", "starts")
 
 
 def expand(

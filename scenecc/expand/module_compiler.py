@@ -320,7 +320,7 @@ _NO_BUDGET = ObjectBudget("SC604", "objects", "objects", 0)
 DocumentChain = tuple["SceneDocument", ...]
 """A chain of documents, each used by the one before, from the top."""
 
-_IGNORED_KEYS = ("physics", "environment", "num_scenes", "seed")
+_IGNORED_KEYS = ("physics", "environment", "num_scenes", "seed", "starts")
 """Keys of a prefab that apply only when it is compiled as a scene."""
 
 

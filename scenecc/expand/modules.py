@@ -24,7 +24,7 @@ MERGED_SECTIONS = (*NAME_SECTIONS, *SETTING_SECTIONS)
 EXPECT = "expect"
 """The section that is not merged: a module may have one per document."""
 
-TOP_LEVEL_KEYS = ("name", "description", "num_scenes", "seed")
+TOP_LEVEL_KEYS = ("name", "description", "num_scenes", "seed", "starts")
 """Keys that an included file cannot have."""
 
 

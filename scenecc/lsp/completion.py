@@ -62,6 +62,7 @@ SUFFIXES: Final[dict[Kind, tuple[str, ...]]] = {
     "SRDF file": (".srdf",),
     "mesh file": tuple(MESH_SUFFIXES),
     "image file": tuple(IMAGE_SUFFIXES),
+    "starts file": (".json",),
 }
 """Kind of file → its suffixes."""
 

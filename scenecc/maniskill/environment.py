@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
 from scenecc.backends.maniskill import compat
 from scenecc.backends.maniskill.compat import BaseEnv, CameraConfig, SceneBuilder, agents_by_uid, gym, look_at, torch
+from scenecc.diagnostics import Sink
 from scenecc.maniskill.load import episode_seeds, load_into, sim_config
+from scenecc.options import Options
+from scenecc.pipeline import compile_or_raise
 from scenecc.plan import ArticulationStructure
-from scenecc.scene import compile_scene, list_params
+from scenecc.scene import list_params
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -50,6 +54,7 @@ class YamlSceneBuilder(SceneBuilder):
         *,
         seed: int | None = None,
         params: Mapping[str, Any] | None = None,
+        starts: str | PathLike[str] | None = None,
         asset_roots: Iterable[str | PathLike[str]] = (),
         allow_outside_assets: bool = False,
         limits: Mapping[str, int] | None = None,
@@ -63,6 +68,7 @@ class YamlSceneBuilder(SceneBuilder):
             robot_init_qpos_noise: value of the file's parameter of this name, if it has one [rad].
             seed: seed of the values drawn at build time. None: that of the environment.
             params: as for `scenecc.CompileOptions`, like the following.
+            starts: as for `scenecc.CompileOptions`; made with as many scenes as there are environments.
             asset_roots: as for `scenecc.CompileOptions`.
             allow_outside_assets: as for `scenecc.CompileOptions`.
             limits: as for `scenecc.CompileOptions`.
@@ -82,6 +88,7 @@ class YamlSceneBuilder(SceneBuilder):
             "limits": limits,
         }
         self._params = dict(params or {})
+        self._starts = starts
         # If the file has no such parameter, a value other than the default is an error of the user, and is reported.
         if robot_init_qpos_noise != DEFAULT_QPOS_NOISE or _QPOS_NOISE_PARAM in {
             row.name for row in list_params(source, **self._files)
@@ -99,7 +106,8 @@ class YamlSceneBuilder(SceneBuilder):
         """
         _refuse_idxs(build_config_idxs)
         seed = episode_seeds(self.env, [0])[0] if self._seed is None else self._seed
-        self.loaded = load_into(self.env.scene, self._source, seed=seed, params=self._params, **self._files)
+        chosen = {"seed": seed, "params": self._params, "starts": self._starts}
+        self.loaded = load_into(self.env.scene, self._source, **chosen, **self._files)
         self.scene_objects = dict(self.loaded.actors)
         self.movable_objects = {
             name: actor for name, actor in self.scene_objects.items() if actor.px_body_type == "dynamic"
@@ -183,7 +191,7 @@ class YamlEnv(BaseEnv):
 
     @property
     def _default_sim_config(self) -> Any:
-        options = {name: value for name, value in self.scene_options.items() if name != "seed"}
+        options = {name: value for name, value in self.scene_options.items() if name not in {"seed", "starts"}}
         return sim_config(self.scene_yaml, control_freq=self.asked_control_freq, **options)
 
     @property
@@ -321,6 +329,7 @@ def register_env(
     robot_init_qpos_noise: float | None = None,
     seed: int | None = None,
     params: Mapping[str, Any] | None = None,
+    starts: str | PathLike[str] | None = None,
     asset_roots: Iterable[str | PathLike[str]] = (),
     allow_outside_assets: bool = False,
     limits: Mapping[str, int] | None = None,
@@ -345,6 +354,7 @@ def register_env(
         robot_init_qpos_noise: as for `YamlSceneBuilder`. None: its default.
         seed: as for `YamlSceneBuilder`.
         params: as for `scenecc.CompileOptions`, like the following.
+        starts: as for `YamlSceneBuilder`.
         asset_roots: as for `scenecc.CompileOptions`.
         allow_outside_assets: as for `scenecc.CompileOptions`.
         limits: as for `scenecc.CompileOptions`.
@@ -362,8 +372,10 @@ def register_env(
     # The file is read several times, and the roots may be an iterator.
     options: dict[str, Any] = {"params": params, "asset_roots": tuple(asset_roots)}
     options |= {"allow_outside_assets": allow_outside_assets, "limits": limits}
-    plan = compile_scene(scene_yaml, **options)
-    scene = {"scene_yaml": scene_yaml, "scene_options": {"seed": seed, **options, "params": dict(params or {})}}
+    # Starts are for as many scenes as there are environments, which is not known yet.
+    plan = compile_or_raise(scene_yaml, replace(Options.of(**options), at_starts=False), Sink()).plan
+    chosen = {"seed": seed, "starts": starts, **options, "params": dict(params or {})}
+    scene = {"scene_yaml": scene_yaml, "scene_options": chosen}
     robot = {"default_robot_uids": _normalize_uids(robot_uids), "noise": robot_init_qpos_noise}
     made = _make_environment_class(name, plan, **scene, **robot, asked_control_freq=control_freq)
     compat.register_env(name, max_episode_steps=max_episode_steps, override=override)(made)

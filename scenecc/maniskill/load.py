@@ -6,6 +6,7 @@ ManiSkill is not loaded before a scene has been checked.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from typing_extensions import Unpack
@@ -83,7 +84,8 @@ def sim_config(
     """
     sink = Sink()
     given = {"asset_roots": asset_roots, "allow_outside_assets": allow_outside_assets, "limits": limits}
-    options = Options.of_call(sim_config, {"params": params, **given})
+    # The file's own number of scenes does not matter here, so its starts may be for another one.
+    options = replace(Options.of_call(sim_config, {"params": params, **given}), at_starts=False)
     config = maniskill.plan_sim_config(compile_or_raise(source, options, sink).plan, sink, control_freq)
     if config is None:
         raise SceneError(sink.diagnostics())

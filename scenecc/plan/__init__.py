@@ -81,6 +81,7 @@ if TYPE_CHECKING:
     from scenecc.plan.scene import Physics as Physics
     from scenecc.plan.scene import ScenePlan as ScenePlan
     from scenecc.plan.scene import SdfConfig as SdfConfig
+    from scenecc.plan.scene import SettledStart as SettledStart
     from scenecc.plan.value import Value as Value
     from scenecc.plan.value import constant as constant
     from scenecc.plan.value import derived as derived
@@ -106,7 +107,7 @@ _MODULES: Final = {
         "AreaLight Camera CubeMap DirectionalLight Environment Intrinsic Light Orthographic Perspective "
         "PointLight Shadow SkyMap SpotLight TexturedLight"
     ),
-    "scene": "Entity GpuMemory Physics ScenePlan SdfConfig",
+    "scene": "Entity GpuMemory Physics ScenePlan SdfConfig SettledStart",
     "value": "Value constant derived literal per_scene recalled varying",
 }
 """Names by module. A module is loaded when one of its names is first accessed."""

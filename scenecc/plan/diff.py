@@ -463,6 +463,9 @@ def diff_plans(a: ScenePlan, b: ScenePlan) -> list[Difference]:
     for section in ("lights", "cameras", "placements"):
         found += _compare_sections(section, pair)
     found += _compare_expectations(a, b)
+    if a.starts != b.starts:
+        shown = (f"{len(plan.starts)} starts" for plan in (a, b))
+        found.append(Difference("changed", "plan", "", "starts", *shown))
     return found
 
 

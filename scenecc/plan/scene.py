@@ -154,13 +154,30 @@ def structure_type(structure: BodyStructure | ArticulationStructure) -> str:
 
 
 @frozen
+class SettledStart:
+    """Where the bodies of one scene came to rest with one seed.
+
+    Attributes:
+        seed: of all draws of the scene.
+        scene: index of the scene.
+        state: little-endian float32. For each entity of the scene that is not static, in build order, its pose (7,) and
+            the positions of its active joints.
+    """
+
+    seed: int
+    scene: int
+    state: bytes
+
+
+@frozen
 class ScenePlan:
     """A whole batch, ready to be instantiated or emitted.
 
     `entities` are in build order, which affects PhysX's trajectories. `draws` are the shared draws that recipes and
     expectations read, by name; each may read earlier ones. They include poses that recipes continue from
     (`shared_pose_name`). `placements` are in the order in which they are made. Constraints, lights and cameras are
-    built after the entities. `expectations` are not built.
+    built after the entities. `expectations` are not built. If there are `starts`, the scenes begin there; the poses and
+    joint positions of the entities are those that `seed` selects (`plan.starts`).
     """
 
     name: str
@@ -179,6 +196,7 @@ class ScenePlan:
     placements: tuple[Placement, ...] = ()
     expectations: tuple[Settled | NoOverlap | Condition, ...] = ()
     draws: tuple[tuple[str, Node], ...] = ()
+    starts: tuple[SettledStart, ...] = ()
     origin: Origin | None = field(default=None, compare=False)
 
 

@@ -135,6 +135,7 @@ PIXEL_BOUNDS = Bounds(1, 16384)
 
 _BOUNDS: dict[str, dict[str, Bounds]] = {
     "ScenePlan": {"num_scenes": Bounds(1), "seed": Bounds(0)},
+    "SettledStart": {"seed": Bounds(0)},
     "Physics": {
         **dict.fromkeys(("timestep", "contact_offset", "scene_spacing"), POSITIVE),
         **dict.fromkeys(("bounce_threshold", "sleep_threshold"), NON_NEGATIVE),

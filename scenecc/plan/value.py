@@ -174,6 +174,13 @@ class Value:
         """The same value, whose `samples` raise a DrawError: a fault of them was reported."""
         return varying(lambda: self.data, _raise_reported, self.scenes, bounds=_KnownBounds(self.bounds))
 
+    def with_data(self, data: NDArray[Any]) -> Value:
+        """The same value with other data, one row per scene."""
+        source = self._source
+        if not isinstance(source, _DrawSource) or source.recipe is None:
+            return per_scene(data, data.dtype)
+        return _value_of_source(data, _DrawSource(None, None, source.scenes, None, source.recipe))
+
     def with_recipe(self, recipe: Node, scenes: Sequence[int]) -> Value:
         """The same value with a recipe, one row per scene."""
         return varying(lambda: self.data, lambda: self.samples, scenes, bounds=lambda: self.bounds, recipe=recipe)

@@ -24,7 +24,7 @@ KEY_ORDER: Final[tuple[str, ...]] = tuple(
         r"\w+",
         """
     scenecc name description repeat if type use prefix with urdf mjcf variants pick
-    num_scenes seed params draws include physics environment ambient_light map
+    num_scenes seed starts params draws include physics environment ambient_light map
     materials collision_groups frames entities constraints lights cameras expect
     settled no_overlap holds after that because seconds within within_deg deeper_than except
     body_type scene_idxs hidden mount parent child pose fix_root_link

@@ -11,6 +11,7 @@ from scenecc.assets.errors import AssetError
 from scenecc.diagnostics.messages import show
 from scenecc.placing.bodies import UnsupportedShapeError
 from scenecc.plan.expect import Condition, NoOverlap, Settled
+from scenecc.plan.starts import StartTable
 from scenecc.simulation.bodies import poses
 from scenecc.simulation.findings import Finding, length_text
 from scenecc.simulation.observe import Observer
@@ -115,12 +116,15 @@ class ExpectationChecker:
         batch: a batch that was not stepped yet.
         moving: its moving bodies.
         used: collects the used exceptions of `settled`.
+        observer: its start is that of `tilt`; None: the batch's state now.
     """
 
-    def __init__(self, batch: SceneBatch, moving: list[MovingBody], used: set[Excuse]) -> None:
+    def __init__(
+        self, batch: SceneBatch, moving: list[MovingBody], used: set[Excuse], observer: Observer | None = None
+    ) -> None:
         self._batch = batch
         self._used = used
-        self._observer = Observer(batch)
+        self._observer = observer or Observer(batch)
         self._due: dict[int, list[Settled | Condition]] = {}
         for one in batch.plan.expectations:
             if isinstance(one, Settled):
@@ -223,7 +227,8 @@ class ExpectationChecker:
     def _draws(self, condition: Condition, scenes: list[int]) -> dict[str, list[Any]]:
         """Returns the values that do not depend on the simulation: draws, the scene and constants, a row per scene."""
         plan, count = self._batch.plan, len(scenes)
-        drawn = Batch(np.array(scenes, np.int64), plan.seed, plan.num_scenes, dict(plan.draws), {})
+        seed = tuple(StartTable(plan).seeds(scenes, [plan.seed] * count)) if plan.starts else plan.seed
+        drawn = Batch(np.array(scenes, np.int64), seed, plan.num_scenes, dict(plan.draws), {})
         found: dict[str, list[Any]] = {
             reading.name: drawn.shared(reading.of[0]).tolist()
             for reading in condition.readings

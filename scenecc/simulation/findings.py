@@ -66,6 +66,8 @@ def view_command(file: str, options: Options) -> str | None:
     of_environment = {*asset_roots(())}
     for folder in options.asset_roots:
         command += [] if folder in of_environment else ["--asset-root", str(folder)]
+    if options.starts is not None:
+        command += ["--starts", str(options.starts)]
     if options.allow_outside_assets:
         command.append("--allow-outside-assets")
     for name, limit in sorted(asdict(options.limits).items() - asdict(Limits()).items()):

@@ -193,7 +193,7 @@ class Excludes:
 
 
 NameKind = Literal["entity", "frame", "material", "group", "link", "joint", "member", "argument", "scene file",
-                   "URDF file", "MJCF file", "SRDF file", "mesh file", "image file"]  # fmt: skip
+                   "URDF file", "MJCF file", "SRDF file", "mesh file", "image file", "starts file"]  # fmt: skip
 """Kinds of named objects: an entity, frame or camera, or a link of one; a frame with a region; a material; a collision
 group; a link or joint of the entity itself; an object inside an instance; a parameter of a prefab; files."""
 
@@ -396,3 +396,5 @@ LinkName = Annotated[Text, NameRole("link")]
 SceneName = Annotated[Text, NameRole("scene file")]
 
 ImageName = Annotated[Text, NameRole("image file")]
+
+StartsName = Annotated[Text, NameRole("starts file")]

@@ -4,7 +4,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, WithJsonSchema
 
-from scenecc.spec.base import AnyText, Maybe, NewName, NonNegativeInt, PositiveInt, SceneName, SpecModel, Text, key
+from scenecc.spec.base import (
+    AnyText,
+    Maybe,
+    NewName,
+    NonNegativeInt,
+    PositiveInt,
+    SceneName,
+    SpecModel,
+    StartsName,
+    Text,
+    key,
+)
 from scenecc.spec.entities import Entity
 from scenecc.spec.nodes import LazyType
 from scenecc.spec.repetition import NewVariable, Variable
@@ -48,6 +59,9 @@ class SceneFile(SpecModel):
     description: Fixed[AnyText] = Field(default="", description="Description of the scene.")
     num_scenes: Fixed[PositiveInt] = Field(default=1, description="Number of parallel scenes.")
     seed: Fixed[NonNegativeInt] = Field(default=0, description="Seed of every draw.")
+    starts: Maybe[Fixed[StartsName]] = key(
+        "File of starts from `scenecc settle`, where the scenes begin.", examples=["starts.json"]
+    )
     params: dict[Variable, Param] = Field(
         default_factory=dict, description="Parameters of the file: name → default, or a mapping."
     )

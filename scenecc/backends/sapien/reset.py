@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import repeat
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS
 from scenecc.plan.scene import is_unnamed_draw
+from scenecc.plan.starts import StartTable
 from scenecc.variation.evaluation import Batch, to_field_rows
 from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type
 from scenecc.variation.node_bounds import BoundsAnalysis
@@ -70,6 +72,8 @@ class ResetSampler:
         }
         self._placed: list[_SampledField] = []
         self._recipes = [recipe for each in present for recipe in _sampled_fields(*each, objects[each[0].name])]
+        self._starts = StartTable(plan) if plan.starts else None
+        self._objects = objects
         if plan.placements:
             from scenecc.placing.at_reset import placed_members
 
@@ -86,9 +90,16 @@ class ResetSampler:
             given: replaces shared draws: name → one row for each scene, in their order.
 
         Raises:
-            ValueError: a given value has the wrong type or shape for its draw.
+            ValueError: a given value has the wrong type or shape for its draw, or the scenes begin at starts and values
+                are given, or a scene has no start.
         """
         whole = self._expand_given(given, scene_idxs)
+        if self._starts is not None:
+            if given:
+                raise ValueError(
+                    "draws cannot be given: the scenes begin at starts, which have their own draws"
+                )
+            seeds = self._starts.seeds(scene_idxs, seeds)
         chosen = sorted(scene_idxs)
         seed_of = dict(zip(scene_idxs, seeds, strict=True))
         one = seeds[0] if len(set(seeds)) == 1 else tuple(seed_of[index] for index in chosen)
@@ -113,7 +124,23 @@ class ResetSampler:
             for recipe in self._placed:
                 if recipe.entity in found:
                     _sample_field(recipe, batch, found[recipe.entity])
+        if self._starts is not None:
+            self._begin_at_starts(self._starts, batch, found)
         return found
+
+    def _begin_at_starts(self, starts: StartTable, batch: Batch, found: Mapping[str, AnyState]) -> None:
+        """Sets the poses and joint positions of the starts, at rest."""
+        seeds = repeat(batch.seed) if isinstance(batch.seed, int) else batch.seed
+        row_of = {name: {index: row for row, index in enumerate(state.scene_idxs)} for name, state in found.items()}
+        for scene, seed in zip(batch.scenes.tolist(), seeds, strict=False):
+            for (entity, *_), pose, qpos in starts.states(scene, seed):
+                state, row = found[entity.name], row_of[entity.name][scene]
+                state.pose[row], state.linear_velocity[row], state.angular_velocity[row] = pose, 0, 0
+                if isinstance(state, ArticulationState):
+                    objects = self._objects[entity.name]
+                    assert isinstance(objects, ArticulationObjects)
+                    columns = objects.columns[objects.row_of[scene]]
+                    state.qpos[row, columns], state.qvel[row, columns] = qpos, 0
 
     def _expand_given(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Expands values for some scenes to arrays for all scenes, which the draws need."""

@@ -1,0 +1,73 @@
+"""`scenecc settle`."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from scenecc.cli.check import parse_seconds, parse_seeds
+from scenecc.cli.options import Format, FormatOption, SceneArgument, takes_compile_options
+from scenecc.cli.output import STDOUT, end, print_out, progress, scene_errors, usage_error, write_files
+from scenecc.cli.paths import checked_source
+from scenecc.cli.tables import escape_text
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Diagnostic
+
+_OPTIONS: Final = ("num_scenes", "seed", "params", "asset_roots", "allow_outside_assets", "limits")
+"""The compile options without `starts`, which this command makes."""
+
+
+@partial(takes_compile_options, names=_OPTIONS)
+def settle(
+    scene: SceneArgument,
+    *,
+    output: Annotated[str, typer.Option("--output", "-o", metavar="STARTS.json", help="Write the starts here.")],
+    seeds: Annotated[
+        Any, typer.Option("--seeds", metavar="A:B", parser=parse_seeds, help="Settle with each seed from A to B-1.")
+    ] = None,
+    seconds: Annotated[
+        float,
+        typer.Option("--seconds", metavar="SECONDS", parser=parse_seconds, help="Longest time to simulate."),
+    ] = 10.0,
+    form: FormatOption = Format.text,
+    options: dict[str, Any],
+) -> None:
+    """Simulate scenes until they rest, and write where, as starts.
+
+    With `starts: STARTS.json` in the scene, or --starts, its scenes begin there. Scenes that do not rest within the
+    given time, or that break `expect` when they begin at their start, are dropped and counted.
+
+    \b
+    Examples:
+      scenecc settle scenes/clutter.yaml -o starts.json
+      scenecc settle scenes/clutter.yaml --seeds 0:100 -o starts.json
+      scenecc settle scenes/clutter.yaml --num-scenes 16 --seeds 0:20 --seconds 5 -o starts.json
+    """
+    import scenecc
+
+    if seeds is not None and options["seed"] is not None:
+        raise typer.BadParameter("it cannot be combined with --seed", param_hint="'--seeds'")
+    if seconds <= 0:
+        raise typer.BadParameter("it must be above 0", param_hint="'--seconds'")
+    if output == STDOUT or not output.lower().endswith(".json"):
+        raise typer.BadParameter("it must be a file NAME.json", param_hint="'--output'")
+    source = checked_source(scene, output, form)
+    with scene_errors(options, form), progress("settle") as show:
+        made = scenecc.settle_scene(source, seeds=seeds, seconds=seconds, progress=show, **options)
+    found: list[Diagnostic] = list(made.diagnostics)
+    if made.kept:
+        try:
+            reason = write_files(output, made.files(Path(output).name), folder=False)
+        except ImportError as error:
+            reason = "SC813", f"starts above 1 MB need pyarrow: {error}; pip install 'scenecc[sweep]'"
+        if reason is not None:
+            end([*found, usage_error(*reason, file=output)], form)
+    else:
+        found.append(usage_error("SC937", f"no scene has a start: {made.summary()}", file=scene))
+    if form is Format.text:
+        print_out(f"{escape_text(made.summary())}\n")
+    end(found, form)

@@ -1,0 +1,205 @@
+"""Writes and reads files of starts: JSON, with the rows in a Parquet table beside it above 1 MB."""
+
+from __future__ import annotations
+
+import io
+import json
+from hashlib import sha256
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from scenecc.diagnostics.messages import show
+from scenecc.files import TooLongError, read_at_most
+from scenecc.version import VERSION
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+LARGEST_INLINE: Final = 1_000_000
+"""Bytes of rows in the JSON itself. More are in a table beside it."""
+
+Index = Annotated[int, Field(ge=0)]
+Pose = Annotated[list[float], Field(min_length=7, max_length=7)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+class StartRecord(_Strict):
+    """One start.
+
+    Attributes:
+        seed, scene: the scene, and the seed of all its draws.
+        poses: entity → p [m], q (wxyz), in the world of the scene.
+        joints: articulation → joint → position [m, rad].
+        draws: what was drawn again for this start: path → value. For readers; a build draws it from the seed.
+    """
+
+    seed: Index
+    scene: Index
+    poses: dict[str, Pose]
+    joints: dict[str, dict[str, float]] = {}
+    draws: dict[str, Any] = {}
+
+
+class StartsFile(_Strict):
+    """The content of a file of starts.
+
+    Attributes:
+        scene: name of the scene.
+        num_scenes: number of scenes that were built with each seed.
+        made_from: result of `fingerprint.fingerprint`.
+        rows: the starts, by seed and scene.
+    """
+
+    scene: str
+    num_scenes: Annotated[int, Field(ge=1)]
+    made_from: dict[str, dict[str, Any]]
+    rows: list[StartRecord]
+
+
+class InvalidStartsError(Exception):
+    """A file is not a file of starts, or is damaged."""
+
+
+def short_floats(numbers: Any) -> list[float]:
+    """Returns float32 numbers as the shortest decimals that give them."""
+    return [float(str(number)) for number in np.asarray(numbers, np.float32)]
+
+
+def starts_files(content: StartsFile, name: str) -> dict[str, bytes]:
+    """Returns the files of starts by name: the JSON, and the table if the rows are large.
+
+    Args:
+        content: the starts.
+        name: file name of the JSON.
+
+    Raises:
+        ImportError: the rows are large, and pyarrow is not installed.
+    """
+    rows = [row.model_dump() for row in content.rows]
+    head = {"scenecc_starts": 1, **content.model_dump(exclude={"rows"})}
+    lines = [_dumps(row) for row in rows]
+    if sum(map(len, lines)) <= LARGEST_INLINE:
+        digest = _digest({**head, "rows": rows})
+        members = [f'"{key}": {_dumps(item)}' for key, item in head.items()]
+        members += [f'"sha256": "{digest}"', '"rows": [\n  ' + ",\n  ".join(lines) + "\n ]"]
+        return {name: ("{\n " + ",\n ".join(members) + "\n}\n").encode()}
+    table = _table_bytes(rows)
+    head |= {"table": f"{Path(name).stem}.parquet", "table_sha256": sha256(table).hexdigest()}
+    text = json.dumps({**head, "sha256": _digest(head)}, indent=1, ensure_ascii=False)
+    return {name: f"{text}\n".encode(), head["table"]: table}
+
+
+def read_starts(path: Path, find: Callable[[str], Path], most: int) -> StartsFile:
+    """Reads a file of starts.
+
+    Args:
+        path: of the JSON.
+        find: returns the path of the table from its name.
+        most: maximum size of each file [bytes].
+
+    Raises:
+        InvalidStartsError: it is not a file of starts, or was edited or cut.
+        OSError: it cannot be read.
+    """
+    data = _read_json(path, most)
+    digest = data.pop("sha256", None)
+    if digest != _digest(data):
+        raise InvalidStartsError("it was changed or cut off after `scenecc settle` wrote it")
+    if "table" in data:
+        table, known = data.pop("table"), data.pop("table_sha256", None)
+        if not isinstance(table, str) or table != Path(table).name:
+            raise InvalidStartsError("`table` is not the name of a file beside it")
+        content = read_at_most(find(table), most)
+        if sha256(content).hexdigest() != known:
+            raise InvalidStartsError(f"its table `{table}` is another one, or was changed or cut off")
+        data["rows"] = _table_rows(content)
+    del data["scenecc_starts"]
+    try:
+        return StartsFile.model_validate(data)
+    except ValidationError as error:
+        where = ".".join(map(str, error.errors(include_url=False)[0]["loc"]))
+        raise InvalidStartsError(f"`{where}` is not what `scenecc settle` writes") from None
+
+
+def _read_json(path: Path, most: int) -> dict[str, Any]:
+    try:
+        data: Any = json.loads(read_at_most(path, most), object_pairs_hook=_unique, parse_constant=_refuse)
+    except TooLongError as error:
+        raise InvalidStartsError(str(error.strerror)) from None
+    except (ValueError, RecursionError):
+        raise InvalidStartsError("it is not JSON that `scenecc settle` wrote") from None
+    if not isinstance(data, dict) or "scenecc_starts" not in data:
+        raise InvalidStartsError("it has no key `scenecc_starts`")
+    number: Any = data["scenecc_starts"]
+    if type(number) is not int or number != 1:
+        raise InvalidStartsError(f"it has version {show(number)}, and scenecc {VERSION} reads version 1")
+    return data
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a key occurs twice")
+    return found
+
+
+def _refuse(word: str) -> None:
+    raise ValueError(word)
+
+
+def _dumps(data: Any) -> str:
+    return json.dumps(data, ensure_ascii=False)
+
+
+def _digest(data: Any) -> str:
+    return sha256(json.dumps(data, separators=(",", ":"), sort_keys=True).encode()).hexdigest()
+
+
+def _table_bytes(rows: Sequence[dict[str, Any]]) -> bytes:
+    """Returns the rows as a Parquet table: poses and joint positions as lists of float32, draws as JSON."""
+    pa, pq = import_module("pyarrow"), import_module("pyarrow.parquet")
+    number = pa.float32()
+    pose = pa.struct([("name", pa.string()), ("pose", pa.list_(number, 7))])
+    joint = pa.struct([("name", pa.string()), ("joint", pa.string()), ("position", number)])
+    columns = {
+        "seed": pa.array([str(row["seed"]) for row in rows], pa.string()),
+        "scene": pa.array([row["scene"] for row in rows], pa.int32()),
+        "poses": pa.array([[{"name": n, "pose": p} for n, p in row["poses"].items()] for row in rows], pa.list_(pose)),
+        "joints": pa.array(
+            [
+                [
+                    {"name": name, "joint": one, "position": position}
+                    for name, positions in row["joints"].items()
+                    for one, position in positions.items()
+                ]
+                for row in rows
+            ],
+            pa.list_(joint),
+        ),
+        "draws": pa.array([json.dumps(row["draws"]) for row in rows], pa.string()),
+    }
+    stream = io.BytesIO()
+    pq.write_table(pa.table(columns), stream, version="2.6", compression="zstd")
+    return stream.getvalue()
+
+
+def _table_rows(content: bytes) -> list[dict[str, Any]]:
+    try:
+        pq: Any = import_module("pyarrow.parquet")
+    except ImportError:
+        raise InvalidStartsError("its table needs pyarrow: pip install 'scenecc[sweep]'") from None
+    rows: list[dict[str, Any]] = []
+    for row in pq.read_table(io.BytesIO(content)).to_pylist():
+        joints: dict[str, dict[str, float]] = {}
+        for one in row["joints"]:
+            joints.setdefault(one["name"], {})[one["joint"]] = one["position"]
+        poses = {one["name"]: one["pose"] for one in row["poses"]}
+        rows.append({"seed": int(row["seed"]), "scene": row["scene"], "poses": poses, "joints": joints})
+    return rows
