@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
@@ -19,13 +20,15 @@ from scenecc.cli.output import Status, print_err, print_findings, print_json, pr
 from scenecc.cli.paths import STDIN, Found
 from scenecc.cli.settings import RULE_PREFIX, SettingsFinder, code_fault
 from scenecc.files import open_regular
+from scenecc.simulation.summary import simulated_text
 
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
     from scenecc.diagnostics import Diagnostic
+    from scenecc.simulation.summary import Checked, Simulated
     from scenecc.source.paths import PathCache
 
-Check = Callable[[str, "Mapping[str, Rule]", "PathCache | None"], "list[Diagnostic]"]
+Check = Callable[[str, "Mapping[str, Rule]", "PathCache | None"], "Checked"]
 """Checks a file with house rules, and records the files that it reads in the last argument."""
 
 _SHARD: Final = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
@@ -129,7 +132,7 @@ def run_checks(
     diagnostics = [*found.faults(), *choose_files(found, asked["changed_since"], asked["shard"], cache)]
     settings = {file: finder.of(file) for file in found.files}
 
-    def find(file: str) -> list[Diagnostic]:
+    def find(file: str) -> Checked:
         rules = settings[file].rules or {}
         # It is not known which files the rules of other packages read.
         if rules or not asked["cache"] or file == STDIN:
@@ -137,8 +140,10 @@ def run_checks(
         return cache.findings(file, lambda memory: check(file, rules, memory))
 
     worst = status(diagnostics)
+    simulated: dict[str, Simulated | None] = {}
     for file, here in find_in_each(found.files, asked["jobs"] or 0, command, find):
-        wanted = settings[file].apply(parts.without_lacks(file, here), file)
+        wanted = settings[file].apply(parts.without_lacks(file, here.diagnostics), file)
+        simulated[file] = here.simulated
         worst = max(worst, status(wanted, strict=settings[file].strict))
         diagnostics += wanted
     worst = max(worst, status(finder.faults), Status.fine)
@@ -146,9 +151,11 @@ def run_checks(
     if asked["statistics"]:
         print_statistics(Counter((one.code, one.severity) for one in diagnostics), form)
     else:
-        print_findings(diagnostics, form, files=found.files, corrections=corrections)
+        listed = {file: one and asdict(one) for file, one in simulated.items()} if command == "check" else None
+        print_findings(diagnostics, form, files=found.files, corrections=corrections, simulated=listed)
     if form is Format.text:
-        print_err(found.counts())
+        of_engine = f"; {simulated_text(simulated.values())}" if command == "check" and simulated else ""
+        print_err(f"{found.counts()}{of_engine}\n")
     raise typer.Exit(worst)
 
 
