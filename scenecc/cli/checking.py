@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from functools import cached_property
@@ -20,7 +20,6 @@ from scenecc.cli.output import Status, print_err, print_findings, print_json, pr
 from scenecc.cli.paths import STDIN, Found
 from scenecc.cli.settings import RULE_PREFIX, SettingsFinder, code_fault
 from scenecc.files import open_regular
-from scenecc.simulation.summary import simulated_text
 
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
@@ -154,9 +153,24 @@ def run_checks(
         listed = {file: one and asdict(one) for file, one in simulated.items()} if command == "check" else None
         print_findings(diagnostics, form, files=found.files, corrections=corrections, simulated=listed)
     if form is Format.text:
-        of_engine = f"; {simulated_text(simulated.values())}" if command == "check" and simulated else ""
+        of_engine = f"; {_simulated_text(simulated.values())}" if command == "check" and simulated else ""
         print_err(f"{found.counts()}{of_engine}\n")
     raise typer.Exit(worst)
+
+
+def _simulated_text(files: Iterable[Simulated | None]) -> str:
+    """Returns what was simulated of all files: `4 scenes, seed 7, 1 s simulated`."""
+    from scenecc.diagnostics.messages import index_ranges
+
+    found = [one for one in files if one is not None]
+    scenes = sum(one.scenes for one in found)
+    if not scenes:
+        return "nothing simulated"
+    seeds = sorted({seed for one in found for seed in one.seeds})
+    several = f"seeds {index_ranges(seeds)}" if len(seeds) > 1 else f"seed {seeds[0]}"
+    times = sorted({one.seconds for one in found})
+    time = f"{times[0]:g} to {times[-1]:g} s" if len(times) > 1 else f"{times[0]:g} s" if times[0] else "1 step"
+    return f"{scenes} scene{'' if scenes == 1 else 's'}, {several}, {time} simulated"
 
 
 def print_statistics(counts: Counter[tuple[str, str]], form: Format) -> None:

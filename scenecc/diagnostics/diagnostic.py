@@ -243,6 +243,9 @@ def _given_nowhere(_origin: Origin) -> tuple[Origin, ...]:
 _USERS = 10
 """Maximum number of listed nodes that reference the same file."""
 
+IN_PREFAB: Final = "the place in the prefab"
+"""Message of the related place of a finding that is placed at the `use` of its prefab."""
+
 _STOPPED = "SC016"
 """The code that replaces all errors beyond the maximum."""
 
@@ -490,7 +493,7 @@ class Sink:
             return found
         location = self._location(uses[-1], "value")
         others = (other for other in found.related if other.location != location)
-        related = (Related("the place in the prefab", found.location), *others)
+        related = (Related(IN_PREFAB, found.location), *others)
         return replace(found, location=location, path=dotted(uses[-1].path), related=related)
 
     def _location(self, place: Origin | Location, at: At) -> Location:

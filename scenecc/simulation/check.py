@@ -23,6 +23,7 @@ from scenecc.options import CompileOptions, Options, check_types, integer
 from scenecc.pipeline import CHECK_TYPES, as_plan, build_batch, compile_source, read_input
 from scenecc.simulation.bodies import moving_bodies
 from scenecc.simulation.bounds import scenes_in_doubt
+from scenecc.simulation.energy import EnergyWatch
 from scenecc.simulation.expect import (
     ExpectationChecker,
     expectation_origins,
@@ -246,6 +247,7 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     yield from weak_drives(batch)
     yield from long_steps(batch, moving)
     positions = joint_positions(batch)
+    energy = EnergyWatch(batch)
     doubted = {*scenes_in_doubt(batch, rules.least), *uneven_scenes(moving)}
     batch.step(1)
     contacts = batch.contacts(scene_idxs=doubted)
@@ -253,7 +255,7 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     yield from overlaps(contacts, batch.plan, rules)
     yield from mass_ratios(batch, moving, contacts)
     if settle or checker:
-        yield from simulate(batch, moving, settle, rules, checker)
+        yield from simulate(batch, moving, energy, settle, rules, checker)
 
 
 def origins_of(plan: ScenePlan) -> dict[str, Origin | None]:

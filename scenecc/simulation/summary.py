@@ -1,15 +1,11 @@
-"""What `check` has simulated of a file, and the text of several files."""
+"""The result of checking a file: its findings, and what was simulated of it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from scenecc.diagnostics.messages import index_ranges
-
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from scenecc.diagnostics import Diagnostic
 
 
@@ -34,16 +30,3 @@ class Checked:
 
     diagnostics: list[Diagnostic] = field(default_factory=list["Diagnostic"])
     simulated: Simulated | None = None
-
-
-def simulated_text(files: Iterable[Simulated | None]) -> str:
-    """Returns what was simulated of all files: `4 scenes, seed 7, 1 s simulated`."""
-    found = [one for one in files if one is not None]
-    scenes = sum(one.scenes for one in found)
-    if not scenes:
-        return "nothing simulated"
-    seeds = sorted({seed for one in found for seed in one.seeds})
-    several = f"seeds {index_ranges(seeds)}" if len(seeds) > 1 else f"seed {seeds[0]}"
-    times = sorted({one.seconds for one in found})
-    time = f"{times[0]:g} to {times[-1]:g} s" if len(times) > 1 else f"{times[0]:g} s" if times[0] else "1 step"
-    return f"{scenes} scene{'' if scenes == 1 else 's'}, {several}, {time} simulated"
