@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -17,7 +18,7 @@ from scenecc.cli.paths import find_files, source_of
 
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
-    from scenecc.diagnostics import Diagnostic
+    from scenecc.simulation.summary import Checked
     from scenecc.source.paths import PathCache
 
 _SEEDS: Final = re.compile(r"([0-9]{1,18}):([0-9]{1,18})")
@@ -88,9 +89,9 @@ def check(
     # Many files get a separate process: SAPIEN keeps some memory of every scene, and can crash its process.
     others["jobs"] = others["jobs"] or int(len(found.files) > 1)
 
-    def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
+    def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> Checked:
         with progress("check", where=others["jobs"] == 0) as show:
             here = check_source(source_of(file), asked, settle, seeds, rules=rules, progress=show, memory=memory)
-        return of_settings(here, asked.params)
+        return replace(here, diagnostics=of_settings(here.diagnostics, asked.params))
 
     run_checks("check", found, others, (asked, settle, seeds), check_file, form=form)

@@ -16,6 +16,7 @@ from typing import Any, Final
 from scenecc.diagnostics import Diagnostic
 from scenecc.diagnostics.diagnostic import Fix, Location, Related
 from scenecc.files import State, cache_folder, keep_result, read_result, state_now
+from scenecc.simulation.summary import Checked, Simulated
 from scenecc.source.paths import PathCache
 from scenecc.source.provenance import content_hash
 from scenecc.version import VERSION
@@ -41,7 +42,7 @@ class FindingsCache:
     options: Any
     _folder: Path = field(default_factory=lambda: cache_folder(_KIND))
 
-    def findings(self, file: str, find: Callable[[PathCache], list[Diagnostic]]) -> list[Diagnostic]:
+    def findings(self, file: str, find: Callable[[PathCache], Checked]) -> Checked:
         """Returns the cached findings of a file, or calls `find` and caches its result. `find` records the files that
         it reads.
         """
@@ -75,22 +76,21 @@ class FindingsCache:
         installed = [(path, state_now(path)) for path in sys.path if path.endswith("-packages")]
         return sha256(repr((VERSION, sys.version, own, installed, self.command, self.options)).encode()).hexdigest()
 
-    def _read_kept(self, entry: Path) -> list[Diagnostic] | None:
+    def _read_kept(self, entry: Path) -> Checked | None:
         kept = read_result(entry)
         if kept is None:
             return None
         record = json.loads(kept)
         if all(_is_same(*file) for file in record["files"]) and not any(map(os.path.lexists, record["missing"])):
-            return [_diagnostic(one) for one in record["diagnostics"]]
+            simulated = record["simulated"] and Simulated(**record["simulated"])
+            return Checked([_diagnostic(one) for one in record["diagnostics"]], simulated)
         return None
 
-    def _keep(
-        self, entry: Path, started: int, files: Iterable[Path], missing: Iterable[Path], found: list[Diagnostic]
-    ) -> None:
+    def _keep(self, entry: Path, started: int, files: Iterable[Path], missing: Iterable[Path], found: Checked) -> None:
         record = {
             "files": [[str(path), _settled_state(path, started), content_hash(path)] for path in files],
             "missing": sorted(map(str, missing)),
-            "diagnostics": [asdict(one) for one in found],
+            **asdict(found),
         }
         keep_result(entry, json.dumps(record).encode())
 

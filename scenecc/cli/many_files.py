@@ -15,6 +15,7 @@ from scenecc.cli.options import Format, at_least
 from scenecc.cli.output import counted, end, print_out, progress, usage_error
 from scenecc.cli.paths import STDIN, Found
 from scenecc.jobs import Died, completed
+from scenecc.simulation.summary import Checked
 
 if TYPE_CHECKING:
     from scenecc.cli.findings_cache import FindingsCache
@@ -86,15 +87,15 @@ def choose_files(
 
 
 def find_in_each(
-    files: Sequence[str], jobs: int, label: str, find: Callable[[str], list[Diagnostic]]
-) -> Iterator[tuple[str, list[Diagnostic]]]:
-    """Yields each file, in order, with its findings.
+    files: Sequence[str], jobs: int, label: str, find: Callable[[str], Checked]
+) -> Iterator[tuple[str, Checked]]:
+    """Yields each file, in order, with its result.
 
     Args:
         files: the files.
         jobs: number of processes; 0: only this one.
         label: label of the progress bar.
-        find: returns the findings of one file.
+        find: checks one file.
     """
     if jobs:
         # Before the processes fork, so that they share it.
@@ -102,7 +103,7 @@ def find_in_each(
 
         validate(_SMALL)
     for file, result in zip(files, run_each(find, files, jobs, label), strict=True):
-        yield file, [_death(file, result)] if isinstance(result, Died) else result
+        yield file, Checked([_death(file, result)]) if isinstance(result, Died) else result
 
 
 def are_many(paths: Sequence[str]) -> bool:

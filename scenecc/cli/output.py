@@ -238,6 +238,7 @@ def print_findings(
     *,
     files: Sequence[str] = (),
     corrections: Sequence[Diagnostic] | None = None,
+    simulated: Mapping[str, Mapping[str, object] | None] | None = None,
 ) -> None:
     """Prints diagnostics that are the result of the command, on standard output.
 
@@ -246,13 +247,14 @@ def print_findings(
         form: format of the output.
         files: files that were checked.
         corrections: as in `render`.
+        simulated: as in `render`.
     """
     if form is Format.text and not diagnostics:
         return  # nothing to print, so load nothing
     from scenecc.diagnostics.formats import render, wants_color
 
     color = wants_color(sys.stdout)
-    print_out(render(diagnostics, form.value, color=color, files=files, corrections=corrections))
+    print_out(render(diagnostics, form.value, color=color, files=files, corrections=corrections, simulated=simulated))
 
 
 def print_asides(diagnostics: Sequence[Diagnostic], form: Format = Format.text) -> None:

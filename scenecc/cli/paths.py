@@ -99,10 +99,10 @@ class Found:
         ]
 
     def counts(self) -> str:
-        """Returns a line with the numbers of files checked and not checked."""
+        """Returns the numbers of files checked and not checked, as text."""
         skipped = len(self.skipped)
         others = [f"{_files(skipped, 'other file')} skipped"] if skipped else []
-        return ", ".join([f"{_files(len(self.files), 'file')} checked", *self.left_out, *others]) + "\n"
+        return ", ".join([f"{_files(len(self.files), 'file')} checked", *self.left_out, *others])
 
 
 def find_files(paths: list[str], *, scenes_only: bool = False, kind: Kind | None = None) -> Found:

@@ -76,10 +76,14 @@ class ProjectSettings:
         ]
 
     def _is_wanted(self, found: Diagnostic, scene: str) -> bool:
+        from scenecc.diagnostics.diagnostic import IN_PREFAB
+
         selected = 0 if self.select is None else _longest(found.code, self.select)
         ignored = _longest(found.code, self.ignore)
+        places = (found.location, *(other.location for other in found.related if other.message == IN_PREFAB))
+        files = {scene, *(place.file for place in places if place.file)}
         for pattern, codes in (self.per_file_ignores or {}).items():
-            if any(fnmatchcase(self._relative(file), pattern) for file in {scene, found.file or scene}):
+            if any(fnmatchcase(self._relative(file), pattern) for file in files):
                 ignored = max(ignored, _longest(found.code, codes))
         return selected > ignored
 

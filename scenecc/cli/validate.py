@@ -14,6 +14,7 @@ from scenecc.cli.corrections import corrected, summary
 from scenecc.cli.options import Format, FormatOption, takes_compile_options
 from scenecc.cli.output import of_settings, print_err
 from scenecc.cli.paths import STDIN, find_files, source_of
+from scenecc.simulation.summary import Checked
 
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
@@ -68,8 +69,8 @@ def validate(
     asked = Options.of(**options)
     found = find_files(paths, scenes_only=scenes_only)
 
-    def check(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
-        return of_settings(validate_source(source_of(file), asked, rules, memory), asked.params)
+    def check(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> Checked:
+        return Checked(of_settings(validate_source(source_of(file), asked, rules, memory), asked.params))
 
     if not (fix or diff):
         run_checks("validate", found, others, asked, check, form=form)
@@ -89,17 +90,17 @@ def _correct(
     file: str,
     rules: Mapping[str, Rule],
     memory: PathCache | None,
-) -> list[Diagnostic]:
+) -> Checked:
     """Checks and corrects a file. `made`: collects the corrections; None: they are printed, not written."""
     here = check(file, rules, memory)
-    better = corrected(file, options) if any(one.fix for one in here) else None
+    better = corrected(file, options) if any(one.fix for one in here.diagnostics) else None
     if better is None:
         return here
     if made is None:
         print_err(better.diff())
         return here
     if (fault := better.write()) is not None:
-        return [fault, *here]
+        return Checked([fault, *here.diagnostics])
     made += better.corrections
     return check(file, rules, memory)
 

@@ -243,6 +243,9 @@ def _given_nowhere(_origin: Origin) -> tuple[Origin, ...]:
 _USERS = 10
 """Maximum number of listed nodes that reference the same file."""
 
+IN_PREFAB: Final = "the place in the prefab"
+"""Message of the related place of a finding that is placed at the `use` of its prefab."""
+
 _STOPPED = "SC016"
 """The code that replaces all errors beyond the maximum."""
 
@@ -287,6 +290,7 @@ class Sink:
         overridden: finds where keys of a node are overridden. Set by the pipeline.
         parent: the node that includes the document being read; the document's locations do not contain it.
         silencings: comments that silence findings, of all files read.
+        at_use: whether findings in a prefab are placed at its outermost `use`, with a note in the prefab.
     """
 
     def __init__(self, locate: Locator = nowhere) -> None:
@@ -297,6 +301,7 @@ class Sink:
         self._misgiven: dict[tuple[str, tuple[Origin, ...]], Origin] = {}
         self.parent: Origin | None = None
         self.silencings: Silencings = {}
+        self.at_use = False
         self._reports: list[_Report] = []
         self._seen: set[tuple[str, str, Origin | Location]] = set()
         self._failed = False
@@ -456,10 +461,14 @@ class Sink:
         A warning about a sample is left out if its place has an error too, of other scenes.
         """
         failed = {report.place for report in self._reports if report.severity == "error"}
-        kept = (one for one in self._reports if one.code not in _OF_SAMPLES or one.place not in failed)
+        kept = [one for one in self._reports if one.code not in _OF_SAMPLES or one.place not in failed]
         found = [self._resolve(report) for report in kept]
+        reports = dict(zip(found, kept, strict=True)) if self.at_use else {}
         if self.silencings:
             found = without_silenced(found, self.silencings)
+        if self.at_use:
+            # A comment may be in the prefab or at its use.
+            found = without_silenced([self._at_use(one, reports[one]) for one in found], self.silencings)
         return sorted(found, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
 
     def _resolve(self, report: _Report) -> Diagnostic:
@@ -477,6 +486,15 @@ class Sink:
             ),
             fix=report.fix and Fix(self._location(report.place, report.fix[0]), report.fix[1]),
         )
+
+    def _at_use(self, found: Diagnostic, report: _Report) -> Diagnostic:
+        uses = [user for user in chain_of(report.parent) if user.path[-1:] == ("use",)]
+        if not uses:
+            return found
+        location = self._location(uses[-1], "value")
+        others = (other for other in found.related if other.location != location)
+        related = (Related(IN_PREFAB, found.location), *others)
+        return replace(found, location=location, path=dotted(uses[-1].path), related=related)
 
     def _location(self, place: Origin | Location, at: At) -> Location:
         if isinstance(place, Origin):

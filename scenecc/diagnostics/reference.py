@@ -89,10 +89,13 @@ usage; its path is the argument or option (`camera`, `--camera`).
   `message`, `file`, `line`, `column`, `end_column` (after the last), `path`, `hint` and `related` (a list of
   `message`, `file`, `line`, `column` and `end_column`). Unknown values are `null`. ASCII only.
   With `--fix` it also has `corrections`, a list of the corrected findings, each with the written text (`wrote`).
+  With `check`, it has `simulated`: for each file `scenes` (with each seed), `seeds` and `seconds` (0: only the first
+  step), or `null` if nothing was simulated.
 - `github`, for GitHub Actions: one workflow command per line (`::error file=…,line=…::…`), which annotates a pull
   request.
 - `gitlab`, for GitLab: a Code Quality report.
-- `junit`, for test reports: one test case per file.
+- `junit`, for test reports: one test case per checked file. Findings in a file that it uses or includes are among
+  its own.
 - `sarif`, for code scanning and editors: SARIF 2.1.0. Files are relative to `%SRCROOT%`, the working directory.
 """
 

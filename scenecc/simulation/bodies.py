@@ -66,6 +66,13 @@ def gravity_of(plan: ScenePlan) -> Floats:
     return np.array(plan.physics.gravity or (0.0, 0.0, -9.81))
 
 
+def up_of(plan: ScenePlan) -> Floats | None:
+    """Returns the direction against gravity (3,), of unit length; None without gravity."""
+    gravity = gravity_of(plan)
+    strength = float(np.linalg.norm(gravity))
+    return -gravity / strength if strength else None
+
+
 def poses(bodies: list[MovingBody]) -> Floats:
     """Returns poses (N, 7) in the world of their scenes, p [m] then q (wxyz)."""
     return np.array([body.obj.get_pose().__getstate__() for body in bodies], np.float64).reshape(-1, 7)

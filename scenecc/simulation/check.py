@@ -25,7 +25,14 @@ from scenecc.options import CompileOptions, Options, check_types, integer
 from scenecc.pipeline import CHECK_TYPES, as_plan, build_batch, compile_source, read_input
 from scenecc.simulation.bodies import moving_bodies
 from scenecc.simulation.bounds import scenes_in_doubt
-from scenecc.simulation.expect import ExpectationChecker, expectation_origins, overlap_rules, report_unused_exceptions
+from scenecc.simulation.energy import EnergyWatch
+from scenecc.simulation.expect import (
+    ExpectationChecker,
+    expectation_origins,
+    overlap_rules,
+    report_unused_exceptions,
+    seconds_needed,
+)
 from scenecc.simulation.findings import report_findings, view_command
 from scenecc.simulation.loads import joint_positions, jumps, long_steps, mass_ratios, uneven_scenes, weak_drives
 from scenecc.simulation.settle import simulate
@@ -37,6 +44,7 @@ from scenecc.simulation.start import (
     unsupported_bodies,
     violated_constraints,
 )
+from scenecc.simulation.summary import Checked, Simulated
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -82,7 +90,7 @@ def check_scene(
     asked = Options.of_call(check_scene, options)
     given = {"settle": settle, "seeds": seeds, "progress": progress, "rules": rules}
     check_types(check_scene, given, CHECK_TYPES)
-    return check_source(source, asked, settle, seeds, rules=rules or {}, progress=progress)
+    return check_source(source, asked, settle, seeds, rules=rules or {}, progress=progress).diagnostics
 
 
 def check_source(
@@ -94,8 +102,8 @@ def check_source(
     rules: Mapping[str, Rule],
     progress: Callable[[int, int], None] | None = None,
     memory: PathCache | None = None,
-) -> list[Diagnostic]:
-    """Returns the diagnostics of `check_scene`. `memory`: records what is looked up."""
+) -> Checked:
+    """Returns the diagnostics of `check_scene`, and what was simulated. `memory`: records what is looked up."""
     if not 0 <= settle < math.inf:
         raise ValueError(f"settle must be 0 or more and finite, not {settle!r}")
     if seeds is not None and options.seed is not None:
@@ -106,13 +114,13 @@ def check_source(
         sink = Sink()
         found = read_input(source, options.limits, sink)
         if found is None or sink.failed:
-            return sink.diagnostics()
+            return Checked(sink.diagnostics())
         source = found.plan_text or found.document
     check = _Check(settle, len(runs), rules, progress)
     for number, run in enumerate(runs):
         if not check.run(number, source, run, memory):
             break
-    return check.diagnostics()
+    return Checked(check.diagnostics(), check.simulated())
 
 
 class _Check:
@@ -135,6 +143,8 @@ class _Check:
         self._diagnostics: dict[Diagnostic, None] = {}
         self._findings: list[Finding] = []
         self._excused: set[Excuse] = set()
+        self._simulated: dict[int, int] = {}
+        self._seconds = settle
         self._complete = True
         self._silencings = Silencings()
         self._first: tuple[CompileResult, Sink, Options] | None = None
@@ -155,12 +165,19 @@ class _Check:
         if result is None:
             self._complete = False
             return False
-        self._first = self._first or (result, sink.another(), options)
-        doubts = sink.another()
+        doubts, later = sink.another(), sink.another()
+        doubts.at_use = later.at_use = True
+        self._first = self._first or (result, later, options)
         check_plan(result, doubts)
         self._collect(doubts)
         self._simulate(number, result.plan, sink)
         return True
+
+    def simulated(self) -> Simulated | None:
+        """Returns what was simulated without an error; None: nothing."""
+        if not self._simulated:
+            return None
+        return Simulated(max(self._simulated.values()), tuple(sorted(self._simulated)), self._seconds)
 
     def diagnostics(self) -> list[Diagnostic]:
         """Returns all diagnostics, in file order."""
@@ -183,7 +200,7 @@ class _Check:
 
     def _simulate(self, number: int, plan: ScenePlan, sink: Sink) -> None:
         """Builds and simulates the scenes of a plan in groups."""
-        before = number * plan.num_scenes
+        before, self._seconds = number * plan.num_scenes, max(self._settle, seconds_needed(plan))
         if number == 0:
             self._count(0, plan)
         for first in range(0, plan.num_scenes, SCENES_AT_ONCE):
@@ -196,6 +213,8 @@ class _Check:
             except SceneError as error:
                 self._complete = False
                 self._diagnostics |= dict.fromkeys(error.diagnostics)
+            else:
+                self._simulated[plan.seed] = self._simulated.get(plan.seed, 0) + len(scene_idxs)
             self._count(before + scene_idxs.stop, plan)
 
     def _count(self, done: int, plan: ScenePlan) -> None:
@@ -232,6 +251,7 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     yield from weak_drives(batch)
     yield from long_steps(batch, moving)
     positions = joint_positions(batch)
+    energy = EnergyWatch(batch)
     doubted = {*scenes_in_doubt(batch, rules.least), *uneven_scenes(moving)}
     batch.step(1)
     contacts = batch.contacts(scene_idxs=doubted)
@@ -239,7 +259,7 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     yield from overlaps(contacts, batch.plan, rules)
     yield from mass_ratios(batch, moving, contacts)
     if settle or checker:
-        yield from simulate(batch, moving, settle, rules, checker)
+        yield from simulate(batch, moving, energy, settle, rules, checker)
 
 
 def origins_of(plan: ScenePlan) -> dict[str, Origin | None]:

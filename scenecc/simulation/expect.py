@@ -46,6 +46,13 @@ def expectation_origins(plan: ScenePlan) -> dict[str, Origin | None]:
     }
 
 
+def seconds_needed(plan: ScenePlan) -> float:
+    """Returns how long the expectations of a plan must be simulated [s]; 0 if at most one step."""
+    settled = (one.seconds for one in plan.expectations if isinstance(one, Settled))
+    conditions = (one.after for one in plan.expectations if isinstance(one, Condition))
+    return max(*settled, *conditions, 0.0, 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class OverlapRules:
     """How deep bodies may overlap, by the expectations of a plan.

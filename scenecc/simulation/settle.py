@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from scenecc.geometry.rotation_arrays import rotate
-from scenecc.simulation.bodies import constrained_entities, gravity_of, poses, velocities
+from scenecc.simulation.bodies import constrained_entities, poses, up_of
 from scenecc.simulation.bounds import scenes_in_doubt
 from scenecc.simulation.findings import Finding, length_text
 from scenecc.simulation.loads import beyond_limits
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien import SceneBatch
     from scenecc.plan import ScenePlan
     from scenecc.simulation.bodies import MovingBody
+    from scenecc.simulation.energy import EnergyWatch
     from scenecc.simulation.expect import ExpectationChecker, OverlapRules
 
     Floats = NDArray[np.float64]
@@ -39,21 +40,24 @@ SUNK: Final = 0.002
 PRESSED: Final = 0.005
 """[m] The same for a link pressed against an object by its drive: fingers of ManiSkill's tasks reach 2.4 mm."""
 
-THROWN: Final = 2.0
-"""[m/s] Maximum speed beyond that of a fall over the distance moved. Overlapping bodies are pushed apart this fast."""
-
 _STRIDE: Final = 10
 """Steps between two readings of the velocities."""
 
 
 def simulate(
-    batch: SceneBatch, moving: list[MovingBody], seconds: float, rules: OverlapRules, checker: ExpectationChecker | None
+    batch: SceneBatch,
+    moving: list[MovingBody],
+    energy: EnergyWatch,
+    seconds: float,
+    rules: OverlapRules,
+    checker: ExpectationChecker | None,
 ) -> Iterator[Finding]:
     """Simulates a batch after its first step, and yields bodies that topple, sink, fall or are thrown.
 
     Args:
         batch: a batch after its first step.
         moving: its moving bodies.
+        energy: made before the first step.
         seconds: simulated time [s]; 0: only what the expectations need, and only they are checked.
         rules: how deep bodies may overlap.
         checker: checks the expectations, which may need a longer simulation; None: there are none.
@@ -62,9 +66,9 @@ def simulate(
         SceneError: a state is not finite (SC820).
     """
     last = 1 + max(round(seconds / batch.timestep), 1) if seconds else 0
-    start, fastest, done = poses(moving), np.zeros(len(moving)), 1
+    start, done = poses(moving), 1
     deep: dict[tuple[int, str, str], float] = {}
-    gravity = float(np.linalg.norm(gravity_of(batch.plan)))
+    energy.observe()
     for end in sorted({last, *(checker.steps if checker else ())}):
         while done < end:
             # Overlapping bodies are fastest within the first steps.
@@ -73,12 +77,11 @@ def simulate(
                 deep = _overlap_depths(batch)
             batch.step(stride, check=True)
             done += stride
-            if moving and done <= last:
-                way = np.linalg.norm(poses(moving)[:, :3] - start[:, :3], axis=1)
-                speed = np.linalg.norm(velocities(moving)[:, :3], axis=1)
-                fastest = np.maximum(fastest, speed - np.sqrt(2 * gravity * way))
+            if done <= last:
+                energy.observe()
         if end == last and seconds:
-            yield from _find_moved(batch, seconds, moving, start, fastest)
+            yield from _find_toppled(batch, seconds, moving, start)
+            yield from energy.findings()
             yield from _find_sunk(batch, rules, deep)
             yield from beyond_limits(batch, seconds)
             yield from _find_fallen(batch, [body for body in moving if not body.moves_at_start], seconds)
@@ -86,17 +89,14 @@ def simulate(
             yield from checker.check(end)
 
 
-def _find_moved(
-    batch: SceneBatch, seconds: float, moving: list[MovingBody], start: Floats, fastest: Floats
-) -> Iterator[Finding]:
-    """Yields bodies that topple or are thrown.
-
-    `fastest` (N,) [m/s]: the maximum excess of each speed over that of a fall over the distance moved.
-    """
-    end = poses(moving)
+def _find_toppled(batch: SceneBatch, seconds: float, moving: list[MovingBody], start: Floats) -> Iterator[Finding]:
+    """Yields bodies that topple."""
+    end, up = poses(moving), up_of(batch.plan)
+    if up is None:
+        return
     free = {body.entity for body in moving} - _expected_to_move(batch.plan)
     is_checked = [not body.moves_at_start and body.entity in free for body in moving]
-    tilt, is_upright = tilts(moving, start, end), _is_upright(start)
+    tilt, is_upright = tilts(moving, start, end, up), _is_upright(start, up)
     for number, body in enumerate(moving):
         name = body.entity
         if is_checked[number] and is_upright[number] and tilt[number] > TOPPLED:
@@ -107,21 +107,14 @@ def _find_moved(
                 float(tilt[number]),
                 f"`{name}` topples: it tilts by {np.degrees(tilt[number]):.0f}° after {seconds:g} s",
             )
-        if is_checked[number] and fastest[number] > THROWN:
-            yield Finding(
-                "SC856",
-                (name,),
-                body.scene,
-                float(fastest[number]),
-                f"`{name}` is thrown: it is {fastest[number]:.3g} m/s faster than after falling the same distance",
-            )
 
 
-def tilts(moving: list[MovingBody], start: Floats, end: Floats) -> Floats:
-    """Returns the tilt (N,) of each body since the start [rad]: of its axis for a round body, zero for a ball."""
-    up = np.zeros((len(moving), 3))
-    up[:, 2] = 1.0
-    own = rotate(start[:, 3:] * (1.0, -1.0, -1.0, -1.0), up)
+def tilts(moving: list[MovingBody], start: Floats, end: Floats, up: Floats) -> Floats:
+    """Returns the tilt (N,) of each body since the start [rad]: of its axis for a round body, zero for a ball.
+
+    `up` (3,): the direction against gravity.
+    """
+    own = rotate(start[:, 3:] * (1.0, -1.0, -1.0, -1.0), np.broadcast_to(up, (len(moving), 3)))
     is_round = np.zeros(len(moving), np.bool_)
     for number, body in enumerate(moving):
         if body.axis is not None:
@@ -138,11 +131,10 @@ def _expected_to_move(plan: ScenePlan) -> set[str]:
     return placed | constrained_entities(plan)
 
 
-def _is_upright(start: Floats) -> NDArray[np.bool_]:
+def _is_upright(start: Floats, up: Floats) -> NDArray[np.bool_]:
     """Returns whether one of the axes of each body is nearly vertical (N,)."""
-    w, x, y, z = start[:, 3:].T
-    up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
-    return np.abs(up).max(axis=1, initial=0.0) > STANDING
+    own = rotate(start[:, 3:] * (1.0, -1.0, -1.0, -1.0), np.broadcast_to(up, (len(start), 3)))
+    return np.abs(own).max(axis=1, initial=0.0) > STANDING
 
 
 def _overlap_depths(batch: SceneBatch) -> dict[tuple[int, str, str], float]:

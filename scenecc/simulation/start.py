@@ -10,18 +10,22 @@ import numpy as np
 from scenecc.plan import BodyStructure
 from scenecc.plan.body import groups_collide
 from scenecc.plan.constraint import Connection, Distance, Drive, Weld
-from scenecc.simulation.bodies import constrained_entities, gravity_of
+from scenecc.simulation.bodies import constrained_entities, up_of
 from scenecc.simulation.bounds import bounding_boxes, is_plane, solid_components
 from scenecc.simulation.findings import Finding, length_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from numpy.typing import NDArray
+
     from scenecc.backends.sapien import SceneBatch
     from scenecc.backends.sapien.contacts import Contacts
     from scenecc.plan import Constraint, ScenePlan
     from scenecc.simulation.bodies import MovingBody
     from scenecc.simulation.expect import OverlapRules
+
+    Floats = NDArray[np.float64]
 
 OVERLAP: Final = 0.0005
 """Maximum overlap of bodies at the start [m]. PhysX pushes them apart too slowly to be visible."""
@@ -31,6 +35,9 @@ MAX_CONSTRAINT_ERROR: Final = 0.001
 
 MAX_CONSTRAINT_ANGLE: Final = math.radians(1)
 """[rad] Maximum initial error of rotation of a constraint."""
+
+_LEVEL: Final = 0.01
+"""Minimum cosine between a plane's normal and up. A body on a steeper plane slides away forever."""
 
 SPACING: Final = "physics:scene_spacing"
 """Name of the distance between scenes in findings. Entity names have no colon."""
@@ -120,8 +127,9 @@ def crowded_scenes(batch: SceneBatch) -> Iterator[Finding]:
 
 
 def unsupported_bodies(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]:
-    """Yields dynamic bodies with no support below them, so that they fall forever."""
-    if gravity_of(batch.plan)[2] >= 0:
+    """Yields dynamic bodies with no support below them, along gravity, so that they fall forever."""
+    up = up_of(batch.plan)
+    if up is None:
         return
     constrained = constrained_entities(batch.plan)
     falling = [body for body in moving if body.entity not in constrained and _falls(body)]
@@ -131,8 +139,8 @@ def unsupported_bodies(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[
     for scene, bodies in by_scene.items():
         solid = solid_components(batch.scenes[batch.scene_idxs.index(scene)].physx_system)
         # A plane supports everything that collides with it, because it pushes bodies up from beneath.
-        planes = [each for each in solid if any(map(is_plane, each.collision_shapes))]
-        boxes = bounding_boxes(solid)
+        planes = [each for each in solid if any(faces(shape, each, up) for shape in each.collision_shapes)]
+        boxes = _boxes_along(bounding_boxes(solid), up)
         for body in bodies:
             parts = _parts(body.component)
             if any(_can_collide(part, plane) for plane in planes for part in parts):
@@ -151,6 +159,22 @@ def unsupported_bodies(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[
                     f"nothing is below `{body.entity}`: it falls forever",
                     "put a body below it, fix it with `body_type: static`, or write `gravity: false`",
                 )
+
+
+def faces(shape: Any, component: Any, up: Floats) -> bool:
+    """Returns whether one of the engine's collision shapes is a plane on which bodies can rest, and no wall."""
+    if not is_plane(shape):
+        return False
+    return float((component.entity_pose * shape.local_pose).to_transformation_matrix()[:3, 0] @ up) > _LEVEL
+
+
+def _boxes_along(boxes: Floats, up: Floats) -> Floats:
+    """Returns bounding boxes (N, 2, 3) in a frame whose z is up; larger ones unless up is along an axis."""
+    first = np.eye(3)[np.abs(up).argmin()]
+    side = np.cross(up, first)
+    frame = np.stack([np.cross(side, up), side, up]) / np.array([[np.linalg.norm(side)], [np.linalg.norm(side)], [1]])
+    middle, half = boxes.mean(axis=1) @ frame.T, np.ptp(boxes, axis=1) / 2 @ np.abs(frame).T
+    return np.stack([middle - half, middle + half], axis=1)
 
 
 def _parts(component: Any) -> list[Any]:

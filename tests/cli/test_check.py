@@ -28,7 +28,51 @@ def test_a_finding_has_its_line_and_the_command_that_shows_it(run, tmp_path: Pat
     assert done.returncode == 1
     assert "scene.yaml:4:3: error SC850: `a` and `b` overlap by 100 mm at the start, in scene 0" in done.stdout
     assert "`scenecc view scene.yaml --seed 0 --scene 0` shows it" in done.stdout
-    assert done.stderr == "1 file checked\n"
+    assert done.stderr == "1 file checked; 1 scene, seed 0, 1 step simulated\n"
+
+
+def test_the_summary_says_what_was_simulated(run, tmp_path: Path) -> None:
+    entities = "entities: {ball: {gravity: false, shapes: [{type: sphere, radius: 0.1}]}}\n"
+    (tmp_path / "a.yaml").write_text(f"scenecc: 1\nnum_scenes: 4\nseed: 7\n{entities}")
+    (tmp_path / "b.yaml").write_text(f"scenecc: 1\n{entities}expect: {{settled: {{seconds: 2.5}}}}\n")
+    (tmp_path / "c.yaml").write_text("scenecc: 2\n")
+    for _ in range(2):  # the second result comes from the cache
+        assert run("check", "a.yaml").stderr == "1 file checked; 4 scenes, seed 7, 1 s simulated\n"
+        done = run("check", "a.yaml", "b.yaml", "c.yaml")
+        assert done.stderr == "3 files checked; 5 scenes, seeds 0, 7, 1 to 2.5 s simulated\n"
+        report = json.loads(run("check", "a.yaml", "c.yaml", "--seeds", "1:3", "--format", "json").stdout)
+        assert report["simulated"] == {"a.yaml": {"scenes": 4, "seeds": [1, 2], "seconds": 1.0}, "c.yaml": None}
+    assert run("check", "c.yaml").stderr == "1 file checked; nothing simulated\n"
+    assert "simulated" not in json.loads(run("validate", "a.yaml", "--format", "json").stdout)
+
+
+def test_a_finding_in_a_prefab_is_placed_at_its_use(run, tmp_path: Path) -> None:
+    (tmp_path / "part.yaml").write_text(OVERLAP.replace("a: {", "a: {repeat: {once: {count: 1}}, name: a, "))
+    (tmp_path / "scene.yaml").write_text("scenecc: 1\nentities:\n  stack: {use: part.yaml}\n")
+    command = ("check", "scene.yaml", "--settle", "0", "--format")
+    (one,) = json.loads(run(*command, "json").stdout)["diagnostics"]
+    assert (one["file"], one["line"], one["column"], one["path"]) == ("scene.yaml", 3, 16, "entities.stack.use")
+    assert [(place["file"], place["line"]) for place in one["related"]] == [("part.yaml", 4), ("part.yaml", 5)]
+    assert one["message"] == "`stack/a` and `stack/b` overlap by 100 mm at the start, in scene 0"  # no `(once=0)`
+    assert run(*command, "github").stdout.startswith("::error file=scene.yaml,line=3,")
+    assert '"uri": "scene.yaml"' in run(*command, "sarif").stdout
+    assert run(*command, "junit").stdout.count("<testcase") == 1
+
+
+def test_a_comment_in_a_prefab_or_at_its_use_silences_a_finding(run, tmp_path: Path) -> None:
+    comment = "  # scenecc: ignore SC854 -- it shall fall"
+    for in_prefab, at_use in (("", ""), (comment, ""), ("", comment)):
+        (tmp_path / "part.yaml").write_text(TOPPLES.removesuffix("\n") + f"{in_prefab}\n")
+        (tmp_path / "scene.yaml").write_text(f"scenecc: 1\nentities:\n  pole: {{use: part.yaml}}{at_use}\n")
+        assert ("SC854" in run("check", "scene.yaml").stdout) == (in_prefab == at_use)
+
+
+def test_a_finding_of_an_included_file_fails_the_checked_file_in_junit(run, tmp_path: Path) -> None:
+    (tmp_path / "part.yaml").write_text(OVERLAP)
+    (tmp_path / "scene.yaml").write_text("scenecc: 1\ninclude: [part.yaml]\n")
+    text = run("check", "scene.yaml", "--settle", "0", "--format", "junit").stdout
+    assert 'tests="1" failures="1"' in text
+    assert "part.yaml:4:3: error SC850" in text
 
 
 def test_the_command_of_a_finding_shows_that_scene(run, tmp_path: Path) -> None:

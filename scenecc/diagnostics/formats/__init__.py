@@ -5,7 +5,7 @@ A renderer never fails: it accepts any diagnostics, and its result can be encode
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import PurePath
 from typing import TYPE_CHECKING
@@ -43,6 +43,7 @@ def render(
     root: PurePath | None = None,
     files: Sequence[str] = (),
     corrections: Sequence[Diagnostic] | None = None,
+    simulated: Mapping[str, Mapping[str, object] | None] | None = None,
 ) -> str:
     """Returns diagnostics as one text that ends with a line break; "" if there are none.
 
@@ -53,9 +54,12 @@ def render(
         root: folder to which file names in the formats of services are relative; None: the working directory.
         files: checked files, for `junit`.
         corrections: corrected findings, for `json`; None: no correction was requested.
+        simulated: what was simulated of each file, for `json`; None: the command does not simulate.
     """
     made = None if corrections is None else tuple(corrections)
-    return renderer(format_name)(diagnostics, Style(color=color, root=root, files=tuple(files), corrections=made))
+    return renderer(format_name)(
+        diagnostics, Style(color=color, root=root, files=tuple(files), corrections=made, simulated=simulated)
+    )
 
 
 __all__ = ["FORMATS", "Renderer", "Style", "render", "renderer", "wants_color"]

@@ -43,14 +43,17 @@ def records(diagnostics: Iterable[Diagnostic]) -> list[DiagnosticRecord]:
 
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    """Returns `{"diagnostics": [...]}` with a line break at the end, and with `corrections` if any were requested.
+    """Returns `{"diagnostics": [...]}` with a line break at the end, with `corrections` if any were requested, and with
+    `simulated` if the command simulates.
 
     It is ASCII, so it passes through any pipe, and cannot contain escape sequences of an untrusted file.
     """
-    report: dict[str, list[Any]] = {"diagnostics": records(diagnostics)}
+    report: dict[str, Any] = {"diagnostics": records(diagnostics)}
     if style.corrections is not None:
         made = ((one, one.fix) for one in style.corrections)
         report["corrections"] = [{**_record(one), "wrote": encodable(fix.text)} for one, fix in made if fix is not None]
+    if style.simulated is not None:
+        report["simulated"] = {encodable(file): one for file, one in style.simulated.items()}
     return json.dumps(report, indent=2) + "\n"
 
 

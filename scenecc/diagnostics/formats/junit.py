@@ -22,7 +22,10 @@ def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     """
     by_file: dict[str, list[Diagnostic]] = {file: [] for file in style.files}
     for diagnostic in diagnostics:
-        by_file.setdefault(diagnostic.place, []).append(diagnostic)
+        # A finding in a file that a checked file uses or includes is one of the checked file.
+        users = (other.location.file for other in reversed(diagnostic.related))
+        user = next((file for file in users if file in style.files), diagnostic.place)
+        by_file.setdefault(diagnostic.place if diagnostic.place in style.files else user, []).append(diagnostic)
     cases = [_case(relative_file(file, style.root)[0], found) for file, found in by_file.items()]
     counts = f'tests="{len(cases)}" failures="{sum("<failure" in case for case in cases)}" errors="0"'
     suite = f'  <testsuite name="scenecc" {counts}>\n{"".join(cases)}  </testsuite>\n'

@@ -26,6 +26,7 @@ class Style:
         width: terminal cells of a source line before the text format cuts it around the caret.
         files: checked files, with or without findings; only `junit` names them.
         corrections: corrected findings; only `json` lists them. None: no correction was requested.
+        simulated: scenes, seeds and seconds simulated of each file; only `json` lists them. None: as for `render`.
     """
 
     color: bool = False
@@ -33,6 +34,7 @@ class Style:
     width: int = 110
     files: tuple[str, ...] = ()
     corrections: tuple[Diagnostic, ...] | None = None
+    simulated: Mapping[str, Mapping[str, object] | None] | None = None
 
 
 _KEPT = "\u200c\u200d"

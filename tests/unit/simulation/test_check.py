@@ -195,3 +195,42 @@ def test_progress_of_check_goes_from_zero_to_all_scenes(monkeypatch: pytest.Monk
 def test_a_thrown_body_is_found_for_any_duration() -> None:
     file = Path(__file__).parents[2] / "scenes" / "check" / "settled" / "grip_too_hard.yaml"
     assert all("SC856" in codes(check_scene(file, settle=settle)) for settle in (1, 10))
+
+
+@pytest.mark.parametrize(
+    ("gravity", "place", "falls"),
+    [
+        ([0, 0, -9.81], [0, 0, 1], False),
+        ([0, 0, -9.81], [0, 3, 0], True),
+        ([0, 0, 9.81], [0, 0, -1], False),
+        ([0, 0, 9.81], [0, 0, 1], True),
+        ([9.81, 0, 0], [-1, 0, 0], False),
+        ([9.81, 0, 0], [1, 0, 0], True),
+        ([9.81, 0, 0], [0, 0, 1], True),
+        ([0, -7, -7], [0, 1, 1], False),
+        ([0, -7, -7], [0, 1, -2], True),
+        ([0, 0, 0], [0, 3, 0], False),
+    ],
+)
+def test_below_is_along_gravity(gravity: list[float], place: list[float], *, falls: bool) -> None:
+    block = {"body_type": "static", "shapes": [{"type": "box", "half_size": [0.5, 0.5, 0.5]}]}
+    ball = {"pose": place, "shapes": [{"type": "sphere", "radius": 0.1}]}
+    document = {"scenecc": 1, "physics": {"gravity": gravity}, "entities": {"block": block, "ball": ball}}
+    found = [one.code for one in check_scene(document, settle=0) if one.code != "SC530"]
+    assert found == (["SC852"] if falls else [])
+
+
+@pytest.mark.parametrize(("gravity", "codes_"), [([0, 0, -9.81], []), ([9.81, 0, 0], ["SC530", "SC852"])])
+def test_a_plane_along_gravity_supports_nothing(gravity: list[float], codes_: list[str]) -> None:
+    physics = {"gravity": gravity}
+    assert codes(found({"a": {"pose": [0, 0, 0.1], **BOX}}, settle=0, physics=physics)) == codes_
+
+
+def test_without_gravity_nothing_topples() -> None:
+    pole = {
+        "pose": [0, 0, 1],
+        "angular_velocity": [0, 0, 0],
+        "shapes": [{"type": "box", "half_size": [0.01, 0.01, 0.2]}],
+    }
+    ball = {"pose": [0.5, 0, 1.15], "linear_velocity": [-2, 0, 0], "shapes": [{"type": "sphere", "radius": 0.05}]}
+    assert found({"pole": pole, "ball": ball}, physics={"gravity": [0, 0, 0]}) == []

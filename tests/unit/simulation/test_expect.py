@@ -98,7 +98,7 @@ def test_expectations_in_prefabs_use_inner_names_and_includes_add(tmp_path: Path
     told = check_scene(top, settle=0)
     assert [(one.code, (one.file or "").rpartition("/")[2], one.line) for one in told] == [
         ("SC861", "more.yaml", 2),
-        ("SC861", "part.yaml", 6),
+        ("SC861", "top.yaml", 7),
     ]
 
 
