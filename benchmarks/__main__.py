@@ -32,6 +32,7 @@ BENCHMARKS = {
     "folder": "benchmarks.folder",
     "overlap": "benchmarks.overlap",
     "sweep": "benchmarks.sweep",
+    "starts": "benchmarks.starts",
 }
 """Name → module with a function `run`."""
 

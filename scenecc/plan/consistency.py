@@ -22,7 +22,7 @@ from scenecc.plan.constraint import Drive
 from scenecc.plan.expect import Condition, Expectation, Reading, Settled
 from scenecc.plan.geometry import Heightfield, heights_fault
 from scenecc.plan.scene import Entity, ScenePlan, find_body, has_joint
-from scenecc.plan.starts import is_state_of
+from scenecc.plan.starts import start_faults
 from scenecc.variation.expression import OBSERVATIONS
 from scenecc.variation.nodes import BUILTIN_NAMES
 
@@ -117,7 +117,7 @@ def _plan_faults(plan: ScenePlan) -> Iterator[Keys]:
     for index, one in enumerate(plan.expectations):
         if not _is_known(one, entities, draws):
             yield ("expectations", index)
-    yield from (("starts", index) for index, start in enumerate(plan.starts) if not is_state_of(plan, start))
+    yield from (("starts", index) for index in start_faults(plan))
     yield from _material_faults(plan)
 
 

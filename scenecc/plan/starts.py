@@ -9,6 +9,7 @@ import numpy as np
 
 from scenecc.geometry.rotations import UNIT_TOLERANCE
 from scenecc.plan.body import BodyStructure
+from scenecc.variation.nodes import placements_read_by
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -56,6 +57,7 @@ class StartTable:
     def __init__(self, plan: ScenePlan) -> None:
         self._plan = plan
         self._by_scene: dict[int, dict[int, SettledStart]] = {}
+        self._parts: dict[int, list[StartPart]] = {}
         for start in plan.starts:
             self._by_scene.setdefault(start.scene, {})[start.seed] = start
 
@@ -83,22 +85,38 @@ class StartTable:
     def states(self, scene: int, seed: int) -> Iterator[tuple[StartPart, NDArray[np.float32], NDArray[np.float32]]]:
         """Yields pose (7,) and joint positions (dof,) of each entity in the start with exactly this seed."""
         numbers, at = np.frombuffer(self._by_scene[scene][seed].state, "<f4").astype(np.float32), 0
-        for part in start_parts(self._plan, scene):
+        if scene not in self._parts:
+            self._parts[scene] = list(start_parts(self._plan, scene))
+        for part in self._parts[scene]:
             joints = at + POSE
             at = joints + len(part.joints)
             yield part, numbers[joints - POSE : joints], numbers[joints:at]
 
 
-def is_state_of(plan: ScenePlan, start: SettledStart) -> bool:
-    """Returns whether a start has finite numbers, unit quaternions, and as many numbers as its scene needs."""
-    if start.scene >= plan.num_scenes or len(start.state) % 4:
-        return False
-    numbers, at = np.frombuffer(start.state, "<f4"), 0
-    for part in start_parts(plan, start.scene):
-        if abs(float(np.linalg.norm(numbers[at + 3 : at + POSE].astype(np.float64))) - 1) > UNIT_TOLERANCE:
+def places_followers(plan: ScenePlan) -> bool:
+    """Returns whether a light or a camera is where a reset places a body, so that it must be placed for a start too."""
+    poses = (one.pose.recipe for one in (*plan.lights, *plan.cameras))
+    return any(recipe is not None and placements_read_by(recipe) for recipe in poses)
+
+
+def start_faults(plan: ScenePlan) -> Iterator[int]:
+    """Yields the numbers of starts that the plan's scenes cannot have."""
+    parts = {scene: list(start_parts(plan, scene)) for scene in {start.scene for start in plan.starts}}
+    for number, start in enumerate(plan.starts):
+        is_whole = start.scene < plan.num_scenes and len(start.state) % 4 == 0
+        if not is_whole or not are_states(parts[start.scene], np.frombuffer(start.state, "<f4")[None]):
+            yield number
+
+
+def are_states(parts: Sequence[StartPart], states: NDArray[np.float32]) -> bool:
+    """Returns whether states (·, n) have the right size for the entities, unit quaternions, and no huge numbers."""
+    at = 0
+    for part in parts:
+        lengths = np.linalg.norm(states[:, at + 3 : at + POSE].astype(np.float64), axis=1)
+        if not (np.abs(lengths - 1) <= UNIT_TOLERANCE).all():
             return False
         at += POSE + len(part.joints)
-    return at == len(numbers) and bool((np.abs(numbers) <= _LARGEST).all())
+    return at == states.shape[1] and bool((np.abs(states) <= _LARGEST).all())
 
 
 _LARGEST = 1e6

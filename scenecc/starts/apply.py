@@ -16,7 +16,7 @@ from scenecc.plan.articulation import VELOCITY_FIELDS, ArticulationStructure
 from scenecc.plan.properties import Quantity
 from scenecc.plan.scene import Entity, SettledStart
 from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
-from scenecc.plan.starts import StartTable, is_state_of, start_parts
+from scenecc.plan.starts import StartTable, are_states, places_followers, start_parts
 from scenecc.plan.value import per_scene
 from scenecc.plan.walk import walk_fields
 from scenecc.source.paths import Refusal, ResolvedFile, resolve_path
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import Link, ScenePlan, Value
+    from scenecc.plan.starts import StartPart
     from scenecc.source.paths import AssetScope
+    from scenecc.starts.file import StartRecord
     from scenecc.variation.nodes import Node
 
 _SHOWN = 5
@@ -140,31 +142,40 @@ def apply_starts(plan: ScenePlan, starts: KnownStarts, sink: Sink) -> ScenePlan 
         hint = f"use one of its seeds ({index_ranges(seeds)}), or settle with `--seeds {plan.seed}:{plan.seed + 1}`"
         sink.report("SC937", message, starts.place, hint=hint)
         return None
-    made: list[SettledStart] = []
+    by_scene: dict[int, list[StartRecord]] = {}
     for row in rows:
-        parts = list(start_parts(plan, row.scene)) if row.scene < plan.num_scenes else []
-        try:
-            numbers = [
-                number
-                for entity, _, joints in parts
-                for number in (
-                    *row.poses[entity.name],
-                    *(row.joints.get(entity.name, {})[joint.name] for joint in joints),
-                )
-            ]
-        except KeyError as error:
-            numbers, missing = [], error.args[0]
-            message = f"the start of scene {row.scene} with seed {row.seed} has no `{cut(str(missing))}`"
+        by_scene.setdefault(row.scene, []).append(row)
+    made: list[SettledStart] = []
+    for scene, records in by_scene.items():
+        parts = list(start_parts(plan, scene)) if scene < plan.num_scenes else []
+        states = _states(parts, records)
+        if states is None or not are_states(parts, states):
+            seeds = index_ranges(sorted(row.seed for row in records))
+            message = f"the poses and joint positions of scene {scene} with seed {seeds} do not fit the scene"
             sink.report("SC935", f"`{cut(starts.name)}`: {message}", starts.place)
             return None
-        with np.errstate(over="ignore"):
-            start = SettledStart(row.seed, row.scene, np.array(numbers, np.float64).astype("<f4").tobytes())
-        if len(parts) != len(row.poses) or not is_state_of(plan, start):
-            message = f"the poses and joint positions of scene {row.scene} with seed {row.seed} are not possible"
-            sink.report("SC935", f"`{cut(starts.name)}`: {message}", starts.place)
-            return None
-        made.append(start)
+        made += [SettledStart(row.seed, scene, state.tobytes()) for row, state in zip(records, states, strict=True)]
     return begin_at_starts(replace(plan, starts=tuple(made)))
+
+
+def _states(parts: Sequence[StartPart], records: Sequence[StartRecord]) -> NDArray[np.float32] | None:
+    """Returns the numbers of starts of one scene, a row for each; None if they have other entities or joints."""
+    names = {entity.name: tuple(joint.name for joint in joints) for entity, _, joints in parts}
+    jointed = {name: joints for name, joints in names.items() if joints}
+    if any(row.poses.keys() != names.keys() or row.joints.keys() != jointed.keys() for row in records):
+        return None
+    if any({*row.joints[name]} != {*joints} for row in records for name, joints in jointed.items()):
+        return None
+    numbers = [
+        [
+            number
+            for name, joints in names.items()
+            for number in (*row.poses[name], *(row.joints[name][joint] for joint in joints))
+        ]
+        for row in records
+    ]
+    with np.errstate(over="ignore"):
+        return np.array(numbers, np.float64).astype("<f4")
 
 
 def report_lacking(plan: ScenePlan, scene_idxs: Sequence[int] | None, sink: Sink) -> None:
@@ -247,8 +258,7 @@ def _with_position(entity: str, link: Link, joints: dict[tuple[str, str], NDArra
 
 def _redrawn(plan: ScenePlan, batch: Batch) -> ScenePlan:
     """Returns a plan whose values that a reset redraws are those of the batch."""
-    followers = (*plan.lights, *plan.cameras)
-    if any(one.pose.recipe is not None and placements_read_by(one.pose.recipe) for one in followers):
+    if places_followers(plan):
         from scenecc.placing.at_reset import place_anew  # noqa: PLC0415 - loaded where something is placed
 
         known = {

@@ -85,15 +85,15 @@ def starts_files(content: StartsFile, name: str) -> dict[str, bytes]:
     rows = [row.model_dump() for row in content.rows]
     head = {"scenecc_starts": 1, **content.model_dump(exclude={"rows"})}
     lines = [_dumps(row) for row in rows]
-    if sum(map(len, lines)) <= LARGEST_INLINE:
-        digest = _digest({**head, "rows": rows})
-        members = [f'"{key}": {_dumps(item)}' for key, item in head.items()]
-        members += [f'"sha256": "{digest}"', '"rows": [\n  ' + ",\n  ".join(lines) + "\n ]"]
-        return {name: ("{\n " + ",\n ".join(members) + "\n}\n").encode()}
-    table = _table_bytes(rows)
-    head |= {"table": f"{Path(name).stem}.parquet", "table_sha256": sha256(table).hexdigest()}
-    text = json.dumps({**head, "sha256": _digest(head)}, indent=1, ensure_ascii=False)
-    return {name: f"{text}\n".encode(), head["table"]: table}
+    tables: dict[str, bytes] = {}
+    if sum(map(len, lines)) > LARGEST_INLINE:
+        table = _table_bytes(rows)
+        head |= {"table": f"{Path(name).stem}.parquet", "table_sha256": sha256(table).hexdigest()}
+        tables[head["table"]] = table
+    members = [f'"{key}": {_dumps(item)}' for key, item in head.items()]
+    members += ['"sha256": ""'] if tables else ['"sha256": ""', '"rows": [\n  ' + ",\n  ".join(lines) + "\n ]"]
+    text = ("{\n " + ",\n ".join(members) + "\n}\n").encode()
+    return {name: text.replace(_UNSIGNED, _UNSIGNED[:-1] + _digest(text) + b'"', 1), **tables}
 
 
 def read_starts(path: Path, find: Callable[[str], Path], most: int) -> StartsFile:
@@ -108,15 +108,16 @@ def read_starts(path: Path, find: Callable[[str], Path], most: int) -> StartsFil
         InvalidStartsError: it is not a file of starts, or was edited or cut.
         OSError: it cannot be read.
     """
-    data = _read_json(path, most)
-    digest = data.pop("sha256", None)
-    if digest != _digest(data):
+    text = _read(path, most)
+    data = _parse(text)
+    digest = str(data.pop("sha256", "")).encode("utf-8", "replace")
+    if not digest or _digest(text.replace(_UNSIGNED[:-1] + digest, _UNSIGNED[:-1], 1)) != digest:
         raise InvalidStartsError("it was changed or cut off after `scenecc settle` wrote it")
     if "table" in data:
         table, known = data.pop("table"), data.pop("table_sha256", None)
         if not isinstance(table, str) or table != Path(table).name:
             raise InvalidStartsError("`table` is not the name of a file beside it")
-        content = read_at_most(find(table), most)
+        content = _read(find(table), most)
         if sha256(content).hexdigest() != known:
             raise InvalidStartsError(f"its table `{table}` is another one, or was changed or cut off")
         data["rows"] = _table_rows(content)
@@ -128,11 +129,16 @@ def read_starts(path: Path, find: Callable[[str], Path], most: int) -> StartsFil
         raise InvalidStartsError(f"`{where}` is not what `scenecc settle` writes") from None
 
 
-def _read_json(path: Path, most: int) -> dict[str, Any]:
+def _read(path: Path, most: int) -> bytes:
     try:
-        data: Any = json.loads(read_at_most(path, most), object_pairs_hook=_unique, parse_constant=_refuse)
+        return read_at_most(path, most)
     except TooLongError as error:
         raise InvalidStartsError(str(error.strerror)) from None
+
+
+def _parse(text: bytes) -> dict[str, Any]:
+    try:
+        data: Any = json.loads(text, object_pairs_hook=_unique, parse_constant=_refuse)
     except (ValueError, RecursionError):
         raise InvalidStartsError("it is not JSON that `scenecc settle` wrote") from None
     if not isinstance(data, dict) or "scenecc_starts" not in data:
@@ -158,8 +164,12 @@ def _dumps(data: Any) -> str:
     return json.dumps(data, ensure_ascii=False)
 
 
-def _digest(data: Any) -> str:
-    return sha256(json.dumps(data, separators=(",", ":"), sort_keys=True).encode()).hexdigest()
+_UNSIGNED: Final = b'"sha256": ""'
+
+
+def _digest(text: bytes) -> bytes:
+    """Returns the hash of a text whose own hash is empty. Line ends do not count: git may change them."""
+    return sha256(text.replace(b"\r\n", b"\n")).hexdigest().encode()
 
 
 def _table_bytes(rows: Sequence[dict[str, Any]]) -> bytes:

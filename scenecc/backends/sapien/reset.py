@@ -16,7 +16,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS
 from scenecc.plan.scene import is_unnamed_draw
-from scenecc.plan.starts import StartTable
+from scenecc.plan.starts import StartTable, places_followers
 from scenecc.variation.evaluation import Batch, to_field_rows
 from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type
 from scenecc.variation.node_bounds import BoundsAnalysis
@@ -80,6 +80,7 @@ class ResetSampler:
             placed = placed_members(plan)
             self._placed = [one for one in self._recipes if one.field == "pose" and one.entity in placed]
             self._recipes = [one for one in self._recipes if one not in self._placed]
+        self._places = bool(plan.placements) and (self._starts is None or places_followers(plan))
 
     def batch(self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]) -> Batch:
         """Returns a batch that evaluates recipes in some scenes, by ascending index, each with its own seed.
@@ -117,7 +118,7 @@ class ResetSampler:
         for recipe in self._recipes:
             if recipe.entity in found:
                 _sample_field(recipe, batch, found[recipe.entity])
-        if self._plan.placements:
+        if self._places:
             from scenecc.placing.at_reset import place_anew
 
             place_anew(self._plan, batch, {name: (state.scene_idxs, state.pose) for name, state in found.items()})
