@@ -25,6 +25,7 @@ COMMANDS: Final = (
     "check",
     "sweep",
     "inspect",
+    "draws",
     "render",
     "view",
     "replay",

@@ -157,10 +157,10 @@ def structure_type(structure: BodyStructure | ArticulationStructure) -> str:
 class ScenePlan:
     """A whole batch, ready to be instantiated or emitted.
 
-    `entities` are in build order, which affects PhysX's trajectories. `draws` are the shared draws that recipes and
-    expectations read, by name; each may read earlier ones. They include poses that recipes continue from
-    (`shared_pose_name`). `placements` are in the order in which they are made. Constraints, lights and cameras are
-    built after the entities. `expectations` are not built.
+    `entities` are in build order, which affects PhysX's trajectories. `draws` are the shared draws by name, in order;
+    each may read earlier ones. They include poses that recipes continue from (`shared_pose_name`). `placements` are in
+    the order in which they are made. Constraints, lights and cameras are built after the entities. `expectations` are
+    not built.
     """
 
     name: str
