@@ -97,7 +97,7 @@ class _Part(NamedTuple):
         else:
             part = drawing.only(np.searchsorted(drawing.scenes, scenes))
             taken = np.asarray(to_field_rows(part.evaluate(recipe)), data.dtype)
-        return [*taken] if self.files is None else [self.files[index].uri for index in taken.tolist()]
+        return [*taken] if self.files is None else [self.files[int(index)].uri for index in taken.tolist()]
 
 
 class DrawnValues:

@@ -128,7 +128,7 @@ def _cells(values: dict[str, Any]) -> dict[str, Any]:
     cells: dict[str, Any] = {}
     for name, value in values.items():
         if isinstance(value, list):
-            several: list[Any] = value
+            several: list[Any] = value  # pyright: ignore[reportUnknownVariableType]
             cells |= _cells({f"{name}[{number}]": item for number, item in enumerate(several)})
         elif value is not None:
             cells[name] = json.dumps(value) if isinstance(value, bool) else value
