@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from scenecc.decompiler.record import Recording as Recording
     from scenecc.decompiler.record import record as record
     from scenecc.diagnostics import Diagnostic as Diagnostic
+    from scenecc.drawn_values import SceneDraws as SceneDraws
     from scenecc.errors import SceneError as SceneError
     from scenecc.expand.listing import ParamRow as ParamRow
     from scenecc.expand.listing import PrefabRow as PrefabRow
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     from scenecc.scene import load_scene as load_scene
     from scenecc.scene import open_scene as open_scene
     from scenecc.scene import plan_text as plan_text
+    from scenecc.scene import scene_draws as scene_draws
     from scenecc.scene import validate as validate
     from scenecc.simulation.check import check_scene as check_scene
     from scenecc.simulation.freeze import SettledScenes as SettledScenes
@@ -79,6 +81,7 @@ _MODULES = {
     "decompiler.decompile": ("Decompiled", "decompile"),
     "decompiler.record": ("Recording", "record"),
     "diagnostics": ("Diagnostic",),
+    "drawn_values": ("SceneDraws",),
     "errors": ("SceneError",),
     "expand.listing": ("ParamRow", "PrefabRow"),
     "export": ("Emitted",),
@@ -106,6 +109,7 @@ _MODULES = {
         "load_scene",
         "open_scene",
         "plan_text",
+        "scene_draws",
         "validate",
     ),
     "simulation.check": ("check_scene",),

@@ -43,7 +43,8 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
     seed, and after an episode ends, the environment's generator draws the next seed.
 
     When episodes begin, `infos["passport"]` has their passports: `str` of one gives the text from which `scenecc
-    replay` rebuilds the initial state. It is computed only on access.
+    replay` rebuilds the initial state. `infos["draws"]` has a mapping for each of them, from names to what was drawn,
+    as in `batch.drawn()`. Both are computed only on access.
 
     Attributes:
         batch: the scenes; `close` closes them.
@@ -212,7 +213,10 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         self._elapsed[mask] = 0
         passports = np.full(self.num_envs, None, object)
         passports[rows] = self.batch.passports(scene_idxs)
-        return {"passport": passports, "_passport": mask.copy()}
+        draws = np.full(self.num_envs, None, object)
+        for row, drawn in zip(rows, self.batch.drawn_rows(scene_idxs), strict=True):
+            draws[row] = drawn
+        return {"passport": passports, "_passport": mask.copy(), "draws": draws, "_draws": mask.copy()}
 
     def _observe(self) -> Any:
         found = self._observation(self.batch)

@@ -22,6 +22,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
 from scenecc.files import PACK_SUFFIX
 from scenecc.named_files import RobotReads, mesh_measurer, mesh_reader, named_resolver, resolver
+from scenecc.options import integer
 from scenecc.source import Document, Limits, read_dict, read_text
 from scenecc.source.paths import AssetScope, PathCache, ResolvedFile
 from scenecc.source.provenance import Provenance, portable_path
@@ -71,6 +72,26 @@ class Input:
             return self.pack.scope(memory)
         root = self.document.path.parent if self.document.path else None
         return AssetScope(root, options.asset_roots, options.allow_outside_assets, memory)
+
+
+def run_seeds(options: Options, seeds: Iterable[int] | None) -> list[Options]:
+    """Returns the options of each of some seeds; None: only the given options.
+
+    Raises:
+        ValueError: the options have a seed too, or a seed is negative.
+        TypeError: a seed is not an integer.
+    """
+    if seeds is not None and options.seed is not None:
+        raise ValueError("seed cannot be combined with seeds")
+    return [options] if seeds is None else [replace(options, seed=integer(seed, "seeds", 0)) for seed in seeds]
+
+
+def read_for_runs(source: Source, count: int, limits: Limits, sink: Sink) -> Source | None:
+    """Returns a source that can be compiled `count` times: a stream is read. None if an error was reported."""
+    if count <= 1 or not hasattr(source, "read") or as_plan(source) is not None:
+        return source
+    found = read_input(source, limits, sink)
+    return None if found is None or sink.failed else found.plan_text or found.document
 
 
 def as_plan(source: Source) -> ScenePlan | None:
@@ -166,6 +187,7 @@ CHECK_TYPES: Mapping[str, Any] = {
     "seeds": Iterable[int] | None,
     "progress": Callable[[int, int], None] | None,
     "rules": Mapping[str, Any] | None,
+    "scenes": str | None,
 }
 """Types of the arguments of functions that check, for `check_types`."""
 

@@ -39,7 +39,9 @@ from scenecc.pipeline import (
     compile_source,
     list_document_params,
     list_result_params,
+    read_for_runs,
     read_input,
+    run_seeds,
     select_scenes,
 )
 
@@ -48,6 +50,7 @@ if TYPE_CHECKING:
     from scenecc.backends.maniskill.loaded_scene import LoadedScene
     from scenecc.backends.sapien import SceneBatch
     from scenecc.checks.house_rules import Rule
+    from scenecc.drawn_values import SceneDraws
     from scenecc.expand.listing import ParamRow, PrefabRow
     from scenecc.export import EmitChoices, Emitted, ExportArguments, FileChoices
     from scenecc.inspect import Item
@@ -275,6 +278,54 @@ def build_scene(
     built = tuple(range(found.plan.num_scenes)) if scene_idxs is None else scene_idxs
     rows = summarize(found.plan, batch, scene_idxs)
     return Build(found.plan, batch, built, sink.diagnostics(), timings, rows)
+
+
+def scene_draws(
+    source: Source,
+    *,
+    seeds: Iterable[int] | None = None,
+    scenes: str | None = None,
+    progress: Progress | None = None,
+    **options: Unpack[CompileOptions],
+) -> list[SceneDraws]:
+    """Returns what a build with each seed draws, in the order of the seeds. No engine is started.
+
+    These are the shared draws (`INSTANCE/NAME` in an instance), and all fields that are drawn or differ between scenes,
+    by their paths: `cube.mass`, `cube.shapes[0].half_size`, `arm/elbow.stiffness`, `lights/lamp.color`. Where a name is
+    also in `SceneBatch.state`, it is the same. A pose is 7 numbers, p [m] then q (wxyz), in the world of the scene or,
+    for a light or camera, in the frame of its mount. `cube.pick` is the index of the scene's variant. A file is its
+    path as written. In scenes without the value, numbers are NaN and texts None; integers and flags are then floats.
+
+    Args:
+        source: as for `validate`.
+        seeds: seeds of the draws; default: the file's own, or `seed` of the options.
+        scenes: scenes to read, in the notation of `scene_idxs` in a file: `0:4`, `::2`, `0,2`; default: all.
+        progress: called with (seeds done, total seeds).
+        options: fields of `CompileOptions`.
+
+    Raises:
+        SceneError: the scene has errors, a scene does not exist, or a plan was made with another seed.
+        ValueError: an argument is out of range, or `seed` is combined with `seeds`.
+    """
+    from scenecc.drawn_values import DrawnValues, SceneDraws
+
+    asked = Options.of_call(scene_draws, options)
+    check_types(scene_draws, {"seeds": seeds, "scenes": scenes, "progress": progress}, CHECK_TYPES)
+    runs, sink = run_seeds(asked, seeds), Sink()
+    readable = read_for_runs(source, len(runs), asked.limits, sink)
+    if readable is None:
+        raise SceneError(sink.diagnostics())
+    found: list[SceneDraws] = []
+    for number, run in enumerate(runs):
+        sink = Sink()
+        plan = compile_or_raise(readable, run, sink).plan
+        chosen = range(plan.num_scenes) if scenes is None else select_scenes(scenes, plan.num_scenes, sink)
+        if chosen is None or sink.failed:
+            raise SceneError(sink.diagnostics())
+        found.append(SceneDraws(plan.seed, tuple(chosen), DrawnValues(plan).read(chosen)))
+        if progress is not None:
+            progress(number + 1, len(runs))
+    return found
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,7 @@ COMMANDS: Final = (
     "sweep",
     "settle",
     "inspect",
+    "draws",
     "render",
     "view",
     "replay",

@@ -29,7 +29,7 @@ def parse_seeds(text: str | range) -> range:
     """Parses `0:20`. Raises typer.BadParameter for anything else."""
     found = _SEEDS.fullmatch(str(text))
     if found is None or int(found[1]) >= int(found[2]):
-        raise typer.BadParameter(f"{quote_text(str(text))} must be FIRST:END with FIRST below END, as in 0:20")
+        raise typer.BadParameter(f"{quote_text(str(text))} must be A:B with A below B, as in 0:20")
     return range(int(found[1]), int(found[2]))
 
 

@@ -13,13 +13,13 @@ from scenecc.lower.variation import ResettableValue, built_limit_items, drawn_li
 from scenecc.plan import BodyStructure, Value
 from scenecc.plan.articulation import ArticulationStructure, Link
 from scenecc.plan.constraint import Constraint, Drive
+from scenecc.plan.display import to_tuples
 from scenecc.plan.placement import TRIED_FIELDS
 from scenecc.plan.properties import Quantity
 from scenecc.plan.rendering import Camera, Light
-from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
+from scenecc.plan.scene import MAX_COMPOSED_POSES, is_unnamed_draw, shared_pose_name
 from scenecc.plan.schema import plan_fields
 from scenecc.variation.nodes import NODES, Composed, Const, Node, Rows, Shared
-from scenecc.variation.operations import ComputeLimitError, DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from scenecc.plan import Entity, Placement
     from scenecc.plan.body import Mount
     from scenecc.plan.expect import Expectation
-    from scenecc.variation.evaluation import Batch
 
 _Holder = TypeVar("_Holder")
 _Follower = TypeVar("_Follower", Light, Camera)
@@ -170,13 +169,13 @@ class RecipeBuilder:
         return pose.with_recipe(node, fields.scenes)
 
     def draws(self) -> tuple[tuple[str, Node], ...]:
-        """The shared draws that the recipes read, in order, with rows for those that are fixed after the build.
+        """The shared draws of the file and those that the recipes read, in order. Fixed ones are rows.
 
         The poses that recipes continue from come last.
         """
         needed: set[str] = set()
         stored = self._fixed & self._sampling.random
-        todo = list(self._read)
+        todo = [*self._read, *(name for name in self._sampling.draws if not is_unnamed_draw(name))]
         while todo:
             name = todo.pop()
             if name not in needed:
@@ -268,22 +267,10 @@ class RecipeBuilder:
 
     def _rows_of(self, name: str) -> Rows:
         """The rows of a drawn shared draw, in all scenes in which it has a value."""
-        found = dict(_rows_with_value(name, self._sampling.batch(self._sampling.scenes_of[name])))
-        return Rows(tuple(found), tuple(tuple(row) if row.__class__ is list else row for row in found.values()))
+        from scenecc.variation.evaluation import rows_with_value  # noqa: PLC0415 - loaded where something varies
 
-
-def _rows_with_value(name: str, batch: Batch) -> Iterator[tuple[int, Any]]:
-    """The scenes in which a shared draw has a value, and its rows there; nothing reads it in the others."""
-    try:
-        yield from zip(batch.scenes.tolist(), batch.shared(name).tolist(), strict=True)
-    except ComputeLimitError:
-        raise
-    except DrawError:
-        import numpy as np  # noqa: PLC0415 - loaded where something varies
-
-        scenes = np.arange(len(batch.scenes))
-        for half in np.array_split(scenes, 2) if len(scenes) > 1 else ():
-            yield from _rows_with_value(name, batch.only(half))
+        found = dict(rows_with_value(name, self._sampling.batch(self._sampling.scenes_of[name])))
+        return Rows(tuple(found), to_tuples([*found.values()]))
 
 
 def _pose_rows(pose: Node, fields: FieldLowerer) -> Rows:

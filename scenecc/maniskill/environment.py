@@ -182,12 +182,19 @@ class YamlEnv(BaseEnv):
             self.action_space = nothing if self.num_envs == 1 else gym.vector.utils.batch_space(nothing, self.num_envs)
 
     def reset(self, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
-        """Resets like `BaseEnv.reset`. `info["passport"]` has the passports of all episodes; use `str` for the text."""
+        """Resets like `BaseEnv.reset`.
+
+        `info["passport"]` has the passports of all episodes; use `str` for the text. `info["draws"]` has a mapping for
+        each of them, from names to what was drawn, as in `LoadedScene.drawn`.
+        """
         observed, info = cast("Any", super().reset(seed=seed, options=options))  # pyright: ignore[reportUnknownMemberType]
-        assert self.scene_builder.loaded is not None
-        passports = np.full(self.num_envs, None, object)
-        passports[:] = self.scene_builder.loaded.passports()
-        return observed, {**info, "passport": passports}
+        loaded = self.scene_builder.loaded
+        assert loaded is not None
+        passports, draws = (np.full(self.num_envs, None, object) for _ in range(2))
+        passports[:] = loaded.passports()
+        for index, drawn in enumerate(loaded.drawn_rows()):
+            draws[index] = drawn
+        return observed, {**info, "passport": passports, "draws": draws}
 
     @property
     def _default_sim_config(self) -> Any:

@@ -21,8 +21,8 @@ from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import is_of_check
 from scenecc.diagnostics.diagnostic import Silencings, report_unused
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, check_types, integer
-from scenecc.pipeline import CHECK_TYPES, as_plan, build_batch, compile_source, read_input
+from scenecc.options import CompileOptions, Options, check_types
+from scenecc.pipeline import CHECK_TYPES, build_batch, compile_source, read_for_runs, run_seeds
 from scenecc.simulation.bodies import moving_bodies
 from scenecc.simulation.bounds import scenes_in_doubt
 from scenecc.simulation.energy import EnergyWatch
@@ -106,19 +106,14 @@ def check_source(
     """Returns the diagnostics of `check_scene`, and what was simulated. `memory`: records what is looked up."""
     if not 0 <= settle < math.inf:
         raise ValueError(f"settle must be 0 or more and finite, not {settle!r}")
-    if seeds is not None and options.seed is not None:
-        raise ValueError("seed cannot be combined with seeds")
-    runs = [options] if seeds is None else [replace(options, seed=integer(seed, "seeds", 0)) for seed in seeds]
-    if len(runs) > 1 and hasattr(source, "read") and as_plan(source) is None:
-        # A stream can be read only once.
-        sink = Sink()
-        found = read_input(source, options.limits, sink)
-        if found is None or sink.failed:
-            return Checked(sink.diagnostics())
-        source = found.plan_text or found.document
+    runs = run_seeds(options, seeds)
+    sink = Sink()
+    readable = read_for_runs(source, len(runs), options.limits, sink)
+    if readable is None:
+        return Checked(sink.diagnostics())
     check = _Check(settle, len(runs), rules, progress)
     for number, run in enumerate(runs):
-        if not check.run(number, source, run, memory):
+        if not check.run(number, readable, run, memory):
             break
     return Checked(check.diagnostics(), check.simulated())
 

@@ -8,17 +8,15 @@ import platform
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol
 
 from scenecc.checks.house_rules import run_rules
 from scenecc.diagnostics.formats.json_text import records
 from scenecc.diagnostics.formats.style import encodable
+from scenecc.drawn_values import DrawnValues, plain_values
 from scenecc.errors import SceneError
 from scenecc.files import state_now
 from scenecc.pipeline import CompiledSource, build_batch
-from scenecc.plan.properties import Quantity
-from scenecc.plan.walk import walk_fields
 from scenecc.render import render_scene
 from scenecc.simulation.check import SCENES_AT_ONCE, batch_findings, check_plan, origins_of
 from scenecc.simulation.findings import report_findings, view_command
@@ -26,7 +24,7 @@ from scenecc.source.provenance import content_hash
 from scenecc.version import VERSION
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Mapping
 
     from scenecc.backends.sapien import SceneBatch
     from scenecc.checks.house_rules import Rule
@@ -34,7 +32,6 @@ if TYPE_CHECKING:
     from scenecc.files import State
     from scenecc.options import Options
     from scenecc.pipeline import CompileResult
-    from scenecc.plan import ScenePlan
 
 Do = Literal["check", "render", "state"]
 
@@ -223,7 +220,7 @@ class _Doing:
             check_plan(result, doubts)
             common += doubts.diagnostics()
         scenes = range(self._unit.first, self._unit.end)
-        draws = drawn_fields(result.plan, scenes)
+        drawn = {name: plain_values(values) for name, values in DrawnValues(result.plan).read(scenes).items()}
         rows: list[dict[str, Any]] = []
         for first in range(scenes.start, scenes.stop, SCENES_AT_ONCE):
             some = scenes[first - scenes.start :][:SCENES_AT_ONCE]
@@ -231,7 +228,8 @@ class _Doing:
                 picture, faults = self._picture(index)
                 told = dict.fromkeys((*common, *findings, *faults))
                 row = table_row(self._entry, self._unit, index, told)
-                rows.append({**row, "draws": as_json(draws[index]), "poses": poses, "picture": picture})
+                draws = {name: values[index - scenes.start] for name, values in drawn.items()}
+                rows.append({**row, "draws": as_json(draws), "poses": poses, "picture": picture})
         return rows
 
     def _built(self, result: CompileResult, scenes: Sequence[int]) -> dict[int, tuple[list[Diagnostic], Any]]:
@@ -290,43 +288,3 @@ def _poses(batch: SceneBatch) -> dict[int, list[dict[str, Any]]]:
                     pose = one.get_entity().get_pose().__getstate__()
                     found[index].append({"name": f"{name}/{link}", "pose": [float(number) for number in pose]})
     return found
-
-
-def drawn_fields(plan: ScenePlan, scene_idxs: Sequence[int]) -> dict[int, dict[str, Any]]:
-    """Returns for each of some scenes the fields that are drawn or differ between scenes, such as `cube.mass`.
-
-    A pose is 7 numbers, p [m] then q (wxyz), in the world of the scene. A file is its path as written.
-    """
-    found: dict[int, dict[str, Any]] = {index: {} for index in scene_idxs}
-    environment = () if plan.environment is None else (plan.environment,)
-    for one in (*plan.entities, *plan.constraints, *plan.lights, *plan.cameras, *environment):
-        having, name = getattr(one, "scene_idxs", range(plan.num_scenes)), getattr(one, "name", "environment")
-        rows = [row for row, index in enumerate(having) if index in found]
-        for path, values, is_constant in _columns(one, "", plan, rows):
-            if not is_constant:
-                for row, value in zip(rows, values, strict=True):
-                    found[having[row]][f"{name}.{path}"] = value
-    return found
-
-
-def _columns(node: Any, place: str, plan: ScenePlan, rows: list[int]) -> Iterator[tuple[str, list[Any], bool]]:
-    """Yields the path of each field, its values in some rows of the object's scenes, and whether it is constant."""
-    for path, kind, value in walk_fields(node, place):
-        if not isinstance(kind, Quantity):
-            continue
-        taken = value.data.tolist() * len(rows) if len(value.data) == 1 else value.data[rows].tolist()
-        if kind.table is None:
-            yield path, taken, value.is_constant
-        elif kind.table == "files":
-            yield path, [plan.files[int(index)].uri for index in taken], value.is_constant
-        else:
-            # The rows of a material are those of its object.
-            table = getattr(plan, kind.table)
-            columns = {
-                index: {name: (values, fixed) for name, values, fixed in _columns(table[index], path, plan, rows)}
-                for index in set(taken)
-            }
-            for name in dict.fromkeys(chain.from_iterable(columns.values())):
-                given = [columns[index].get(name, ([None] * len(rows), False)) for index in taken]
-                is_constant = value.is_constant and all(fixed for _, fixed in given)
-                yield name, [values[number] for number, (values, _) in enumerate(given)], is_constant

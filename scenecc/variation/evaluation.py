@@ -6,7 +6,7 @@ import cmath
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import accumulate, repeat
 from typing import TYPE_CHECKING, Any, cast
 
@@ -23,6 +23,7 @@ from scenecc.variation.operations import (
     LISTS,
     NUMBERS,
     SEQUENCES,
+    ComputeLimitError,
     DrawError,
     ExpressionError,
     OperationCounter,
@@ -413,6 +414,22 @@ class RetryBatch(Batch):
         """A batch of some of the rows."""
         assert self.tries is not None
         return RetryBatch(self._untried.only(rows), self.tries[rows])
+
+
+def rows_with_value(name: str, batch: Batch) -> Iterator[tuple[int, Any]]:
+    """The scenes in which a shared draw has a value, and its plain rows there. Nothing reads it in the others.
+
+    Raises:
+        ComputeLimitError: the draws exceed the limit of operations.
+    """
+    try:
+        yield from zip(batch.scenes.tolist(), batch.shared(name).tolist(), strict=True)
+    except ComputeLimitError:
+        raise
+    except DrawError:
+        scenes = np.arange(len(batch.scenes))
+        for half in np.array_split(scenes, 2) if len(scenes) > 1 else ():
+            yield from rows_with_value(name, batch.only(half))
 
 
 def _scene_index(batch: Batch, node: nodes.Rows) -> NDArray[np.intp]:

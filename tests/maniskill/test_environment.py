@@ -97,6 +97,7 @@ def test_a_passport_builds_an_episode_again_without_maniskill(table: Path) -> No
     _, info = env.reset()
     env.step(env.action_space.sample())
     text = str(info["passport"][0])
+    drawn = info["draws"][0]
     content = json.loads(text)
     assert content["params"] == {"robot_init_qpos_noise": 0.02}
     assert content["seed"] != content["reset"]["seed"]
@@ -104,6 +105,9 @@ def test_a_passport_builds_an_episode_again_without_maniskill(table: Path) -> No
     with replay(text, file=table, render=False) as batch:
         assert batch.passport(0) == text
         starts = [batch.entities[name].pose[0] for name in ("cube", "goal")]
+        assert {name: value.tolist() for name, value in drawn.items()} == {
+            name: rows[0].tolist() for name, rows in batch.drawn().items()
+        }
         cube: Any = batch.entities["cube"].objs[0].components[0]
         mass = cube.mass
     env.reset(seed=3)

@@ -113,8 +113,9 @@ def test_the_checker_of_gymnasium_passes() -> None:
 
 
 def written(*given: Any) -> tuple[Any, ...]:
-    """What a reset or a step gives, with the passports as texts."""
+    """What a reset or a step gives, with the passports as texts and without draws."""
     *others, infos = given
+    infos = {name: values for name, values in infos.items() if name not in {"draws", "_draws"}}
     if "passport" in infos:
         infos["passport"] = np.array([one and str(one) for one in infos["passport"]], object)
     return (*others, infos)
@@ -144,7 +145,12 @@ def test_it_behaves_like_a_vector_of_single_environments(scale: float) -> None:
 def test_an_episode_equals_a_reset_with_its_seed(envs: SceneVectorEnv) -> None:
     first, infos = envs.reset(seed=5)
     assert [str(one) for one in infos.pop("passport")] == [envs.batch.passport(index) for index in range(3)]
+    draws = infos.pop("draws")
+    drawn = envs.batch.drawn()
+    assert [dict(one) for one in draws] == [{name: rows[index] for name, rows in drawn.items()} for index in range(3)]
+    assert drawn["cart/slide.qpos"].astype(np.float32).tolist() == envs.batch.articulations["cart"].qpos[:, 0].tolist()
     assert infos.pop("_passport").all()
+    assert infos.pop("_draws").all()
     assert infos == {}
     assert len(np.unique(first[:, 0])) == 3
     envs.batch.reset(seed=5)
@@ -165,6 +171,8 @@ def test_a_mask_resets_some_environments(envs: SceneVectorEnv) -> None:
     assert [one is None for one in infos["passport"]] == [True, False, True]
     assert json.loads(str(infos["passport"][1]))["reset"]["seed"] == 9
     assert pickle.loads(pickle.dumps(infos["passport"][1])) == envs.batch.passport(1)
+    assert [one is None for one in infos["draws"]] == [True, False, True]
+    assert pickle.loads(pickle.dumps(infos["draws"][1])) == {name: rows[1] for name, rows in envs.batch.drawn().items()}
     assert (after[::2] == before[::2]).all()
     assert (after[1] == envs.reset(seed=9)[0][1]).all()
 

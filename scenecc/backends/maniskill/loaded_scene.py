@@ -36,6 +36,7 @@ from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulati
 from scenecc.backends.sapien.properties import to_poses
 from scenecc.backends.sapien.reset import ResetSampler
 from scenecc.backends.sapien.state import AnyState, ArticulationState, ArticulationStateWriter, EntityState
+from scenecc.drawn_values import DrawnRow, DrawnValues
 from scenecc.options import check_scene_idxs, check_seeds
 
 if TYPE_CHECKING:
@@ -251,10 +252,7 @@ class LoadedScene:
         Raises:
             ValueError: a drawn value is undefined, or an argument is invalid.
         """
-        count = self.plan.num_scenes
-        chosen = tuple(range(count)) if env_idx is None else check_scene_idxs(map(int, env_idx))
-        if any(not 0 <= index < count for index in chosen):
-            raise ValueError(f"env_idx must be in 0 to {count - 1}, not {list(chosen)}")
+        chosen = self._environments(env_idx)
         seeds = check_seeds(seed, [self.plan.seed] * len(chosen))
         if not chosen:
             return
@@ -263,7 +261,7 @@ class LoadedScene:
         drawn = self._drawn_fields.draw(batch)
         targets = self._constraints.sample_targets(batch)
         self._drawn_fields.apply(drawn)
-        self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
+        self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn, batch))
         for _, camera in self._cameras():
             # ManiSkill caches what it has read of a camera.
             camera._cached_local_pose = camera._cached_intrinsic_matrix = None  # noqa: SLF001
@@ -276,6 +274,26 @@ class LoadedScene:
         with restrict_reset(self.scene, chosen):
             for name, state in states.items():
                 write_state_on_gpu(self._objects(name), self._engine_objects[name], state)
+
+    def drawn(self, env_idx: Iterable[int] | None = None) -> dict[str, NDArray[Any]]:
+        """Like `SceneBatch.drawn`, for some environments. Default: all. On a GPU, what stays as built is as built."""
+        chosen = self._environments(env_idx)
+        return self._drawn_values.read(chosen, self._passports.drawings(chosen))
+
+    def drawn_rows(self, env_idx: Iterable[int] | None = None) -> list[DrawnRow]:
+        """Returns the same for each of these environments: name → value. It is read when it is first used."""
+        chosen = self._environments(env_idx)
+        drawings = self._passports.drawings(chosen)
+        read = self._drawn_values.read
+        return [DrawnRow(partial(read, [one], [drawing])) for one, drawing in zip(chosen, drawings, strict=True)]
+
+    def _environments(self, env_idx: Iterable[int] | None) -> tuple[int, ...]:
+        """Returns the indices of some environments. Raises ValueError for one that does not exist."""
+        count = self.plan.num_scenes
+        chosen = tuple(range(count)) if env_idx is None else check_scene_idxs(map(int, env_idx))
+        if any(not 0 <= index < count for index in chosen):
+            raise ValueError(f"env_idx must be in 0 to {count - 1}, not {list(chosen)}")
+        return chosen
 
     def passport(self, scene: int) -> str:
         """Like `SceneBatch.passport`, for an environment. A replay lacks an agent's robot that is not in the file."""
@@ -302,7 +320,33 @@ class LoadedScene:
         return [self.scene.articulations[f"{name}-{index}"] for index in self._engine_objects[name].scene_idxs]
 
     @cached_property
+    def _drawn_values(self) -> DrawnValues:
+        return DrawnValues(self.plan, self._kept)
+
+    @cached_property
+    def _kept(self) -> Sequence[str]:
+        """The fields that the plan draws at a reset, but that stay as built on a GPU."""
+        if not self.scene.gpu_sim_enabled:
+            return ()
+        cameras = [
+            holder
+            for camera in self.plan.cameras
+            for holder in component_holders("cameras", camera, ComponentBatch(camera.name, (), []))
+        ]
+        return drawn_names([*(one for one in self._holders() if not is_visual(one)), *cameras])
+
+    @cached_property
     def _drawn_fields(self) -> DrawnFieldSet:
+        if self.scene.gpu_sim_enabled:
+            # The buffers hold these numbers on a GPU, and SAPIEN's setters do not reach all of them.
+            _warn_of_kept_values(self._kept)
+            holders = filter(is_visual, self._holders())
+        else:
+            holders = (*self._holders(), *self._camera_holders())
+        return DrawnFieldSet(holders, self._drawn_objects, rendered=self._lights is not None)
+
+    def _holders(self) -> Iterator[Holder]:
+        """Yields everything but cameras that has fields that a reset may redraw."""
         every_scene = tuple(range(self.plan.num_scenes))
         components: dict[str, ComponentBatch] = {}
         systems: dict[int, Any] = {}
@@ -310,20 +354,7 @@ class LoadedScene:
             components = {f"lights/{name}": one for name, one in self._lights.lights.items()}
             systems = self._lights.render_systems
         components |= {f"constraints/{name}": one for name, one in self._constraints.batches.items()}
-        holders = plan_holders(self.plan, every_scene, self._engine_objects, self._drawn_objects, components, systems)
-        if self.scene.gpu_sim_enabled:
-            # The buffers hold these numbers on a GPU, and SAPIEN's setters do not reach all of them.
-            every = tuple(holders)
-            cameras = [
-                holder
-                for camera in self.plan.cameras
-                for holder in component_holders("cameras", camera, ComponentBatch(camera.name, (), []))
-            ]
-            _warn_of_kept_values(drawn_names([*(one for one in every if not is_visual(one)), *cameras]))
-            holders = filter(is_visual, every)
-        else:
-            holders = (*holders, *self._camera_holders())
-        return DrawnFieldSet(holders, self._drawn_objects, rendered=self._lights is not None)
+        return plan_holders(self.plan, every_scene, self._engine_objects, self._drawn_objects, components, systems)
 
     def _cameras(self) -> Iterator[tuple[Camera, Any]]:
         """Yields the cameras of the plan that the environment has as sensors or human cameras, with ManiSkill's."""

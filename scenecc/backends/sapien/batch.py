@@ -36,6 +36,7 @@ from scenecc.backends.sapien.state import (
     validate_state,
 )
 from scenecc.diagnostics.diagnostic import Location
+from scenecc.drawn_values import DrawnRow, DrawnValues
 from scenecc.errors import SceneError
 from scenecc.interrupt import interrupts_wait
 from scenecc.options import check_scene_idxs, check_seeds, integer
@@ -540,7 +541,7 @@ class SceneBatch:
         self._place(chosen, states, exact=exact)
         for component, setter, arguments in targets:
             getattr(component, setter)(*arguments)
-        self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
+        self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn, drawing))
 
     def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
         """Returns the exact poses, velocities, sleep states and kinematic targets of all bodies in these scenes.
@@ -585,6 +586,31 @@ class SceneBatch:
         drawn = self._drawn_fields.saved(state.drawn, chosen)
         self._drawn_fields.apply(drawn)
         self._place(chosen, states, exact=exact)
+
+    def drawn(self, scene_idxs: Sequence[int] | None = None) -> dict[str, NDArray[Any]]:
+        """Returns what the last build or reset drew: name → (B, …), a row for each of these scenes.
+
+        Names and values are those of `scenecc.scene_draws`. Values that were set by hand or by `set_state` are not in
+        it. Visual materials, lights and cameras are in it even if the batch does not render.
+
+        Args:
+            scene_idxs: scenes to read. Default: all.
+
+        Raises:
+            KeyError: this batch has no such scene.
+            RuntimeError: the batch is closed.
+        """
+        self._check_open()
+        chosen = self._select_scenes(scene_idxs)
+        return self._drawn_values.read(chosen, self._passports.drawings(chosen))
+
+    def drawn_rows(self, scene_idxs: Sequence[int] | None = None) -> list[DrawnRow]:
+        """Returns the same for each of these scenes: name → value. It is read when it is first used."""
+        self._check_open()
+        chosen = self._select_scenes(scene_idxs)
+        drawings = self._passports.drawings(chosen)
+        read = self._drawn_values.read
+        return [DrawnRow(partial(read, [one], [drawing])) for one, drawing in zip(chosen, drawings, strict=True)]
 
     def passport(self, scene: int) -> str:
         """Returns a line of JSON from which `scenecc replay` rebuilds a scene as after its last build or reset.
@@ -647,6 +673,10 @@ class SceneBatch:
     @cached_property
     def _start(self) -> ResetSampler:
         return ResetSampler(self._plan, self._scene_idxs, self._members.objects)
+
+    @cached_property
+    def _drawn_values(self) -> DrawnValues:
+        return DrawnValues(self._plan)
 
     @cached_property
     def _drawn_fields(self) -> DrawnFieldSet:

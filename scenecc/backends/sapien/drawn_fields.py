@@ -234,7 +234,12 @@ class DrawnFieldSet:
             # A value that was set by hand since then is only in the engine.
             for scene, _, there in write.differing():
                 write.rows[scenes.index(scene)] = there.reshape(write.rows.shape[1:])
-            found[one.key] = DrawnFieldState(tuple(scenes), write.rows, is_visual(one.holder))
+            # Each variant of an entity has the field in its own scenes.
+            other = found.get(one.key, DrawnFieldState((), write.rows[:0]))
+            scenes = [*other.scene_idxs, *scenes]
+            order = np.argsort(scenes)
+            rows = np.concatenate((other.numbers, write.rows))[order]
+            found[one.key] = DrawnFieldState(tuple(np.array(scenes)[order].tolist()), rows, is_visual(one.holder))
         return found
 
     def saved(self, state: Mapping[str, DrawnFieldState], scene_idxs: Sequence[int]) -> list[FieldWrite]:

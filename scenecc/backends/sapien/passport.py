@@ -18,13 +18,14 @@ from scenecc.plan.geometry import ConvexParts
 from scenecc.version import VERSION
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scenecc.backends.sapien.drawn_fields import DrawnFieldSet, FieldWrite
     from scenecc.backends.sapien.reset import ResetSampler
     from scenecc.backends.sapien.state import AnyState
     from scenecc.plan import ScenePlan
     from scenecc.source.provenance import Provenance
+    from scenecc.variation.evaluation import Batch
 
 PASSPORT_VERSION: Final = 1
 
@@ -33,10 +34,13 @@ HASH_LENGTH: Final = 32
 
 
 class Sampled(NamedTuple):
-    """The initial states of some scenes: states of entities, and all other values that a reset draws."""
+    """The initial states of some scenes: states of entities, all other values that a reset draws, and the batch that
+    drew them.
+    """
 
     states: Mapping[str, AnyState]
     writes: Sequence[FieldWrite]
+    drawing: Batch
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,11 @@ class PassportWriter:
         """Returns the last start of a scene."""
         return self._starts.get(index) or Start(self._plan.seed, {})
 
+    def drawings(self, scene_idxs: Iterable[int]) -> list[Batch | None]:
+        """Returns the batches that the last resets of some scenes drew from. None: the scene is as built."""
+        starts = map(self.start, scene_idxs)
+        return [None if one.sampled is None else one.sampled.drawing for one in starts]
+
     def text(self, index: int, start: Start, sampler: ResetSampler, fields: DrawnFieldSet) -> str:
         """Returns the passport of a scene at a start.
 
@@ -139,7 +148,7 @@ def start_hash(index: int, start: Start, sampler: ResetSampler, fields: DrawnFie
     The start is sampled again, because the engine may have simulated since. Each array is
     hashed by name in float32 and is independent of the other scenes of the batch.
     """
-    states, writes = start.sampled or _sample(index, start, sampler, fields)
+    states, writes, _ = start.sampled or _sample(index, start, sampler, fields)
     rows: dict[tuple[str, str], Any] = {}
     for name, state in states.items():
         row = bisect_left(state.scene_idxs, index)
@@ -159,7 +168,7 @@ def start_hash(index: int, start: Start, sampler: ResetSampler, fields: DrawnFie
 
 def _sample(index: int, start: Start, sampler: ResetSampler, fields: DrawnFieldSet) -> Sampled:
     drawing = sampler.batch((index,), (start.seed,), {name: [row] for name, row in start.draws.items()})
-    return Sampled(sampler.drawn(drawing), fields.draw(drawing))
+    return Sampled(sampler.drawn(drawing), fields.draw(drawing), drawing)
 
 
 def build_versions(plan: ScenePlan) -> dict[str, str]:

@@ -18,9 +18,10 @@ from hypothesis import strategies as st
 from plugins.nightly import examples
 
 import scenecc
+from scenecc.drawn_values import DrawnValues
 from scenecc.sweeps import folder as folders
 from scenecc.sweeps import sweep as sweeps
-from scenecc.sweeps.units import do_unit, drawn_fields
+from scenecc.sweeps.units import do_unit
 
 SCENE = """\
 scenecc: 1
@@ -95,10 +96,10 @@ def test_draws_have_the_names_of_the_file() -> None:
     variants = [{"shapes": [{"type": "box", "half_size": [wide, 0.1, 0.1]}]}, {"shapes": [ball]}]
     entities = {"toy": {"variants": variants, "pick": 0}, "arm": {"root": {"name": "base", "children": [left, right]}}}
     plan = scenecc.open_scene({"scenecc": 1, "entities": entities}).plan
-    assert set(drawn_fields(plan, [0])[0]) == {
+    assert set(DrawnValues(plan).read([0])) == {
         "toy.variants[0].shapes[0].half_size",
         "toy.variants[1].shapes[0].radius",
-        "arm.links.right.shapes[0].radius",
+        "arm/right.shapes[0].radius",
         "arm.mimics.follow.multiplier",
     }
 

@@ -1,0 +1,167 @@
+"""`scenecc draws`."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sys
+from enum import Enum
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from scenecc.cli.check import parse_seeds
+from scenecc.cli.options import SceneArgument, takes_compile_options
+from scenecc.cli.output import STDOUT, end, of_settings, print_out, progress, usage_error, write_output
+from scenecc.cli.paths import checked_source
+from scenecc.cli.tables import escape_text, table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from scenecc import SceneDraws
+
+
+class _DrawsFormat(str, Enum):
+    """Formats of drawn values."""
+
+    text = "text"
+    json = "json"
+    csv = "csv"
+    parquet = "parquet"
+
+
+@takes_compile_options
+def draws(
+    scene: SceneArgument,
+    *,
+    seeds: Annotated[
+        Any, typer.Option("--seeds", metavar="A:B", parser=parse_seeds, help="Draw with each seed from A to B-1.")
+    ] = None,
+    scenes: Annotated[
+        str | None, typer.Option("--scene", metavar="IDXS", help="Only these scenes: 3, or 0:4 or 0,2 or ::2.")
+    ] = None,
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")
+    ] = None,
+    form: Annotated[_DrawsFormat, typer.Option("--format", help="Format of the values.")] = _DrawsFormat.text,
+    options: dict[str, Any],
+) -> None:
+    """Print the values that a scene draws.
+
+    Prints the shared draws, and all fields that are drawn or differ between scenes, for each seed and scene, as a
+    build draws them. No engine is started. In a scene without a value, the value is left out (text), null (json),
+    empty (csv), or NaN or null (parquet). Parquet needs the extra `sweep`.
+
+    \b
+    Examples:
+      scenecc draws scenes/draws.yaml
+      scenecc draws scenes/clutter.yaml --seeds 0:20 --scene 3 --format json
+      scenecc draws scenes/clutter.yaml --seeds 0:1000 --format parquet -o draws.parquet
+    """
+    import scenecc
+
+    if seeds is not None and options["seed"] is not None:
+        raise typer.BadParameter("it cannot be combined with --seed", param_hint="'--seeds'")
+    if form is _DrawsFormat.parquet and output in {None, STDOUT}:
+        raise typer.BadParameter("Parquet is written to a file: -o FILE.parquet", param_hint="'--format'")
+    if form is _DrawsFormat.parquet and find_spec("pyarrow") is None:
+        from scenecc.extras import install_hint
+
+        end([usage_error("SC828", "Parquet needs pyarrow, not installed here", hint=install_hint("sweep"))])
+    source = checked_source(scene, output)
+    try:
+        with progress("draws") as show:
+            found = scenecc.scene_draws(source, seeds=seeds, scenes=scenes, progress=show, **options)
+    except scenecc.SceneError as error:
+        end(of_settings(error.diagnostics, options["params"], scenes="--scene"))
+    content = _WRITERS[form](found)
+    if output is None:
+        print_out(content)
+    elif (reason := write_output(output, content)) is not None:
+        end([usage_error(*reason, file=output)])
+
+
+def _rows(found: Sequence[SceneDraws]) -> Iterator[tuple[int, int, dict[str, Any]]]:
+    """Yields seed, scene and plain values by name, in which None is a missing value."""
+    from scenecc.drawn_values import plain_values
+
+    for one in found:
+        columns = {name: plain_values(values) for name, values in one.values.items()}
+        for number, scene in enumerate(one.scene_idxs):
+            yield one.seed, scene, {name: values[number] for name, values in columns.items()}
+
+
+def _text(found: Sequence[SceneDraws]) -> str:
+    from scenecc.diagnostics.formats import wants_color
+    from scenecc.plan.display import format_item, to_tuples
+
+    rows = [
+        (str(seed), str(scene), escape_text(name), escape_text(format_item(to_tuples(value))))
+        for seed, scene, values in _rows(found)
+        for name, value in values.items()
+        if value is not None
+    ]
+    return table(("seed", "scene", "name", "value"), rows, color=wants_color(sys.stdout)) if rows else "no draws\n"
+
+
+def _json(found: Sequence[SceneDraws]) -> str:
+    rows = [{"seed": seed, "scene": scene, "values": values} for seed, scene, values in _rows(found)]
+    return json.dumps({"draws": rows}, indent=2, ensure_ascii=False) + "\n"
+
+
+def _csv(found: Sequence[SceneDraws]) -> str:
+    """Returns one line per seed and scene. A vector has a column per number: `cube.pose[0]`."""
+    rows = [{"seed": seed, "scene": scene, **_cells(values)} for seed, scene, values in _rows(found)]
+    names = dict.fromkeys(name for row in rows for name in row)
+    written = io.StringIO()
+    writer = csv.DictWriter(written, [*names] or ["seed", "scene"], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return written.getvalue()
+
+
+def _cells(values: dict[str, Any]) -> dict[str, Any]:
+    cells: dict[str, Any] = {}
+    for name, value in values.items():
+        if isinstance(value, list):
+            several: list[Any] = value  # pyright: ignore[reportUnknownVariableType]
+            cells |= _cells({f"{name}[{number}]": item for number, item in enumerate(several)})
+        elif value is not None:
+            cells[name] = json.dumps(value) if isinstance(value, bool) else value
+    return cells
+
+
+def _parquet(found: Sequence[SceneDraws]) -> bytes:
+    """Returns one row per seed and scene. A vector is a list; a value that differs in type by scene is JSON."""
+    pa: Any = import_module("pyarrow")
+    names = dict.fromkeys(name for one in found for name in one.values)
+    columns: dict[str, list[Any]] = {
+        "seed": [one.seed for one in found for _ in one.scene_idxs],
+        "scene": [scene for one in found for scene in one.scene_idxs],
+    }
+    if max(columns["seed"], default=0) >= _SEED_LIMIT:
+        columns["seed"] = list(map(str, columns["seed"]))
+    for name in names:
+        rows = [one.values[name].tolist() if name in one.values else [None] * len(one.scene_idxs) for one in found]
+        columns[name] = [row for several in rows for row in several]
+        try:
+            pa.array(columns[name])
+        except (pa.ArrowInvalid, pa.ArrowTypeError):
+            columns[name] = [None if row is None else json.dumps(row) for row in columns[name]]
+    written = io.BytesIO()
+    import_module("pyarrow.parquet").write_table(pa.table(columns), written)
+    return written.getvalue()
+
+
+_SEED_LIMIT: Final = 2**63
+
+_WRITERS: Final[dict[_DrawsFormat, Callable[[Sequence[SceneDraws]], str | bytes]]] = {
+    _DrawsFormat.text: _text,
+    _DrawsFormat.json: _json,
+    _DrawsFormat.csv: _csv,
+    _DrawsFormat.parquet: _parquet,
+}

@@ -1,0 +1,312 @@
+"""The values of scenes that are drawn or differ between scenes, by name. No engine is needed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from scenecc.plan.articulation import ArticulationStructure
+from scenecc.plan.display import SPEC_FIELD_NAMES, item_path
+from scenecc.plan.properties import Quantity
+from scenecc.plan.scene import is_unnamed_draw
+from scenecc.plan.schema import plan_fields
+from scenecc.plan.walk import walk_fields
+from scenecc.variation.evaluation import Batch, row_array, rows_with_value, to_field_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Container
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import Entity, ScenePlan, Value
+    from scenecc.plan.body import AssetFile
+
+_PLAN_NAMES = {word: name for name, word in SPEC_FIELD_NAMES.items()}
+"""Fields that have the plan's name here, as in `SceneBatch.state`: `disable_gravity` is the opposite of `gravity`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneDraws:
+    """What a build with one seed draws.
+
+    Attributes:
+        seed: the seed.
+        scene_idxs: scenes of the rows.
+        values: name → (B, …), a row for each of these scenes.
+    """
+
+    seed: int
+    scene_idxs: tuple[int, ...]
+    values: Mapping[str, NDArray[Any]]
+
+
+class DrawnRow(Mapping[str, Any]):
+    """The drawn values of one scene, by name. They are read on first access.
+
+    Args:
+        read: returns the values of this scene, with one row each.
+    """
+
+    def __init__(self, read: Callable[[], Mapping[str, NDArray[Any]]]) -> None:
+        self._read = read
+
+    @cached_property
+    def _values(self) -> dict[str, Any]:
+        return {name: rows[0] for name, rows in self._read().items()}
+
+    def __getitem__(self, name: str) -> Any:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __repr__(self) -> str:
+        return repr(self._values)
+
+    def __reduce__(self) -> tuple[type[dict[str, Any]], tuple[dict[str, Any]]]:
+        return dict, (self._values,)  # a copy or a pickle is a dict
+
+
+class _Group(NamedTuple):
+    """Scenes that were last reset together, each with its row in the result. `drawing`: None if they are as built."""
+
+    drawing: Batch | None
+    numbers: dict[int, int]
+
+
+class _Part(NamedTuple):
+    """A value of the plan that a name has in some scenes. `rows`: scene → row of the value."""
+
+    value: Value
+    rows: Mapping[int, int]
+    files: tuple[AssetFile, ...] | None
+
+    def read(self, scenes: Sequence[int], drawing: Batch | None) -> list[Any]:
+        """Returns the values in scenes that it has: as a reset drew them, or as built if `drawing` is None."""
+        recipe, data = self.value.recipe, self.value.data
+        if drawing is None or recipe is None:
+            taken = data[[self.rows[scene] if len(data) > 1 else 0 for scene in scenes]]
+        else:
+            part = drawing.only(np.searchsorted(drawing.scenes, scenes))
+            taken = np.asarray(to_field_rows(part.evaluate(recipe)), data.dtype)
+        return [*taken] if self.files is None else [self.files[int(index)].uri for index in taken.tolist()]
+
+
+class DrawnValues:
+    """Reads the drawn values of a plan.
+
+    Args:
+        plan: the plan.
+        kept: names of fields that a reset keeps, although they have a recipe.
+    """
+
+    def __init__(self, plan: ScenePlan, kept: Container[str] = ()) -> None:
+        self._plan = plan
+        self._kept = kept
+
+    def read(
+        self, scene_idxs: Sequence[int], drawings: Sequence[Batch | None] | None = None
+    ) -> dict[str, NDArray[Any]]:
+        """Returns name → (B, …), a row for each of some scenes.
+
+        The names are those of the shared draws (`INSTANCE/NAME` in an instance) and of the fields that are drawn or
+        differ between scenes: `cube.mass`, `cube.shapes[0].half_size`, `arm/elbow.stiffness`, `lights/lamp.color`. A
+        pose is 7 numbers, p [m] then q (wxyz). `cube.pick` is the index of the scene's variant. A file is its path
+        as written. In a scene without the value, numbers are NaN and texts None; integers and flags are then floats.
+
+        Args:
+            scene_idxs: the scenes.
+            drawings: for each scene, the batch that its last reset drew from; None: it is as built.
+        """
+        groups: dict[int, _Group] = {}
+        for number, drawing in enumerate(drawings or [None] * len(scene_idxs)):
+            groups.setdefault(id(drawing), _Group(drawing, {})).numbers[scene_idxs[number]] = number
+        count, found = len(scene_idxs), dict[str, "NDArray[Any]"]()
+        for name, _ in self._plan.draws:
+            if not is_unnamed_draw(name):
+                found[name] = self._read_draw(name, groups.values(), count)
+        for name in self._fields:
+            found[name] = self._read_field(name, groups.values(), count)
+        return found
+
+    def _read_draw(self, name: str, groups: Iterable[_Group], count: int) -> NDArray[Any]:
+        items: list[Any] = [None] * count
+        for group in groups:
+            batch = self._as_built if group.drawing is None else group.drawing
+            rows = np.searchsorted(batch.scenes, sorted(group.numbers))
+            for scene, row in rows_with_value(name, batch.only(rows)):
+                items[group.numbers[scene]] = row
+        return _stack(items)
+
+    def _read_field(self, name: str, groups: Iterable[_Group], count: int) -> NDArray[Any]:
+        items: list[Any] = [None] * count
+        for part in self._fields[name]:
+            for group in groups:
+                if scenes := sorted(group.numbers.keys() & part.rows.keys()):
+                    values = part.read(scenes, None if name in self._kept else group.drawing)
+                    for scene, value in zip(scenes, values, strict=True):
+                        items[group.numbers[scene]] = value
+        return _stack(items)
+
+    @cached_property
+    def _as_built(self) -> Batch:
+        plan = self._plan
+        return Batch(np.arange(plan.num_scenes), plan.seed, plan.num_scenes, dict(plan.draws), {})
+
+    @cached_property
+    def _fields(self) -> dict[str, list[_Part]]:
+        parts: dict[str, list[_Part]] = {}
+        wanted: set[str] = set()
+        for name, part, is_choice in self._parts():
+            parts.setdefault(name, []).append(part)
+            if is_choice or not part.value.is_constant:
+                wanted.add(name)
+        return {name: found for name, found in parts.items() if name in wanted}
+
+    def _parts(self) -> Iterator[tuple[str, _Part, bool]]:
+        """Yields names and values, and whether a value is one of several that a scene has."""
+        plan, materials = self._plan, _Materials()
+        for entity in plan.entities:
+            for name, kind, value, rows in _entity_fields(entity):
+                if kind.table in {None, "files"}:
+                    yield name, self._part(kind, value, rows), False
+                else:
+                    materials.add(entity.name, name, str(kind.table), value, rows)
+        for name, table, index, rows, is_choice in materials.users():
+            for path, kind, value in _quantities(walk_fields(getattr(plan, table)[index])):
+                yield f"{name}.{path}", self._part(kind, value, rows), is_choice
+        sections = (("constraints", plan.constraints), ("lights", plan.lights), ("cameras", plan.cameras))
+        for who, node in ((f"{section}/{node.name}", node) for section, nodes in sections for node in nodes):
+            rows = {scene: row for row, scene in enumerate(node.scene_idxs)}
+            for path, kind, value in _quantities(walk_fields(node)):
+                yield f"{who}.{_component_path(path, node)}", self._part(kind, value, rows), False
+        if plan.environment is not None:
+            rows = {scene: scene for scene in range(plan.num_scenes)}
+            for path, kind, value in _quantities(walk_fields(plan.environment)):
+                yield f"environment.{path}", self._part(kind, value, rows), False
+
+    def _part(self, kind: Quantity, value: Value, rows: Mapping[int, int]) -> _Part:
+        return _Part(value, rows, self._plan.files if kind.table == "files" else None)
+
+
+def plain_values(rows: NDArray[Any]) -> list[Any]:
+    """Returns rows of drawn values as plain data for JSON: a missing number is None, infinite ones "inf" and "-inf"."""
+    return [_plain(item) for item in rows.tolist()]
+
+
+def _plain(item: Any) -> Any:
+    if isinstance(item, list):
+        several = [_plain(one) for one in item]  # pyright: ignore[reportUnknownVariableType]
+        return None if several and all(one is None for one in several) else several
+    if isinstance(item, float) and not math.isfinite(item):
+        return None if math.isnan(item) else str(item)
+    return item
+
+
+def _stack(items: list[Any]) -> NDArray[Any]:
+    """Returns values as an array, with NaN for None where the others are numbers."""
+    first = next((np.asarray(item) for item in items if item is not None), None)
+    if first is None:
+        return np.full(len(items), np.nan)
+    if any(item is None for item in items) and first.dtype.kind in "bif":
+        missing = np.full(first.shape, np.nan)
+        items = [missing if item is None else np.asarray(item, np.float64) for item in items]
+    elif first.dtype.kind in "bif" and all(isinstance(item, np.ndarray | np.generic) for item in items):
+        return np.array(items)
+    return row_array([item.tolist() if isinstance(item, np.ndarray | np.generic) else item for item in items])
+
+
+def _quantities(fields: Iterable[tuple[str, Any, Any]]) -> Iterator[tuple[str, Quantity, Value]]:
+    for path, kind, value in fields:
+        if isinstance(kind, Quantity):
+            above, dot, last = path.rpartition(".")
+            yield f"{above}{dot}{_PLAN_NAMES.get(last, last)}", kind, value
+
+
+def _entity_fields(entity: Entity) -> Iterator[tuple[str, Quantity, Value, Mapping[int, int]]]:
+    """Yields name, kind, value and rows of each field, with the names of `SceneBatch.state`."""
+    every = {scene: row for row, scene in enumerate(entity.scene_idxs)}
+    kinds = {slot.name: slot.kind for slot in plan_fields(entity.__class__)}
+    own = {"pose": entity.pose} if entity.pick is None else {"pose": entity.pose, "pick": entity.pick}
+    for name, value in own.items():
+        kind = kinds[name]
+        assert isinstance(kind, Quantity)
+        yield f"{entity.name}.{name}", kind, value, every
+    for number, structure in enumerate(entity.structures):
+        rows = every
+        if entity.pick is not None:
+            rows = {scene: row for scene, row in every.items() if entity.pick.row(row) == number}
+        parts = [(entity.name, walk_fields(structure))]
+        if isinstance(structure, ArticulationStructure):
+            parts = _articulation_parts(entity.name, structure)
+        for who, fields in parts:
+            for path, kind, value in _quantities(fields):
+                yield f"{who}.{path}", kind, value, rows
+
+
+def _articulation_parts(who: str, structure: ArticulationStructure) -> list[tuple[str, Iterable[tuple[str, Any, Any]]]]:
+    """Returns the fields of links and joints by `ENTITY/LINK` and `ENTITY/JOINT`, and the others by the entity."""
+    own = (field for field in walk_fields(structure) if not field[0].startswith("links."))
+    found: list[tuple[str, Iterable[tuple[str, Any, Any]]]] = [(who, own)]
+    for number, link in enumerate(structure.links):
+        place = item_path("links", number, link, count=len(structure.links))
+        found.append((f"{who}/{link.name}", _below(place, walk_fields(link.body, place))))
+        if link.file is not None:
+            found.append((f"{who}/{link.name}", [next(one for one in walk_fields(link) if one[0] == "file")]))
+        if link.joint is not None:
+            found.append((f"{who}/{link.joint.name or link.name}", walk_fields(link.joint)))
+    return found
+
+
+def _below(place: str, fields: Iterable[tuple[str, Any, Any]]) -> Iterator[tuple[str, Any, Any]]:
+    return ((path.removeprefix(f"{place}."), kind, value) for path, kind, value in fields)
+
+
+def _component_path(path: str, node: Any) -> str:
+    """Returns the path of a field of a constraint, light or camera with the names of `SceneBatch.state`."""
+    lens = getattr(node, "lens", None)
+    if lens is not None and path in {slot.name for slot in plan_fields(lens.__class__)}:
+        return f"lens.{path}"
+    return f"drive.{path.removeprefix('drives.')}" if path.startswith("drives.") else path
+
+
+class _Materials:
+    """The materials that the shapes of entities use."""
+
+    def __init__(self) -> None:
+        self._chosen: list[tuple[str, str, Value, Mapping[int, int]]] = []
+        self._owners: dict[tuple[str, int], str] = {}
+        self._rows: dict[tuple[str, int], dict[int, int]] = {}
+
+    def add(self, entity: str, name: str, table: str, value: Value, rows: Mapping[int, int]) -> None:
+        """Adds the material of a shape, which has the name `name`. Its rows are those of the first entity with it."""
+        for index, some in _rows_by_item(value, rows).items():
+            if self._owners.setdefault((table, index), entity) == entity:
+                self._rows.setdefault((table, index), {}).update(some)
+        if not value.is_constant:
+            self._chosen.append((name, table, value, rows))
+
+    def users(self) -> Iterator[tuple[str, str, int, Mapping[int, int], bool]]:
+        """Yields name, table, index and rows of each material, and whether it is one of several that a shape has."""
+        for name, table, value, rows in self._chosen:
+            for index, some in _rows_by_item(value, rows).items():
+                yield name, table, index, some, True
+        for (table, index), entity in self._owners.items():
+            kind = table.removesuffix("_materials")
+            yield f"{entity}/{kind} material {index}", table, index, self._rows[table, index], False
+
+
+def _rows_by_item(value: Value, rows: Mapping[int, int]) -> dict[int, dict[int, int]]:
+    """Returns the rows of each item of a table that a value selects."""
+    found: dict[int, dict[int, int]] = {}
+    for scene, row in rows.items():
+        found.setdefault(int(value.row(row)), {})[scene] = row
+    return found
