@@ -141,6 +141,7 @@ def unsupported_bodies(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[
         # A plane supports everything that collides with it, because it pushes bodies up from beneath.
         planes = [each for each in solid if any(faces(shape, each, up) for shape in each.collision_shapes)]
         boxes = _boxes_along(bounding_boxes(solid), up)
+        endless = np.array([any(map(is_plane, each.collision_shapes)) for each in solid])
         for body in bodies:
             parts = _parts(body.component)
             if any(_can_collide(part, plane) for plane in planes for part in parts):
@@ -148,7 +149,7 @@ def unsupported_bodies(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[
             own = np.isin([id(each) for each in solid], [id(part) for part in parts])
             low, high = boxes[own].min(axis=0)[0], boxes[own].max(axis=0)[1]
             below = (boxes[:, 0, :2] <= high[:2]).all(axis=1) & (boxes[:, 1, :2] >= low[:2]).all(axis=1)
-            below &= ~own & (boxes[:, 0, 2] < high[2])
+            below &= ~own & ~endless & (boxes[:, 0, 2] < high[2])
             under = [solid[number] for number in np.flatnonzero(below).tolist()]
             if not any(_can_collide(part, each) for each in [*under, *planes] for part in parts):
                 yield Finding(
