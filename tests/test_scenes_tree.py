@@ -27,6 +27,9 @@ CHECKED_FILES = scene_files(ROOT / "tests/scenes/check")
 """Those in which `validate` finds nothing, and `check` finds what they state; in the folder `settled` once they are
 simulated."""
 
+MOVING_FILES = scene_files(ROOT / "tests/scenes/moving")
+"""Scenes in which much moves, as it should."""
+
 _NO_FILE = """
     001 015 016 019 250 318 354 356 357 358 407 422 428 429 430 431 432 433 434 435 436 437 438 439 440 442 443
     452 457 458 473 477
@@ -80,6 +83,12 @@ def test_a_check_of_a_shipped_scene_finds_no_fault(file: Path) -> None:
     assert not [d for d in found if d.severity != "note"], shown(found)
 
 
+@pytest.mark.parametrize("file", mostly_slow(MOVING_FILES, 3), ids=file_id)
+def test_a_check_of_a_moving_scene_finds_no_fault(file: Path) -> None:
+    found = check_scene(file, settle=2)
+    assert not found, shown(found)
+
+
 def silences(file: Path) -> bool:
     """Whether a file has comments that silence findings, as a dict cannot."""
     return MARKER.encode() in file.read_bytes()
@@ -122,6 +131,7 @@ def test_the_trees_are_there() -> None:
     assert len(GOOD_FILES) > 20
     assert len(BAD_FILES) > 40
     assert len(CHECKED_FILES) > 60
+    assert len(MOVING_FILES) > 15
 
 
 def test_an_expectation_without_a_column_is_refused(tmp_path: Path) -> None:

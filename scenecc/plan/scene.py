@@ -176,8 +176,8 @@ class ScenePlan:
     `entities` are in build order, which affects PhysX's trajectories. `draws` are the shared draws by name, in order;
     each may read earlier ones. They include poses that recipes continue from (`shared_pose_name`). `placements` are in
     the order in which they are made. Constraints, lights and cameras are built after the entities. `expectations` are
-    not built. If there are `starts`, the scenes begin there; the poses and joint positions of the entities are those that
-    `seed` selects (`plan.starts`).
+    not built. If there are `starts`, the scenes begin there; the poses and joint positions of the entities are those
+    that `seed` selects (`plan.starts`).
     """
 
     name: str

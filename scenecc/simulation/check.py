@@ -33,8 +33,10 @@ from scenecc.simulation.expect import (
     report_unused_exceptions,
     seconds_needed,
 )
+from scenecc.simulation.extent import hidden_planes
 from scenecc.simulation.findings import report_findings, view_command
 from scenecc.simulation.loads import joint_positions, jumps, long_steps, mass_ratios, uneven_scenes, weak_drives
+from scenecc.simulation.robots import RobotWatch, joint_origins
 from scenecc.simulation.settle import simulate
 from scenecc.simulation.start import (
     OVERLAP,
@@ -246,7 +248,8 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     yield from weak_drives(batch)
     yield from long_steps(batch, moving)
     positions = joint_positions(batch)
-    energy = EnergyWatch(batch)
+    yield from hidden_planes(batch)
+    energy, robots = EnergyWatch(batch), RobotWatch(batch)
     doubted = {*scenes_in_doubt(batch, rules.least), *uneven_scenes(moving)}
     batch.step(1)
     contacts = batch.contacts(scene_idxs=doubted)
@@ -254,7 +257,7 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     yield from overlaps(contacts, batch.plan, rules)
     yield from mass_ratios(batch, moving, contacts)
     if settle or checker:
-        yield from simulate(batch, moving, energy, settle, rules, checker)
+        yield from simulate(batch, moving, (energy, robots), settle, rules, checker)
 
 
 def origins_of(plan: ScenePlan) -> dict[str, Origin | None]:
@@ -262,4 +265,10 @@ def origins_of(plan: ScenePlan) -> dict[str, Origin | None]:
     constraints = {f"constraints/{constraint.name}": constraint.origin for constraint in plan.constraints}
     entities = {entity.name: entity.origin for entity in plan.entities}
     physics = plan.physics.origin or plan_origin(plan).child("physics")
-    return entities | constraints | expectation_origins(plan) | {SPACING: physics.child("scene_spacing")}
+    return (
+        entities
+        | joint_origins(plan)
+        | constraints
+        | expectation_origins(plan)
+        | {SPACING: physics.child("scene_spacing")}
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
@@ -47,6 +48,11 @@ class Finding:
 def length_text(length: float) -> str:
     """Returns a length [m] with a readable unit: `4.8 mm`, `1.2 m`."""
     return f"{length:.3g} m" if length >= 1 else f"{length * 1000:.3g} mm"
+
+
+def amount_text(way: float, *, slides: bool) -> str:
+    """Returns a movement of a joint [m] or [rad] as text: `4.8 mm`, `12°`."""
+    return length_text(way) if slides else f"{math.degrees(way):.3g}°"
 
 
 def view_command(file: str, options: Options) -> str | None:

@@ -11,7 +11,7 @@ import numpy as np
 from scenecc.plan import ArticulationStructure
 from scenecc.simulation.bodies import constrained_entities, gravity_of
 from scenecc.simulation.bounds import bounding_boxes
-from scenecc.simulation.findings import Finding, length_text
+from scenecc.simulation.findings import Finding, amount_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -220,7 +220,7 @@ def jumps(before: Positions, timestep: float) -> Iterator[Finding]:
                 yield Finding(
                     "SC864", (f"{entity}/{link}",), scene, way / JUMP[slides],
                     f"the drive of joint `{joint.name}` of `{entity}` is too stiff for a time step of {timestep:g} s: "
-                    f"it moves {_amount_text(way, slides=slides)} in the first step",
+                    f"it moves {amount_text(way, slides=slides)} in the first step",
                     "start at the target, lower `stiffness`, or set `force_limit` or `max_velocity`",
                 )  # fmt: skip
 
@@ -235,7 +235,7 @@ def beyond_limits(batch: SceneBatch, seconds: float) -> Iterator[Finding]:
             if way > BEYOND[slides]:
                 yield Finding(
                     "SC865", (f"{entity}/{link}",), scene, way / BEYOND[slides],
-                    f"joint `{joint.name}` of `{entity}` is {_amount_text(way, slides=slides)} beyond its limits after "
+                    f"joint `{joint.name}` of `{entity}` is {amount_text(way, slides=slides)} beyond its limits after "
                     f"{seconds:g} s",
                     "a force is stronger than the limit: look for an overlap, a constraint, or unequal masses",
                 )  # fmt: skip
@@ -244,7 +244,3 @@ def beyond_limits(batch: SceneBatch, seconds: float) -> Iterator[Finding]:
 def _children(articulation: Any) -> list[str]:
     """Returns the names of the links that its joints move, in the order of `qpos`."""
     return [joint.child_link.name for joint in articulation.get_active_joints()]
-
-
-def _amount_text(way: float, *, slides: bool) -> str:
-    return length_text(way) if slides else f"{np.degrees(way):.3g}°"

@@ -11,6 +11,7 @@ import numpy as np
 from scenecc.geometry.rotation_arrays import rotate
 from scenecc.simulation.bodies import constrained_entities, poses, up_of
 from scenecc.simulation.bounds import scenes_in_doubt
+from scenecc.simulation.extent import undrawn_supports
 from scenecc.simulation.findings import Finding, length_text
 from scenecc.simulation.loads import beyond_limits
 from scenecc.simulation.start import articulation_names, fixed_bodies, owner, unsupported_bodies
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from scenecc.simulation.bodies import MovingBody
     from scenecc.simulation.energy import EnergyWatch
     from scenecc.simulation.expect import ExpectationChecker, OverlapRules
+    from scenecc.simulation.robots import RobotWatch
 
     Floats = NDArray[np.float64]
 
@@ -47,7 +49,7 @@ _STRIDE: Final = 10
 def simulate(
     batch: SceneBatch,
     moving: list[MovingBody],
-    energy: EnergyWatch,
+    watches: tuple[EnergyWatch, RobotWatch],
     seconds: float,
     rules: OverlapRules,
     checker: ExpectationChecker | None,
@@ -57,7 +59,7 @@ def simulate(
     Args:
         batch: a batch after its first step.
         moving: its moving bodies.
-        energy: made before the first step.
+        watches: made before the first step.
         seconds: simulated time [s]; 0: only what the expectations need, and only they are checked.
         rules: how deep bodies may overlap.
         checker: checks the expectations, which may need a longer simulation; None: there are none.
@@ -68,6 +70,7 @@ def simulate(
     last = 1 + max(round(seconds / batch.timestep), 1) if seconds else 0
     start, done = poses(moving), 1
     deep: dict[tuple[int, str, str], float] = {}
+    energy, robots = watches
     energy.observe()
     for end in sorted({last, *(checker.steps if checker else ())}):
         while done < end:
@@ -79,9 +82,12 @@ def simulate(
             done += stride
             if done <= last:
                 energy.observe()
+                robots.observe(late=robots.is_late(done, last))
         if end == last and seconds:
             yield from _find_toppled(batch, seconds, moving, start)
             yield from energy.findings()
+            yield from robots.findings(seconds)
+            yield from undrawn_supports(batch, {(body.scene, body.entity) for body in moving if body.moves_at_start})
             yield from _find_sunk(batch, rules, deep)
             yield from beyond_limits(batch, seconds)
             yield from _find_fallen(batch, [body for body in moving if not body.moves_at_start], seconds)

@@ -141,16 +141,17 @@ def unsupported_bodies(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[
         # A plane supports everything that collides with it, because it pushes bodies up from beneath.
         planes = [each for each in solid if any(faces(shape, each, up) for shape in each.collision_shapes)]
         boxes = _boxes_along(bounding_boxes(solid), up)
+        endless = np.array([any(map(is_plane, each.collision_shapes)) for each in solid])
         for body in bodies:
             parts = _parts(body.component)
-            if any(_can_collide(part, plane) for plane in planes for part in parts):
+            if any(can_collide(part, plane) for plane in planes for part in parts):
                 continue
             own = np.isin([id(each) for each in solid], [id(part) for part in parts])
             low, high = boxes[own].min(axis=0)[0], boxes[own].max(axis=0)[1]
             below = (boxes[:, 0, :2] <= high[:2]).all(axis=1) & (boxes[:, 1, :2] >= low[:2]).all(axis=1)
-            below &= ~own & (boxes[:, 0, 2] < high[2])
+            below &= ~own & ~endless & (boxes[:, 0, 2] < high[2])
             under = [solid[number] for number in np.flatnonzero(below).tolist()]
-            if not any(_can_collide(part, each) for each in [*under, *planes] for part in parts):
+            if not any(can_collide(part, each) for each in [*under, *planes] for part in parts):
                 yield Finding(
                     "SC852",
                     (body.entity,),
@@ -183,7 +184,7 @@ def _parts(component: Any) -> list[Any]:
     return [component] if articulation is None else list(articulation.links)
 
 
-def _can_collide(one: Any, other: Any) -> bool:
+def can_collide(one: Any, other: Any) -> bool:
     """Returns whether any shapes of two components collide."""
     return any(
         groups_collide(a.collision_groups, b.collision_groups)

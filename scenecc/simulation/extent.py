@@ -1,0 +1,151 @@
+"""Findings about planes: a plane collides without end, but is drawn only in part, and may lie above another."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.geometry.rotation_arrays import compose, rotate
+from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.plan import BodyStructure
+from scenecc.plan.geometry import Box, Plane, TiledPlane, VisualPlane
+from scenecc.simulation.bounds import is_plane
+from scenecc.simulation.findings import Finding, length_text
+from scenecc.simulation.start import can_collide
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien import SceneBatch
+    from scenecc.plan import ScenePlan
+
+    Floats = NDArray[np.float64]
+
+_BEYOND: Final = 0.05
+"""[m] A contact this far beyond the drawn part of a plane is outside."""
+
+_APART: Final = 1e-4
+"""[m] Planes closer than this are one."""
+
+
+def undrawn_supports(batch: SceneBatch, moved: set[tuple[int, str]]) -> Iterator[Finding]:
+    """Yields bodies that rest on a part of a plane that is not drawn, by the contacts of the last step.
+
+    `moved`: scenes and names of bodies that start with a velocity, and may roll away.
+    """
+    planes = _drawn_planes(batch.plan)
+    if not planes:
+        return
+    contacts = batch.contacts()
+    far: dict[tuple[int, str, str], list[float]] = {}
+    sheets: dict[int, list[Floats]] = {}
+    for number in np.flatnonzero(contacts.impulse.any(axis=1)).tolist():
+        scene, names = int(contacts.scene[number]), (str(contacts.a[number]), str(contacts.b[number]))
+        plane = next((name for name in names if name in planes), None)
+        if plane is None or scene not in planes[plane]:
+            continue
+        body = names[names[0] == plane]
+        if scene not in sheets:
+            sheets[scene] = _sheets(batch.plan, scene)
+        point = contacts.point[number].astype(np.float64)
+        out = min(_outside(point, sheet) for sheet in sheets[scene])
+        far.setdefault((scene, body, plane), []).append(out)
+    for (scene, body, plane), outs in far.items():
+        if min(outs) > _BEYOND and (scene, body) not in moved:
+            yield Finding(
+                "SC857", (body, plane), scene, min(outs),
+                f"`{body}` rests on a part of `{plane}` that is not drawn: it is {length_text(min(outs))} beyond what "
+                "is drawn of the plane",
+                "a plane collides without end: draw more of it, or move the body",
+            )  # fmt: skip
+
+
+def hidden_planes(batch: SceneBatch) -> Iterator[Finding]:
+    """Yields planes below another that keeps everything from them."""
+    for scene, built in zip(batch.scene_idxs, batch.scenes, strict=True):
+        system = built.physx_system
+        fixed = [*system.get_rigid_static_components(), *system.get_rigid_dynamic_components()]
+        planes = [(each, shape) for each in fixed for shape in each.collision_shapes if is_plane(shape)]
+        if len(planes) < 2:
+            continue
+        movable = [*system.get_rigid_dynamic_components(), *system.get_articulation_link_components()]
+        for low, (body, shape) in enumerate(planes):
+            for high, (other, upper) in enumerate(planes):
+                gap = _gap(body, shape, other, upper)
+                if low == high or gap is None or gap < _APART:
+                    continue
+                touched = [each for each in movable if each is not body and can_collide(each, body)]
+                if touched and all(can_collide(each, other) for each in touched):
+                    names = body.entity.name, other.entity.name
+                    yield Finding(
+                        "SC866", names, scene, gap,
+                        f"nothing touches the plane `{names[0]}`: `{names[1]}` is a plane {length_text(gap)} above it",
+                        "remove one of them",
+                    )  # fmt: skip
+                    break
+
+
+def _gap(low: Any, lower: Any, high: Any, upper: Any) -> float | None:
+    """Returns how far a parallel plane that faces the same way is above another [m]; None if it is not parallel."""
+    frames = [
+        (component.entity_pose * shape.local_pose).to_transformation_matrix().astype(np.float64)
+        for component, shape in ((low, lower), (high, upper))
+    ]
+    normal = frames[0][:3, 0]
+    if normal @ frames[1][:3, 0] < 1 - 1e-6:
+        return None
+    return float((frames[1][:3, 3] - frames[0][:3, 3]) @ normal)
+
+
+def _drawn_planes(plan: ScenePlan) -> dict[str, set[int]]:
+    """Returns bodies that collide as a plane and draw a part of it, with their scenes."""
+    found: dict[str, set[int]] = {}
+    for entity in plan.entities:
+        for row, index in enumerate(entity.scene_idxs):
+            structure = entity.structure(row)
+            if not isinstance(structure, BodyStructure):
+                continue
+            is_drawn = any(isinstance(shape.geometry, VisualPlane | TiledPlane) for shape in structure.visuals)
+            if is_drawn and any(isinstance(shape.geometry, Plane) for shape in structure.collisions):
+                found.setdefault(entity.name, set()).add(index)
+    return found
+
+
+def _sheets(plan: ScenePlan, scene: int) -> list[Floats]:
+    """Returns the flat visuals and boxes of immovable bodies in a scene: frame (7,) and half sizes (3,), each (10,)."""
+    found: list[Floats] = []
+    for entity in plan.entities:
+        if scene not in entity.scene_idxs:
+            continue
+        row = entity.scene_idxs.index(scene)
+        structure = entity.structure(row)
+        if not isinstance(structure, BodyStructure) or structure.body_type == "dynamic":
+            continue
+        at = np.array(entity.pose.row(row), np.float64)
+        for shape in structure.visuals:
+            half = _half_size(shape.geometry, row)
+            if half is not None:
+                pose = np.array(IDENTITY_POSE if shape.pose is None else shape.pose.row(row), np.float64)
+                found.append(np.concatenate([compose(at[None], pose[None])[0], half]))
+    return found
+
+
+def _half_size(geometry: Any, row: int) -> Floats | None:
+    match geometry:
+        case VisualPlane():
+            return np.array([0.0, *geometry.half_size.row(row)])
+        case TiledPlane():
+            return np.array([*geometry.half_size.row(row), 0.0])
+        case Box():
+            return np.array([*geometry.half_size.row(row)], np.float64)
+        case _:
+            return None
+
+
+def _outside(point: Floats, sheet: Floats) -> float:
+    """Returns how far a point is outside a sheet along its surface, or from it if it is deep below [m]."""
+    own = rotate(sheet[None, 3:7] * (1.0, -1.0, -1.0, -1.0), (point - sheet[:3])[None])[0]
+    return float(np.maximum(np.abs(own) - sheet[7:], 0.0).max())
