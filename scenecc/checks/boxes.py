@@ -35,12 +35,14 @@ class PlacedBox(NamedTuple):
         entity: the entity.
         low, high: corners (3,) in the world [m].
         collides: whether the box is that of colliding shapes; False: nothing of the entity collides.
+        parts: boxes of its shapes.
     """
 
     entity: Entity
     low: NDArray[np.float64]
     high: NDArray[np.float64]
     collides: bool
+    parts: tuple[Box, ...]
 
 
 def local_box(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> Box | None:
@@ -73,7 +75,7 @@ def bounding_box(boxes: Iterable[Box]) -> Box:
 
 
 def placed_boxes(plan: ScenePlan, scene: int) -> list[PlacedBox]:
-    """Returns the boxes of all entities of a scene that have an extent: planes have none, nor have robots without shapes.
+    """Returns the boxes of all entities of a scene that have an extent: planes have none.
 
     Only colliding shapes count, unless an entity has none.
     """
@@ -96,7 +98,7 @@ def placed_boxes(plan: ScenePlan, scene: int) -> list[PlacedBox]:
         except AssetError:
             continue  # the build reports that the file changed
         if boxes:
-            found.append(PlacedBox(entity, *bounding_box(boxes), collides))
+            found.append(PlacedBox(entity, *bounding_box(boxes), collides, tuple(boxes)))
     return found
 
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from scenecc.checks.boxes import PlacedBox, bounding_box, placed_boxes
-from scenecc.checks.physics import may_collide, structure_origin
+from scenecc.checks.physics import may_collide, plan_origin, structure_origin
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import compose, rotate
-from scenecc.plan import BodyStructure
+from scenecc.plan import BodyStructure, Distance, Drive
 from scenecc.plan.geometry import Plane, TiledPlane, VisualPlane
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.checks.boxes import Box
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import Entity, ScenePlan
@@ -31,6 +32,9 @@ FAR: Final = 5.0
 
 HIGH: Final = 1.0
 """[m] Minimum height from which a single body falls while all others rest."""
+
+VERY_HIGH: Final = 10.0
+"""[m] Height from which no body is meant to fall."""
 
 RESTS: Final = 0.03
 """[m] Maximum distance of a body from what it stands on."""
@@ -77,6 +81,7 @@ def check_layout(plan: ScenePlan, sink: Sink) -> None:
             *_bodies_in_the_air(boxes, floors, plan),
             *_bodies_on_nothing(boxes, floors, plan),
             *_copies(boxes, plan),
+            *_long_limits(boxes, plan),
         ):
             if (code, entity.name) not in reported:
                 reported.add((code, entity.name))
@@ -173,17 +178,37 @@ def _far_bodies(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
 
 
 def _bodies_in_the_air(boxes: list[PlacedBox], floors: list[Floor], plan: ScenePlan) -> Iterator[_Finding]:
-    """Yields the only body that falls far while at least two others rest."""
-    held = _held_entities(plan)
-    free = [box for box in boxes if _falls(box.entity) and box.entity.name not in held]
-    heights = [box.low[2] - _support(box, boxes, floors) for box in free]
-    falling = [number for number, height in enumerate(heights) if height > RESTS]
-    if len(falling) != 1 or len(free) < 3:
+    """Yields bodies that fall very far, and the only one that falls far while at least two others rest."""
+    left_out = _held_entities(plan) | {mount.entity for one in plan.placements for mount in one.members}
+    free = [box for box in boxes if _falls(box.entity) and box.entity.name not in left_out]
+    heights = [float(box.low[2]) - _support(box, boxes, floors) for box in free]
+    alone = sum(height > RESTS for height in heights) == 1 and len(free) > 2
+    for box, height in zip(free, heights, strict=True):
+        if (HIGH if alone else VERY_HIGH) < height < np.inf:
+            others = ", and all others rest" if alone else ""
+            message = f"`{cut(box.entity.name)}` starts {height:.3g} m above what is below it{others}"
+            yield "SC534", box.entity, _pose_origin(box.entity, plan), message, f"{_METRES}; or give it a velocity"
+
+
+def _long_limits(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
+    """Yields linear limits of constraints that are many times as long as the whole scene."""
+    by_name = {box.entity.name: box for box in boxes}
+    if not boxes:
         return
-    box, height = free[falling[0]], float(heights[falling[0]])
-    if HIGH < height < np.inf and box.entity.name not in {one.entity for one in plan.placements}:
-        message = f"`{cut(box.entity.name)}` starts {height:.3g} m above what is below it, and all others rest"
-        yield "SC534", box.entity, _pose_origin(box.entity, plan), message, f"{_METRES}; or give it a velocity"
+    low, high = bounding_box((box.low, box.high) for box in boxes)
+    size = float(np.linalg.norm(high - low))
+    for constraint in plan.constraints:
+        box = by_name.get(constraint.child.entity)
+        joint = constraint.joint
+        limits = [joint.limits] if isinstance(joint, Distance) else []
+        if isinstance(joint, Drive):
+            limits = [limit.limits for limit in joint.limits if limit.axis != "twist"]
+        ends = [float(end) for limit in limits for end in limit.data.ravel() if np.isfinite(end)]
+        far = max(map(abs, ends), default=0.0)
+        if box is not None and far > max(FAR, FAR * size):
+            message = f"a limit of `{cut(constraint.name)}` is {far:.4g} m, in a scene of {size:.2g} m"
+            place = constraint.origin or plan_origin(plan).child("constraints", constraint.name)
+            yield "SC534", box.entity, place.child("limits"), message, _METRES
 
 
 def _held_entities(plan: ScenePlan) -> set[str]:
@@ -203,15 +228,19 @@ def _falls(entity: Entity) -> bool:
 
 
 def _support(box: PlacedBox, boxes: list[PlacedBox], floors: list[Floor]) -> float:
-    """Returns the height of the highest thing below a box that collides with it [m]; minus infinity if there is none."""
-    tops = [
-        floor.height for floor in floors if floor.height < box.low[2] + RESTS and _collide(box.entity, floor.entity)
-    ]
+    """Returns the height of the highest thing below a box that collides with it [m]; minus infinity if none does."""
+    solid = [floor for floor in floors if floor.height < box.low[2] + RESTS]
+    tops = [floor.height for floor in solid if _collide(box.entity, floor.entity)]
     for other in boxes:
-        meets = (other.low[:2] < box.high[:2]).all() and (box.low[:2] < other.high[:2]).all()
-        if other is not box and meets and other.low[2] < box.low[2] and _collide(box.entity, other.entity):
-            tops.append(min(float(other.high[2]), float(box.low[2])))
+        below = [part for part in other.parts if part[0][2] < box.low[2] and _overlap(part, (box.low, box.high))]
+        if other is not box and below and _collide(box.entity, other.entity):
+            tops += [min(float(high[2]), float(box.low[2])) for _, high in below]
     return max(tops, default=-np.inf)
+
+
+def _overlap(one: Box, other: Box) -> bool:
+    """Returns whether two boxes overlap as seen from above."""
+    return bool((one[0][:2] < other[1][:2]).all() and (other[0][:2] < one[1][:2]).all())
 
 
 def _collide(one: Entity, other: Entity) -> bool:
@@ -227,9 +256,9 @@ def _bodies_on_nothing(boxes: list[PlacedBox], floors: list[Floor], plan: SceneP
     for box in boxes:
         if not _falls(box.entity) or box.entity.name in held:
             continue
-        center = (box.low + box.high)[:2] / 2
-        below = [other for other in boxes if (other.low[:2] < center).all() and (center < other.high[:2]).all()]
-        tops = [(other.entity, float(other.high[2])) for other in below if other is not box]
+        center = (box.low + box.high) / 2
+        below = [(other, part) for other in boxes for part in other.parts if _overlap(part, (center, center))]
+        tops = [(other.entity, float(high[2])) for other, (_, high) in below if other is not box]
         tops += [(floor.entity, floor.height) for floor in floors]
         near = [entity for entity, top in tops if abs(box.low[2] - top) < RESTS]
         if near and box.low[2] - _support(box, boxes, floors) > RESTS:

@@ -234,35 +234,37 @@ _SAME_PLACE: Final = "check that both have the same `scale` and `pose`"
 
 
 def _misfit(structure: BodyStructure, solid: Box, seen: Box, row: int, plan: ScenePlan) -> str | None:
-    """Returns how a visual differs from the collision shape that it shows: turned, moved or scaled; None if it does not.
+    """Returns how a visual differs from the collision shape that it shows; None if it is in the same place.
 
     Compares one shape of the same file, or the boxes around all shapes if there is one visual or one collision shape.
     """
-    shown = {_file(shape): shape for shape in structure.visuals if isinstance(shape.geometry, MeshGeometry)}
-    alike = [
-        shape for shape in structure.collisions if isinstance(shape.geometry, MeshGeometry) and _file(shape) in shown
+    meshes = [
+        shape for shape in (*structure.collisions, *structure.visuals) if isinstance(shape.geometry, MeshGeometry)
     ]
-    if len(alike) == len(structure.collisions) == len(structure.visuals) == 1:
-        one, other = (_corners(shape, row, plan) for shape in (alike[0], shown[_file(alike[0])]))
-        size = float(np.linalg.norm(np.ptp(one, axis=0)))
-        if np.linalg.norm(one - other, axis=1).max() < MOVED / 2 * size:
-            return None
-        sizes = [float(np.linalg.norm(corners[0] - corners[-1])) for corners in (one, other)]
-        if abs(sizes[0] - sizes[1]) < SAME * max(sizes):
-            return "turned or moved against"
-        return f"{sizes[1] / sizes[0]:.3g} times as large as"
+    if len(structure.collisions) == len(structure.visuals) == 1 and len({_file(shape) for shape in meshes}) < len(
+        meshes
+    ):
+        one, other = (_corners(shape, row, plan) for shape in meshes)
+        size = float(np.linalg.norm(one[-1] - one[0]))
+        ratio = float(np.linalg.norm(other[-1] - other[0])) / size
+        if abs(ratio - 1) > SAME:
+            return f"{ratio:.3g} times as large as"
+        return "turned or moved against" if np.linalg.norm(one - other, axis=1).max() > MOVED / 2 * size else None
     if min(len(structure.collisions), len(structure.visuals)) > 1:
         return None
-    extents = np.array([solid[1] - solid[0], seen[1] - seen[0]])
-    ratios = extents[1] / np.maximum(extents[0], 1e-9)
-    ordered = np.sort(extents, axis=1)
+    return _box_misfit(solid, seen)
+
+
+def _box_misfit(solid: Box, seen: Box) -> str | None:
+    """As `_misfit`, of the boxes around all shapes."""
+    extents = np.maximum([solid[1] - solid[0], seen[1] - seen[0]], 1e-9)
+    ratios, ordered = extents[1] / extents[0], np.sort(extents, axis=1)
     if (np.abs(ratios - 1) < SAME).all():
         apart = float(np.linalg.norm((solid[0] + solid[1] - seen[0] - seen[1]) / 2))
         return f"{apart:.3g} m away from" if apart > MOVED * np.linalg.norm(extents[0]) else None
-    if (np.abs(ordered[1] / np.maximum(ordered[0], 1e-9) - 1) < SAME).all():
+    if (np.abs(ordered[1] / ordered[0] - 1) < SAME).all():
         return "turned against"
-    same = ratios.max() < ratios.min() * (1 + SAME)
-    ratio = float(ratios.mean())
+    ratio, same = float(ratios.mean()), ratios.max() < ratios.min() * (1 + SAME)
     return f"{ratio:.3g} times as large as" if same and not 1 / SCALED < ratio < SCALED else None
 
 

@@ -34,7 +34,7 @@ MIN_GRAVITY: Final = 1.5
 """[m/s²] The Moon has 1.6."""
 
 MAX_TIMESTEP: Final = 0.03
-"""[s] A frame of a film takes longer. A body that falls for this long moves on by its own thickness, and through others."""
+"""[s] A frame of a film takes longer, and PhysX then misses contacts."""
 
 MIN_TIMESTEP: Final = 1e-6
 """[s]"""
@@ -67,7 +67,7 @@ MAX_OFFSET: Final = 0.1
 """[m] Contact offset; SAPIEN's is 0.01."""
 
 MAX_SLIDE: Final = 10.0
-"""Range of a prismatic joint, and distance of a joint from its link, in sizes of the largest link; at least `MIN_SLIDE`."""
+"""Range of a prismatic joint, and its distance from its parent, in sizes of the largest link; at least `MIN_SLIDE`."""
 
 MIN_SLIDE: Final = 3.0
 """[m]"""

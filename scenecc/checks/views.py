@@ -79,6 +79,7 @@ class _VisibleShape(NamedTuple):
         shape: the shape, for a body with one structure; None if unknown.
         row: row of its entity by scene (N,).
         is_ground: whether it is a plane, terrain, or as wide as a ground.
+        corners: (8, 3) of a box around the shape, in its frame [m]; None: only the ball is known.
     """
 
     entity: str
@@ -88,6 +89,7 @@ class _VisibleShape(NamedTuple):
     shape: VisualShape | None
     row: NDArray[np.int64]
     is_ground: bool = False
+    corners: Floats | None = None
 
 
 def check_views(plan: ScenePlan, sink: Sink) -> None:
@@ -121,7 +123,7 @@ def _check_camera(camera: Camera, visible: list[_VisibleShape], plan: ScenePlan,
     empty = np.any([each.there[scenes] for each in visible], axis=0) & np.ones(len(scenes), bool)
     for each in visible:
         there = each.there[scenes]
-        empty &= ~(there & _may_show(camera, pose, each.pose[scenes, :3], each.radius[scenes]))
+        empty &= ~(there & _may_show(camera, pose, each, scenes))
         inside = np.flatnonzero(there & _is_inside(each, scenes, pose))
         if inside.size:
             is_plane = each.shape is not None and isinstance(each.shape.geometry, VisualPlane)
@@ -143,7 +145,8 @@ def _view_fault(
     Args:
         camera: a camera in the world.
         visible: all visual shapes.
-        scenes, pose: scenes of the camera (n,), and its pose in each (n, 7).
+        scenes: scenes of the camera (n,).
+        pose: of the camera in each (n, 7).
         empty: whether nothing at all is in view (n,).
     """
     try_it = "a camera looks along its x: try `look_at`"
@@ -155,22 +158,18 @@ def _view_fault(
     bodies = [each for each in visible if not each.is_ground and each.there[scenes].any()]
     if not bodies:
         return None
-    shown = [each.there[scenes] & _may_show(camera, pose, *_balls(each, scenes)) for each in bodies]
+    shown = [each.there[scenes] & _may_show(camera, pose, each, scenes) for each in bodies]
     missed = np.any([each.there[scenes] for each in bodies], axis=0) & ~np.any(shown, axis=0)
     if missed.any():
         return f"sees nothing but the ground in scene {scenes[int(np.flatnonzero(missed)[0])]}", try_it
-    pixels = [
-        np.where(one, _pixels(camera, pose, *_balls(each, scenes)), 0.0)
-        for one, each in zip(shown, bodies, strict=True)
-    ]
-    largest = float(np.max(pixels, axis=0).min())
-    if largest < MIN_PIXELS:
-        return f"shows no body larger than {largest:.2g} pixels", "move it nearer, in metres, or narrow its `fovy_deg`"
+    pixels = [_pixels(camera, pose, *_balls(each, scenes)) for each in bodies]
+    largest = float(np.where(shown, pixels, 0.0).max(axis=0).min())
     in_view = [each for one, each in zip(shown, bodies, strict=True) if one[0]]
-    blocker = _blocker(camera, in_view, int(scenes[0]), pose[0])
-    if blocker is not None:
-        return f"sees only `{cut(blocker)}`, which hides everything else", "move it to where its view is free"
-    return None
+    if largest >= MIN_PIXELS:
+        blocker = _blocker(camera, in_view, int(scenes[0]), pose[0])
+        hides = f"sees only `{cut(blocker)}`, which hides everything else" if blocker is not None else None
+        return None if hides is None else (hides, "move it to where its view is free")
+    return f"shows no body larger than {largest:.2g} pixels", "move it nearer, in metres, or narrow its `fovy_deg`"
 
 
 def _pixels(camera: Camera, pose: Floats, centre: Floats, radius: Floats) -> Floats:
@@ -193,7 +192,7 @@ def _focal_length(camera: Camera) -> float:
 
 
 def _blocker(camera: Camera, bodies: list[_VisibleShape], scene: int, pose: Floats) -> str | None:
-    """Returns the entity whose box fills the picture and hides the centres of all other bodies in view; None if none."""
+    """Returns the entity whose box fills the picture and hides the centres of all other bodies; None if none does."""
     if isinstance(camera.lens, Orthographic) or len({each.entity for each in bodies}) < 2:
         return None
     sides = np.array([camera.width, camera.height]) / 2 / _focal_length(camera)
@@ -213,7 +212,8 @@ def _blocker(camera: Camera, bodies: list[_VisibleShape], scene: int, pose: Floa
 
 def _distance_to_box(box: _VisibleShape, scene: int, pose: Floats, rays: Floats) -> Floats:
     """Returns where rays (n, 3) from a camera enter a box, in their lengths (n,); infinity where they miss it."""
-    assert box.shape is not None and isinstance(box.shape.geometry, Box)
+    assert box.shape is not None
+    assert isinstance(box.shape.geometry, Box)
     half = _sizes(box.shape.geometry, box.row[[scene]])[:, 0]
     back = invert(box.pose[[scene]])
     start = compose(back, pose[None])[0, :3]
@@ -243,46 +243,44 @@ def _visible_shapes(plan: ScenePlan, entity: Entity) -> Iterator[_VisibleShape]:
     frame = np.broadcast_to(entity.pose.data, (len(entity.scene_idxs), 7))[row]
     structure = entity.structures[0]
     if not isinstance(structure, BodyStructure) or entity.pick is not None:
-        box = next((one for one in placed_boxes(plan, entity.scene_idxs[0]) if one.entity is entity), None)
-        reach = (
-            UNKNOWN_RADIUS
-            if box is None
-            else _reach(box.low - frame[entity.scene_idxs[0], :3], box.high - frame[entity.scene_idxs[0], :3])
-        )
-        yield _VisibleShape(entity.name, there, frame, np.full(len(row), 1.5 * reach), None, row)
+        first = entity.scene_idxs[0]
+        boxes = [one for one in placed_boxes(plan, first) if one.entity is entity]
+        ends = np.abs([(box.low, box.high) - frame[first, :3] for box in boxes]).reshape(-1, 3)
+        # Links and variants reach farther in other positions.
+        radius = 1.5 * float(np.linalg.norm(ends.max(axis=0))) if boxes else UNKNOWN_RADIUS
+        yield _VisibleShape(entity.name, there, frame, np.full(len(row), radius), None, row)
         return
     for shape in structure.visuals:
         pose = frame
         if shape.pose is not None:
             pose = compose(frame, np.broadcast_to(shape.pose.data, (len(entity.scene_idxs), 7))[row])
-        radius = UNKNOWN_RADIUS
-        if isinstance(shape.geometry, Primitive):
-            sizes = _sizes(shape.geometry, np.arange(len(entity.scene_idxs)))
-            radius = float(np.linalg.norm(shape.geometry.extent(np.eye(3), *sizes.max(axis=1).tolist())))
-        elif isinstance(shape.geometry, Heightfield):
-            radius = float(np.linalg.norm(shape.geometry.size.data, axis=-1).max())
-        elif isinstance(shape.geometry, MeshGeometry):
-            radius = _mesh_radius(shape.geometry, plan)
+        corners = _corners(shape.geometry, len(entity.scene_idxs), plan)
+        radius = UNKNOWN_RADIUS if corners is None else float(np.linalg.norm(corners, axis=1).max())
         is_ground = isinstance(shape.geometry, VisualPlane | TiledPlane | Heightfield)
         is_ground |= radius > WIDE and structure.body_type == "static"
-        yield _VisibleShape(entity.name, there, pose, np.full(len(row), radius), shape, row, is_ground)
+        yield _VisibleShape(entity.name, there, pose, np.full(len(row), radius), shape, row, is_ground, corners)
 
 
-def _mesh_radius(geometry: Any, plan: ScenePlan) -> float:
-    """Returns the maximum distance of a mesh from its origin [m]."""
-    try:
-        found = [
-            check_measures(read_mesh(checked_content(plan.files[int(index)]))) for index in set(geometry.file.data)
-        ]
-    except AssetError:
-        return UNKNOWN_RADIUS  # the build reports that the file changed
-    return max(_reach(np.array(one.low), np.array(one.high)) for one in found) * float(
-        np.abs(geometry.scale.data).max()
-    )
-
-
-def _reach(low: Floats, high: Floats) -> float:
-    return float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high))))
+def _corners(geometry: Any, rows: int, plan: ScenePlan) -> Floats | None:
+    """Returns the corners (8, 3) of a box around a shape in its frame, for its largest sizes [m]; None if unknown."""
+    if isinstance(geometry, Primitive):
+        high = geometry.extent(np.eye(3), *_sizes(geometry, np.arange(rows)).max(axis=1).tolist())
+        low = -high
+    elif isinstance(geometry, Heightfield):
+        high = geometry.size.data.max(axis=0)
+        low = -high
+    elif isinstance(geometry, MeshGeometry):
+        try:
+            found = [check_measures(read_mesh(checked_content(plan.files[int(i)]))) for i in set(geometry.file.data)]
+        except AssetError:
+            return None  # the build reports that the file changed
+        ends = np.array(
+            [corner * scale for one in found for corner in (one.low, one.high) for scale in geometry.scale.data]
+        )
+        low, high = ends.min(axis=0), ends.max(axis=0)
+    else:
+        return None
+    return np.stack(np.meshgrid(*np.stack((low, high), axis=1)), axis=-1).reshape(8, 3)
 
 
 def _sizes(geometry: Primitive, rows: NDArray[np.int64]) -> Floats:
@@ -300,7 +298,28 @@ def _why_no_effect(light: Light, visible: list[_VisibleShape], plan: ScenePlan) 
     if isinstance(kind, DirectionalLight) and _has_ground(plan) and (_along_x(pose)[:, 2] > 0).all():
         yield "shines upwards, but there is a ground", "`direction` is the direction of the light, as in [0, 0, -1]"
     near = [each for each in visible if each.there[scenes].any()]
-    near = [each for each in near if not each.is_ground] or near
+    yield from _why_wrong_brightness(light, [each for each in near if not each.is_ground] or near, scenes, pose)
+    numbers = shadow_parameters(light)
+    if not near or not numbers or not numbers["shadow"].data.any():
+        return
+    for each in near if isinstance(kind, PointLight | SpotLight | TexturedLight) else ():
+        if (_is_inside(each, scenes, pose) & each.there[scenes]).all():
+            yield f"is in or below `{cut(each.entity)}`, which shadows it", "move it out, or remove `shadow`"
+    if not any((each.there[scenes] & _is_shadowed(numbers, pose, *_balls(each, scenes))).any() for each in near):
+        keys = "`shadow_near`, `shadow_far`" + (" and `shadow_scale`" if isinstance(kind, DirectionalLight) else "")
+        yield "casts no shadow: nothing is within the range of its shadow map", f"move it, or set {keys}"
+
+
+_COLOR_HINT: Final = (
+    "`color` is the brightness: 1 lights a white surface fully; it is not in lux, lumen or watts, nor from 0 to 255"
+)
+
+
+def _why_wrong_brightness(
+    light: Light, near: list[_VisibleShape], scenes: NDArray[np.int64], pose: Floats
+) -> Iterator[tuple[str, str]]:
+    """Yields why a light lights nothing visibly, or everything too brightly."""
+    kind = light.light
     if isinstance(kind, SpotLight | TexturedLight):
         half = float(kind.outer_fov.data.max()) / 2
         if near and not any(
@@ -323,21 +342,6 @@ def _why_no_effect(light: Light, visible: list[_VisibleShape], plan: ScenePlan) 
             ("is too faint to light anything visibly" if faint else "is so bright that everything is white"),
             _COLOR_HINT,
         )
-    near = [each for each in visible if each.there[scenes].any()]
-    numbers = shadow_parameters(light)
-    if not near or not numbers or not numbers["shadow"].data.any():
-        return
-    for each in near if isinstance(kind, PointLight | SpotLight | TexturedLight) else ():
-        if (_is_inside(each, scenes, pose) & each.there[scenes]).all():
-            yield f"is in or below `{cut(each.entity)}`, which shadows it", "move it out, or remove `shadow`"
-    if not any((each.there[scenes] & _is_shadowed(numbers, pose, *_balls(each, scenes))).any() for each in near):
-        keys = "`shadow_near`, `shadow_far`" + (" and `shadow_scale`" if isinstance(kind, DirectionalLight) else "")
-        yield "casts no shadow: nothing is within the range of its shadow map", f"move it, or set {keys}"
-
-
-_COLOR_HINT: Final = (
-    "`color` is the brightness: 1 lights a white surface fully; it is not in lux, lumen or watts, nor from 0 to 255"
-)
 
 
 def _has_ground(plan: ScenePlan) -> bool:
@@ -378,7 +382,34 @@ def _is_in_cone(half: float, pose: Floats, centre: Floats, radius: Floats) -> An
     return (distance <= radius) | (angle - np.arcsin(np.clip(radius / np.maximum(distance, 1e-9), 0, 1)) <= half)
 
 
-def _may_show(camera: Camera, pose: Floats, centre: Floats, radius: Floats) -> Any:
+def _may_show(camera: Camera, pose: Floats, each: _VisibleShape, scenes: NDArray[np.int64]) -> Any:
+    """Returns whether a shape may be in a camera's view: its ball is, and no side of the view excludes its box."""
+    centre, radius = _balls(each, scenes)
+    seen = _may_show_ball(camera, pose, centre, radius)
+    if each.corners is None or not seen.any():
+        return seen
+    count = len(scenes)
+    frame = compose(invert(pose), np.ascontiguousarray(each.pose[scenes]))
+    turned = rotate(np.repeat(frame[:, 3:], 8, axis=0), np.tile(each.corners, (count, 1))).reshape(count, 8, 3)
+    x, y, z = np.moveaxis(turned + frame[:, None, :3], -1, 0)
+    side, top = _half_sizes(camera)
+    depth = np.ones_like(x) if isinstance(camera.lens, Orthographic) else x
+    inside = (x > camera.near.data[:, None], x < camera.far.data[:, None])
+    inside += (y < side * depth, y > -side * depth, z < top * depth, z > -top * depth)
+    return seen & np.all([one.any(axis=1) for one in inside], axis=0)
+
+
+def _half_sizes(camera: Camera) -> tuple[float, float]:
+    """Returns half the width and height of the widest view [m], at a distance of 1 m for a perspective."""
+    if isinstance(camera.lens, Orthographic):
+        top = float(camera.lens.top.data.max())
+        return top * camera.width / camera.height, top
+    half = np.tan(_half_fov(camera.lens, camera.width, camera.height))
+    diagonal = np.hypot(camera.width, camera.height)
+    return float(half * camera.width / diagonal), float(half * camera.height / diagonal)
+
+
+def _may_show_ball(camera: Camera, pose: Floats, centre: Floats, radius: Floats) -> Any:
     """Returns whether a ball may be in a camera's view: between its near and far planes, and within its sides."""
     local = rotate(pose[:, 3:] * (1, -1, -1, -1), centre - pose[:, :3])
     between = (local[:, 0] + radius > camera.near.data) & (local[:, 0] - radius < camera.far.data)

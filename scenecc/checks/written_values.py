@@ -1,8 +1,7 @@
 """Checks of numbers as they are written in the scene file: angles in the wrong unit, quaternions in another order, and
 values that another key or the size of the batch leaves without effect.
 
-A plan no longer contains these: it has only radians and the result of mass and density. Names in included files and prefabs
-are not checked.
+A plan no longer contains these: it has only radians, and a mass. Included files and prefabs are not checked.
 """
 
 from __future__ import annotations
@@ -44,7 +43,8 @@ SPEEDS: Final = frozenset((45.0, 90.0, 180.0, 270.0, 360.0))
 """[deg/s] Speeds of rotation that are written for degrees."""
 
 _FOV_KEYS: Final = ("fovy_deg", "fovx_deg", "outer_fov_deg")
-_SPEED_KEYS: Final = ("angular_velocity", "velocity_target", "qvel")
+_ANGLE_KEYS: Final = frozenset(("rpy", "angle", "yaw", "qpos", "target", "limits"))
+_SPEED_KEYS: Final = frozenset(("angular_velocity", "velocity_target", "qvel"))
 _SYMMETRIC: Final = frozenset(("box", "sphere", "capsule", "cylinder"))
 """Shapes that look the same after half a turn about z."""
 
@@ -56,9 +56,10 @@ def check_written_angles(document: Document, sink: Sink) -> None:
         document: the scene file, as written.
         sink: collects diagnostics.
     """
+    names = {**_section(document, "params"), **_section(document, "draws")}
     for mapping, origin in _mappings(document):
-        _check_degrees(mapping, origin, sink)
-        _check_radians(mapping, origin, sink)
+        _check_degrees(mapping, origin, names, sink)
+        _check_radians(mapping, origin, names, sink)
 
 
 def check_written_values(document: Document, num_scenes: int, sink: Sink) -> None:
@@ -86,6 +87,11 @@ _NAMED: Final = (("params",), ("draws",), ("with",))
 """Mappings whose keys are names of the author's."""
 
 
+def _section(document: Document, key: str) -> Mapping[str, Any]:
+    section = document.data.get(key)
+    return section if is_mapping(section) else {}
+
+
 def _mappings(document: Document) -> Iterator[tuple[Mapping[str, Any], Origin]]:
     """Yields all mappings of a document and their origins, but those under `x-` keys."""
     rest: list[tuple[Any, Origin]] = [(document.data, Origin(document.name))]
@@ -103,21 +109,24 @@ def _is_nested(value: Any) -> bool:
     return is_mapping(value) or isinstance(value, list)
 
 
-def _numbers(value: Any) -> Iterator[float]:
-    """Yields all numbers in a value, its lists and its forms."""
-    if isinstance(value, int | float) and not isinstance(value, bool):
+def _numbers(value: Any, names: Mapping[str, Any]) -> Iterator[float]:
+    """Yields the magnitudes of all numbers in a value, and of the parameters and draws that it names."""
+    if isinstance(value, str):
+        name = value[2:-1].strip() if value[:2] == "${" else ""
+        yield from _numbers(names[name], {}) if name in names else ()
+    elif isinstance(value, int | float) and not isinstance(value, bool):
         yield abs(float(value))
     elif _is_nested(value):
         for item in value.values() if is_mapping(value) else value:
-            yield from _numbers(item)
+            yield from _numbers(item, names)
 
 
-def _check_radians(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
+def _check_radians(mapping: Mapping[str, Any], origin: Origin, names: Mapping[str, Any], sink: Sink) -> None:
     """Reports radians under keys that end with `_deg`."""
     for key, value in mapping.items():
         if key[-4:] != "_deg" or key == "within_deg":
             continue
-        numbers = [number for number in _numbers(value) if number]
+        numbers = [number for number in _numbers(value, names) if number]
         most = max(numbers, default=math.inf)
         if most > FULL_TURN:
             continue
@@ -133,47 +142,44 @@ def _check_radians(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> No
 
 
 def _is_part_of_a_turn(number: float) -> bool:
-    """Returns whether a number that is not whole is a multiple of π/12, as it is rounded."""
-    part = math.pi / 12
-    return number > part / 2 and not number.is_integer() and abs(number - round(number / part) * part) < ROUNDING
+    """Returns whether a number that is not whole is a multiple of π/12, or of π/36 with three decimals."""
+    if number.is_integer():
+        return False
+    parts = [(math.pi / 12, ROUNDING)] + [(math.pi / 36, ROUNDING / 8)] * (round(number, 2) != number)
+    return any(number > part / 2 and abs(number - round(number / part) * part) < near for part, near in parts)
 
 
-def _check_degrees(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
-    """Reports degrees under keys that take radians. Larger ones are reported elsewhere."""
-    for key in ("rpy", "angle", "yaw", "qpos", "target", "limits", *_SPEED_KEYS):
-        if key not in mapping:
-            continue
+def _check_degrees(mapping: Mapping[str, Any], origin: Origin, names: Mapping[str, Any], sink: Sink) -> None:
+    """Reports degrees under keys that take radians. Angles beyond two turns are reported where they are lowered."""
+    for key in _ANGLE_KEYS.intersection(mapping):
         value = mapping[key]
-        numbers = list(_numbers(value))
-        if key in _SPEED_KEYS:
-            found = next((number for number in numbers if number in SPEEDS), None)
-            unit, instead = "rad/s", "radians per second"
-        elif (key == "limits" and not _has_hinge(mapping)) or (
-            key == "target" and (_is_nested(value) or not _is_joint_drive(origin))
-        ):
+        if (key == "limits" and not _has_hinge(mapping)) or (key == "target" and not _is_joint_drive(value, origin)):
             continue
-        else:
-            least = MAX_LIMIT if key == "limits" else MIN_WHOLE
-            found = next((number for number in numbers if number >= least and number.is_integer()), None)
-            unit, instead = "rad", f"radians; `{key}_deg` takes degrees"
-            if key != "target" and (min if is_mapping(value) else max)(numbers, default=0) > TWO_TURNS:
-                continue
-        if found is not None:
-            message = (
-                f"`{key}` has {found:g} {unit}, which is {math.degrees(found):.4g}{'°/s' * (unit != 'rad') or '°'}"
-            )
-            if key in {"qpos", "target"} or unit != "rad":
-                instead = f"{unit}: for {found:g}{'°/s' * (unit != 'rad') or '°'} write {math.radians(found):.4g}"
-            sink.report("SC526", message, origin.child(key), hint=f"it is in {instead}")
+        if key != "target" and (min if is_mapping(value) else max)(_numbers(value, {}), default=0) > TWO_TURNS:
+            continue
+        least = MAX_LIMIT if key == "limits" else MIN_WHOLE
+        found = [number for number in _numbers(value, names) if number >= least and number.is_integer()]
+        if found:
+            message = f"`{key}` has {found[0]:g} rad, which is {math.degrees(found[0]):.4g}°"
+            hint = f"angles are in radians; `{key}_deg` takes degrees"
+            if key in {"qpos", "target"}:
+                hint = f"positions are radians or metres: for {found[0]:g}° write {math.radians(found[0]):.4g}"
+            sink.report("SC526", message, origin.child(key), hint=hint)
+    for key in _SPEED_KEYS.intersection(mapping):
+        found = [number for number in _numbers(mapping[key], names) if number in SPEEDS]
+        if found:
+            message = f"`{key}` has {found[0]:g} rad/s, which is {math.degrees(found[0]):.4g}°/s"
+            hint = f"it is in rad/s: for {found[0]:g}°/s write {math.radians(found[0]):.4g}"
+            sink.report("SC526", message, origin.child(key), hint=hint)
 
 
 def _has_hinge(mapping: Mapping[str, Any]) -> bool:
     return mapping.get("type") in {"revolute", "revolute_unwrapped", "hinge"}
 
 
-def _is_joint_drive(origin: Origin) -> bool:
-    """Returns whether a mapping is the drive of a joint: `drives: {PATTERN: …}`, or `drive` of a constraint."""
-    return origin.path[-1:] == ("drive",) or origin.path[-2:-1] == ("drives",)
+def _is_joint_drive(target: Any, origin: Origin) -> bool:
+    """Returns whether a target is that of `drives: {PATTERN: …}`, or of `drive` of a constraint, and no pose."""
+    return not _is_nested(target) and (origin.path[-1:] == ("drive",) or origin.path[-2:-1] == ("drives",))
 
 
 def _check_quaternion(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
@@ -240,25 +246,27 @@ def _check_density(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> No
 
 
 def _check_drives(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
-    """Reports drives without stiffness and damping, or with a target and no stiffness, unless another pattern gives it."""
+    """Reports drives without stiffness or damping that no other pattern gives them."""
     drives = mapping.get("drives")
     given = {pattern: keys for pattern, keys in drives.items() if is_mapping(keys)} if is_mapping(drives) else {}
-    if "attach" in mapping:
-        return  # a part may have drives of its own
+    if "attach" in mapping or "mjcf" in mapping or "override" in origin.path:
+        return  # a part, a prefab, and the actuators of an MJCF have drives of their own
     for pattern, keys in given.items():
         whole = {key: value for other, each in given.items() if _matches(other, pattern) for key, value in each.items()}
         whole |= keys
-        stiff, damped = (bool(whole.get(key)) for key in ("stiffness", "damping"))
+        stiff = bool(whole.get("stiffness"))
         why = hint = None
         if keys and not ("stiffness" in whole or "damping" in whole):
             why, hint = (
                 "it has neither stiffness nor damping",
                 "give it a stiffness and a damping; both are 0 by default",
             )
-        elif "target" in keys and not stiff and damped:
+        elif stiff and "damping" not in whole:
+            why, hint = "it has a stiffness and no damping, so the joint oscillates", "give it a damping"
+        elif "target" in keys and "stiffness" not in whole:
             why, hint = "it has a target, but no stiffness", "give it a stiffness, or remove the target"
         if why is not None:
-            message = f"the drive of `{pattern}` does nothing: {why}"
+            message = f"the drive of `{pattern}` cannot hold its joint: {why}"
             sink.report("SC537", message, origin.child("drives", pattern), at="key", hint=hint)
 
 
