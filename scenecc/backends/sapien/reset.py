@@ -97,9 +97,7 @@ class ResetSampler:
         whole = self._expand_given(given, scene_idxs)
         if self._starts is not None:
             if given:
-                raise ValueError(
-                    "draws cannot be given: the scenes begin at starts, which have their own draws"
-                )
+                raise ValueError("draws cannot be given: the scenes begin at starts, which have their own draws")
             seeds = self._starts.seeds(scene_idxs, seeds)
         chosen = sorted(scene_idxs)
         seed_of = dict(zip(scene_idxs, seeds, strict=True))
