@@ -92,11 +92,11 @@ def find_starts(
         scope.memory.note(found, path.name, "starts")
         return found.path
 
-    name = str(given) if given is not None else str(written)
+    name = cut(str(written if given is None else given), 200)
     try:
         return KnownStarts(name, read_starts(path, find, most), place)
     except InvalidStartsError as error:
-        sink.report("SC935", f"`{cut(name)}` is not a valid file of starts: {error}", place)
+        sink.report("SC935", f"`{name}` is not a valid file of starts: {error}", place)
     except OSError as error:
         sink.report("SC935", f"`{cut(error.filename or name)}` cannot be read: {error.strerror}", place)
     return None
@@ -115,16 +115,16 @@ def compare_starts(starts: KnownStarts, now: dict[str, Any], num_scenes: int, na
     was, of = starts.content.made_from, cut(starts.content.scene)
     found = differences(was, now)
     versions = ", ".join(other_versions(was, now))
-    made_with = f"`{cut(starts.name)}` was made with {versions}"
+    made_with = f"`{starts.name}` was made with {versions}"
     if found and starts.content.scene != name and is_unrelated(was, now):
-        sink.report("SC936", f"`{cut(starts.name)}` has starts of another scene (`{of}`)", starts.place)
+        sink.report("SC936", f"`{starts.name}` has starts of another scene (`{of}`)", starts.place)
     elif found:
         shown = "; ".join([*found[:_SHOWN], *(["…"] if len(found) > _SHOWN else [])])
         hint = "settle the scene again, or restore what changed" + (f"; {made_with}" if versions else "")
-        sink.report("SC936", f"the scene is not the one of `{cut(starts.name)}`: {shown}", starts.place, hint=hint)
+        sink.report("SC936", f"the scene is not the one of `{starts.name}`: {shown}", starts.place, hint=hint)
     elif starts.content.num_scenes != num_scenes:
         known = starts.content.num_scenes
-        message = f"`{cut(starts.name)}` was made with {known} scene{'s' * (known > 1)}, and {num_scenes} are built"
+        message = f"`{starts.name}` was made with {known} scene{'s' * (known > 1)}, and {num_scenes} are built"
         sink.report("SC937", message, starts.place, hint=f"settle with `--num-scenes {num_scenes}`")
     elif versions:
         message = f"{made_with}: the scenes begin at the same poses, but may move differently from there"
@@ -138,7 +138,7 @@ def apply_starts(plan: ScenePlan, starts: KnownStarts, sink: Sink) -> ScenePlan 
         rows = [row for row in rows if row.seed == plan.seed]
     if not rows:
         seeds = sorted({row.seed for row in starts.content.rows})
-        message = f"`{cut(starts.name)}` has no start with seed {plan.seed}, which determines what is built"
+        message = f"`{starts.name}` has no start with seed {plan.seed}, which determines what is built"
         hint = f"use one of its seeds ({index_ranges(seeds)}), or settle with `--seeds {plan.seed}:{plan.seed + 1}`"
         sink.report("SC937", message, starts.place, hint=hint)
         return None
@@ -152,7 +152,7 @@ def apply_starts(plan: ScenePlan, starts: KnownStarts, sink: Sink) -> ScenePlan 
         if states is None or not are_states(parts, states):
             seeds = index_ranges(sorted(row.seed for row in records))
             message = f"the poses and joint positions of scene {scene} with seed {seeds} do not fit the scene"
-            sink.report("SC935", f"`{cut(starts.name)}`: {message}", starts.place)
+            sink.report("SC935", f"`{starts.name}`: {message}", starts.place)
             return None
         made += [SettledStart(row.seed, scene, state.tobytes()) for row, state in zip(records, states, strict=True)]
     return begin_at_starts(replace(plan, starts=tuple(made)))

@@ -1,0 +1,145 @@
+"""Starts: a scene begins exactly where it rested, after each build and reset, and moves from there in the same way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scenecc
+from scenecc import SceneBatch, SettledScenes
+from scenecc.starts import file as starts_file
+
+SCENE: dict[str, Any] = {
+    "scenecc": 1,
+    "name": "shelf",
+    "num_scenes": 2,
+    "params": {"height": 0.1},
+    "draws": {"where": {"uniform": [-0.2, 0.2]}},
+    "entities": {
+        "ground": {"body_type": "static", "shapes": [{"type": "plane"}]},
+        "cube": {
+            "shapes": [{"type": "box", "half_size": [0.05, 0.05, 0.05]}],
+            "mass": {"uniform": [0.5, 1.5]},
+            "pose": {"p": ["${where}", 0, "${height}"], "rpy": [0, 0, {"uniform": [0, 1]}]},
+        },
+        "ball": {
+            "shapes": [{"type": "sphere", "radius": 0.05}],
+            "pose": [0, 1, 0.06],
+            "angular_velocity": [0, 0, 3],
+        },
+        "door": {
+            "root": {
+                "name": "frame",
+                "children": [
+                    {
+                        "name": "leaf",
+                        "joint": {"name": "hinge", "type": "revolute", "axis": [0, 1, 0], "limits": [-1, 1]},
+                        "mass": 1,
+                        "shapes": [{"type": "box", "half_size": [0.1, 0.02, 0.02], "pose": [0.1, 0, 0]}],
+                    }
+                ],
+            },
+            "fix_root_link": True,
+            "pose": [0, -1, 1],
+            "qpos": {"hinge": {"uniform": [-0.2, 0.2]}},
+            "drives": {"hinge": {"stiffness": 50, "damping": 20}},
+        },
+    },
+}
+SEEDS = (3, 4, 7)
+
+
+@pytest.fixture(scope="module")
+def settled() -> SettledScenes:
+    return scenecc.settle_scene(SCENE, seeds=SEEDS)
+
+
+@pytest.fixture
+def starts(settled: SettledScenes, tmp_path: Path) -> Path:
+    settled.write(tmp_path / "starts.json")
+    return tmp_path / "starts.json"
+
+
+def assert_at_start(batch: SceneBatch, settled: SettledScenes, seed: int) -> None:
+    """Every scene is at its start with this seed, to the last bit, with the masses of this seed."""
+    state = batch.state()
+    for row in settled.content.rows:
+        if row.seed != seed:
+            continue
+        for name, pose in row.poses.items():
+            assert state.all[name].pose[row.scene].tolist() == np.float32(pose).tolist()
+            assert not state.all[name].linear_velocity[row.scene].any()
+            assert not state.all[name].angular_velocity[row.scene].any()
+        assert batch.articulations["door"].qpos[row.scene, 0] == np.float32(row.joints["door"]["hinge"])
+        with scenecc.load_scene(SCENE, seed=seed, render=False) as plain:
+            masses = plain.state().drawn["cube.mass"].numbers[row.scene]
+        assert state.drawn["cube.mass"].numbers[row.scene].tolist() == masses.tolist()
+
+
+def test_builds_and_resets_begin_at_the_starts_to_the_bit(settled: SettledScenes, starts: Path) -> None:
+    assert settled.summary() == "kept 6 of 6"
+    with scenecc.load_scene(SCENE, starts=starts, render=False) as batch:
+        assert_at_start(batch, settled, 3)  # of seed 0, which has no start, the first
+        for seed, used in {4: 4, 7: 7, 1: 4, 2: 7, 9: 3}.items():
+            batch.step(3)
+            batch.reset(seed)
+            assert_at_start(batch, settled, used)
+    with scenecc.load_scene(SCENE, seed=7, starts=starts, render=False) as batch:
+        assert_at_start(batch, settled, 7)
+
+
+def test_two_loads_and_a_reset_move_in_the_same_way(starts: Path) -> None:
+    plan = scenecc.compile_scene(SCENE, starts=starts)
+    text = scenecc.plan_text(plan)
+    with (
+        scenecc.load_scene(SCENE, starts=starts, render=False) as first,
+        scenecc.load_scene(text, render=False) as second,
+    ):
+        begun = first.state()
+        assert begun == second.state()
+        for batch in (first, second):
+            batch.step(100)
+        moved = first.state()
+        assert moved == second.state()
+        second.reset(exact=True)
+        assert second.state() == begun
+        second.step(100)
+        assert second.state() == moved
+
+
+def test_all_is_still_at_a_start(starts: Path) -> None:
+    with scenecc.load_scene(SCENE, starts=starts, render=False) as batch:
+        before = batch.state()
+        batch.step(50)
+        for name, state in batch.state().all.items():
+            assert np.abs(state.pose - before.all[name].pose)[:, :3].max() < 1e-3, name
+
+
+def test_large_starts_are_in_a_table(
+    settled: SettledScenes, tmp_path: Path, starts: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pyarrow")
+    monkeypatch.setattr(starts_file, "LARGEST_INLINE", 100)
+    settled.write(tmp_path / "large.json")
+    assert {path.name for path in tmp_path.iterdir()} == {"starts.json", "large.json", "large.parquet"}
+    assert scenecc.compile_scene(SCENE, starts=tmp_path / "large.json") == scenecc.compile_scene(SCENE, starts=starts)
+    table = tmp_path / "large.parquet"
+    table.write_bytes(table.read_bytes()[:-1] + b"0")
+    (fault,) = scenecc.validate(SCENE, starts=tmp_path / "large.json")
+    assert (fault.code, "its table `large.parquet`" in fault.message) == ("SC935", True)
+
+
+def test_built_draws_belong_to_their_seed(tmp_path: Path) -> None:
+    sizes = {"half_size": [{"uniform": [0.05, 0.1]}, 0.05, 0.05], "type": "box"}
+    drawn = {**SCENE, "entities": {**SCENE["entities"], "cube": {"shapes": [sizes], "pose": [0, 0, 0.1]}}}
+    settled = scenecc.settle_scene(drawn, seeds=(3, 4))
+    settled.write(tmp_path / "starts.json")
+    with pytest.raises(scenecc.SceneError, match=r"(?s)no start with seed 0.*use one of its seeds \(3, 4\)"):
+        scenecc.load_scene(drawn, starts=tmp_path / "starts.json", render=False)
+    with scenecc.load_scene(drawn, seed=4, starts=tmp_path / "starts.json", render=False) as batch:
+        begun = batch.state()
+        batch.reset(3)
+        assert batch.state() == begun  # every reset gives the start of the built sizes
