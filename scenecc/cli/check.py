@@ -62,6 +62,10 @@ def check(
     seeds: Annotated[
         Any, typer.Option("--seeds", metavar="A:B", parser=parse_seeds, help="Check each seed from A to B-1.")
     ] = None,
+    permute: Annotated[
+        bool,
+        typer.Option("--permute", help="Also check that scenes do not depend on others in the batch, bit for bit."),
+    ] = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
     others: dict[str, Any],
@@ -77,6 +81,7 @@ def check(
       scenecc check scenes/tabletop.yaml
       scenecc check scenes/clutter.yaml --seeds 0:20
       scenecc check --settle 0 --strict scenes --jobs 8
+      scenecc check scenes/clutter.yaml --permute
     """
     from scenecc.options import Options
     from scenecc.simulation.check import check_source
@@ -85,12 +90,15 @@ def check(
         raise typer.BadParameter("it cannot be combined with --seed", param_hint="'--seeds'")
     asked = Options.of(**options)
     found = find_files(paths)
+    found.done += ["permuted"] if permute else []
     # Many files get a separate process: SAPIEN keeps some memory of every scene, and can crash its process.
     others["jobs"] = others["jobs"] or int(len(found.files) > 1)
 
     def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
         with progress("check", where=others["jobs"] == 0) as show:
-            here = check_source(source_of(file), asked, settle, seeds, rules=rules, progress=show, memory=memory)
+            here = check_source(
+                source_of(file), asked, settle, seeds, rules=rules, progress=show, memory=memory, permute=permute
+            )
         return of_settings(here, asked.params)
 
-    run_checks("check", found, others, (asked, settle, seeds), check_file, form=form)
+    run_checks("check", found, others, (asked, settle, seeds, permute), check_file, form=form)

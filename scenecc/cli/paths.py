@@ -67,6 +67,7 @@ class Found:
         empty: folders without a scene.
         unreadable: folders and files without read access.
         kind: kind of file to search for in folders.
+        done: what else is done with the files, for the line of `counts`: `permuted`.
         left_out: what options exclude: numbers with reasons, such as `12 unchanged`.
     """
 
@@ -76,6 +77,7 @@ class Found:
     empty: list[str] = field(default_factory=list[str])
     unreadable: list[tuple[str, OSError]] = field(default_factory=list[tuple[str, OSError]])
     kind: Kind = SCENES
+    done: list[str] = field(default_factory=list[str])
     left_out: list[str] = field(default_factory=list[str])
 
     def narrow(self, files: list[str], why: str) -> None:
@@ -102,7 +104,7 @@ class Found:
         """Returns a line with the numbers of files checked and not checked."""
         skipped = len(self.skipped)
         others = [f"{_files(skipped, 'other file')} skipped"] if skipped else []
-        return ", ".join([f"{_files(len(self.files), 'file')} checked", *self.left_out, *others]) + "\n"
+        return ", ".join([f"{_files(len(self.files), 'file')} checked", *self.done, *self.left_out, *others]) + "\n"
 
 
 def find_files(paths: list[str], *, scenes_only: bool = False, kind: Kind | None = None) -> Found:

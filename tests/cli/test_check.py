@@ -31,6 +31,13 @@ def test_a_finding_has_its_line_and_the_command_that_shows_it(run, tmp_path: Pat
     assert done.stderr == "1 file checked\n"
 
 
+def test_a_permuted_check_says_so(run, tmp_path: Path) -> None:
+    (tmp_path / "scene.yaml").write_text(OVERLAP)
+    done = run("check", "scene.yaml", "--settle", "0", "--permute", "--num-scenes", "2")
+    assert "SC867" not in done.stdout
+    assert done.stderr == "1 file checked, permuted\n"
+
+
 def test_the_command_of_a_finding_shows_that_scene(run, tmp_path: Path) -> None:
     expect = "expect: {holds: [{that: \"${x < 0 or position('a')[0] < h or name == 'b'}\"}]}\n"
     params = "params: {h: {default: 9}, name: {type: string, default: b}}\ndraws: {x: {uniform: [-1, 1]}}\n"
