@@ -188,6 +188,7 @@ CHECK_TYPES: Mapping[str, Any] = {
     "progress": Callable[[int, int], None] | None,
     "rules": Mapping[str, Any] | None,
     "scenes": str | None,
+    "permute": bool,
 }
 """Types of the arguments of functions that check, for `check_types`."""
 

@@ -63,6 +63,10 @@ def check(
     seeds: Annotated[
         Any, typer.Option("--seeds", metavar="A:B", parser=parse_seeds, help="Check each seed from A to B-1.")
     ] = None,
+    permute: Annotated[
+        bool,
+        typer.Option("--permute", help="Also check that scenes do not depend on others in the batch, bit for bit."),
+    ] = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
     others: dict[str, Any],
@@ -78,6 +82,7 @@ def check(
       scenecc check scenes/tabletop.yaml
       scenecc check scenes/clutter.yaml --seeds 0:20
       scenecc check --settle 0 --strict scenes --jobs 8
+      scenecc check scenes/clutter.yaml --permute
     """
     from scenecc.options import Options
     from scenecc.simulation.check import check_source
@@ -91,7 +96,9 @@ def check(
 
     def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> Checked:
         with progress("check", where=others["jobs"] == 0) as show:
-            here = check_source(source_of(file), asked, settle, seeds, rules=rules, progress=show, memory=memory)
+            here = check_source(
+                source_of(file), asked, settle, seeds, rules=rules, progress=show, memory=memory, permute=permute
+            )
         return replace(here, diagnostics=of_settings(here.diagnostics, asked.params))
 
-    run_checks("check", found, others, (asked, settle, seeds), check_file, form=form)
+    run_checks("check", found, others, (asked, settle, seeds, permute), check_file, form=form)

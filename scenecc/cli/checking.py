@@ -170,7 +170,8 @@ def _simulated_text(files: Iterable[Simulated | None]) -> str:
     several = f"seeds {index_ranges(seeds)}" if len(seeds) > 1 else f"seed {seeds[0]}"
     times = sorted({one.seconds for one in found})
     time = f"{times[0]:g} to {times[-1]:g} s" if len(times) > 1 else f"{times[0]:g} s" if times[0] else "1 step"
-    return f"{scenes} scene{'' if scenes == 1 else 's'}, {several}, {time} simulated"
+    permuted = " and permuted" if any(one.permuted for one in found) else ""
+    return f"{scenes} scene{'' if scenes == 1 else 's'}, {several}, {time} simulated{permuted}"
 
 
 def print_statistics(counts: Counter[tuple[str, str]], form: Format) -> None:

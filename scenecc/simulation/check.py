@@ -36,6 +36,7 @@ from scenecc.simulation.expect import (
 from scenecc.simulation.extent import hidden_planes
 from scenecc.simulation.findings import report_findings, view_command
 from scenecc.simulation.loads import joint_positions, jumps, long_steps, mass_ratios, uneven_scenes, weak_drives
+from scenecc.simulation.permute import permuted_findings
 from scenecc.simulation.robots import RobotWatch, joint_origins
 from scenecc.simulation.settle import simulate
 from scenecc.simulation.start import (
@@ -72,6 +73,7 @@ def check_scene(
     seeds: Sequence[int] | None = None,
     progress: Callable[[int, int], None] | None = None,
     rules: Mapping[str, Rule] | None = None,
+    permute: bool = False,
     **options: Unpack[CompileOptions],
 ) -> list[Diagnostic]:
     """Returns the diagnostics of `validate` and of a build and simulation of all scenes. Errors are returned, not
@@ -83,6 +85,8 @@ def check_scene(
         seeds: seeds to check; default: the file's own, or `seed` of the options. A stream allows only one.
         progress: called with (scenes done, total scenes).
         rules: as for `validate`.
+        permute: also build the scenes in another order and in smaller batches, simulate a second, and report each scene
+            that differs from itself in a bit (SC867). It takes as long as checking two more seconds.
         options: fields of `CompileOptions`.
 
     Raises:
@@ -90,9 +94,9 @@ def check_scene(
         TypeError: as for `validate`.
     """
     asked = Options.of_call(check_scene, options)
-    given = {"settle": settle, "seeds": seeds, "progress": progress, "rules": rules}
+    given = {"settle": settle, "seeds": seeds, "progress": progress, "rules": rules, "permute": permute}
     check_types(check_scene, given, CHECK_TYPES)
-    return check_source(source, asked, settle, seeds, rules=rules or {}, progress=progress).diagnostics
+    return check_source(source, asked, settle, seeds, rules=rules or {}, progress=progress, permute=permute).diagnostics
 
 
 def check_source(
@@ -104,6 +108,7 @@ def check_source(
     rules: Mapping[str, Rule],
     progress: Callable[[int, int], None] | None = None,
     memory: PathCache | None = None,
+    permute: bool = False,
 ) -> Checked:
     """Returns the diagnostics of `check_scene`, and what was simulated. `memory`: records what is looked up."""
     if not 0 <= settle < math.inf:
@@ -113,7 +118,7 @@ def check_source(
     readable = read_for_runs(source, len(runs), options.limits, sink)
     if readable is None:
         return Checked(sink.diagnostics())
-    check = _Check(settle, len(runs), rules, progress)
+    check = _Check(settle, len(runs), rules, progress, permute=permute)
     for number, run in enumerate(runs):
         if not check.run(number, readable, run, memory):
             break
@@ -128,11 +133,19 @@ class _Check:
         seeds: number of seeds.
         rules: house rules, by id.
         progress: called with (scenes done, total scenes).
+        permute: also check that scenes do not depend on their neighbours.
     """
 
     def __init__(
-        self, settle: float, seeds: int, rules: Mapping[str, Rule], progress: Callable[[int, int], None] | None
+        self,
+        settle: float,
+        seeds: int,
+        rules: Mapping[str, Rule],
+        progress: Callable[[int, int], None] | None,
+        *,
+        permute: bool = False,
     ) -> None:
+        self._permute = permute
         self._settle = settle
         self._seeds = seeds
         self._rules = rules
@@ -174,7 +187,7 @@ class _Check:
         """Returns what was simulated without an error; None: nothing."""
         if not self._simulated:
             return None
-        return Simulated(max(self._simulated.values()), tuple(sorted(self._simulated)), self._seconds)
+        return Simulated(max(self._simulated.values()), tuple(sorted(self._simulated)), self._seconds, self._permute)
 
     def diagnostics(self) -> list[Diagnostic]:
         """Returns all diagnostics, in file order."""
@@ -206,6 +219,9 @@ class _Check:
                 with build_batch(plan, built, scene_idxs=scene_idxs, render=False, audit=True) as batch:
                     self._collect(built)
                     found = batch_findings(batch, self._settle, self._excused)
+                    self._findings += (replace(finding, seed=plan.seed) for finding in found)
+                if self._permute:
+                    found = permuted_findings(plan, scene_idxs, built.another())
                     self._findings += (replace(finding, seed=plan.seed) for finding in found)
             except SceneError as error:
                 self._complete = False

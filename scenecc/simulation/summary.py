@@ -17,11 +17,13 @@ class Simulated:
         scenes: number of scenes with each seed.
         seeds: the seeds, ascending.
         seconds: simulated time [s]. 0: only the first step.
+        permuted: whether the scenes were compared with themselves in another order and in smaller batches.
     """
 
     scenes: int
     seeds: tuple[int, ...]
     seconds: float
+    permuted: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -75,6 +75,13 @@ def test_a_finding_of_an_included_file_fails_the_checked_file_in_junit(run, tmp_
     assert "part.yaml:4:3: error SC850" in text
 
 
+def test_a_permuted_check_says_so(run, tmp_path: Path) -> None:
+    (tmp_path / "scene.yaml").write_text(OVERLAP)
+    done = run("check", "scene.yaml", "--settle", "0", "--permute", "--num-scenes", "2")
+    assert "SC867" not in done.stdout
+    assert done.stderr == "1 file checked; 2 scenes, seed 0, 1 step simulated and permuted\n"
+
+
 def test_the_command_of_a_finding_shows_that_scene(run, tmp_path: Path) -> None:
     expect = "expect: {holds: [{that: \"${x < 0 or position('a')[0] < h or name == 'b'}\"}]}\n"
     params = "params: {h: {default: 9}, name: {type: string, default: b}}\ndraws: {x: {uniform: [-1, 1]}}\n"
