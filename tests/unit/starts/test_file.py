@@ -28,7 +28,9 @@ def content(rows: list[StartRecord] | None = None, **changes: Any) -> StartsFile
     return StartsFile(**{"scene": "one", "num_scenes": 1, "made_from": made_from, "rows": rows or [one], **changes})
 
 
-def write(folder: Path, change: Callable[[str], str] = lambda text: text, rows: list[StartRecord] | None = None) -> Path:
+def write(
+    folder: Path, change: Callable[[str], str] = lambda text: text, rows: list[StartRecord] | None = None
+) -> Path:
     path = folder / "starts.json"
     path.write_text(change(starts_files(content(rows), path.name)[path.name].decode()))
     return path
@@ -143,7 +145,12 @@ def test_what_is_not_simulated_may_change(starts: Path) -> None:
     [
         (SCENE, {"params": {"height": 2}}, "SC936", "the parameter `height` was 1 and is 2"),
         ({**SCENE, "physics": {"timestep": 0.002}}, {}, "SC936", "`physics` changed"),
-        ({**SCENE, "name": "two", "entities": {"ball": SCENE["entities"]["cube"]}}, {}, "SC936", "another scene (`one`)"),
+        (
+            {**SCENE, "name": "two", "entities": {"ball": SCENE["entities"]["cube"]}},
+            {},
+            "SC936",
+            "another scene (`one`)",
+        ),
         (SCENE, {"num_scenes": 3}, "SC937", "was made with 1 scene, and 3 are built"),
         (SCENE, {"draws": {"a": [1]}}, "SC250", "there is no shared draw"),
     ],
