@@ -36,6 +36,7 @@ from scenecc.plan import (
     Reading,
     ScenePlan,
     Settled,
+    SettledStart,
     Value,
     recalled,
 )
@@ -56,6 +57,7 @@ from scenecc.plan.schema import (
     VectorKind,
     plan_fields,
 )
+from scenecc.plan.starts import start_parts
 from scenecc.variation.forms import Template
 from scenecc.variation.nodes import Const
 
@@ -109,9 +111,16 @@ def plans(draw: st.DrawFn, *, recipes: bool = False, full: bool = False) -> Scen
         elif slot.name == "environment":
             environment = _of(slot.kind, replace(scope, rows=scope.num_scenes))
             made[slot.name] = draw(environment if full else st.none() | environment)
-        elif slot.name not in made:
+        elif slot.name not in made and slot.name != "starts":
             made[slot.name] = draw(_of(slot.kind, scope))
-    return ScenePlan(**made)
+    plan = ScenePlan(**made)
+    scenes = range(plan.num_scenes) if full else draw(st.sets(st.integers(0, plan.num_scenes - 1), max_size=2))
+    return replace(plan, starts=tuple(SettledStart(7, scene, _state(plan, scene)) for scene in sorted(scenes)))
+
+
+def _state(plan: ScenePlan, scene: int) -> bytes:
+    numbers = [(0.1, 0.2, 0.3, 1, 0, 0, 0, *(0.5 for _ in part.joints)) for part in start_parts(plan, scene)]
+    return np.array([number for row in numbers for number in row], "<f4").tobytes()
 
 
 @st.composite
