@@ -31,6 +31,12 @@ def test_a_finding_has_its_line_and_the_command_that_shows_it(run, tmp_path: Pat
     assert done.stderr == "1 file checked\n"
 
 
+def test_scenes_only_skips_other_files(run, tmp_path: Path) -> None:
+    (tmp_path / "compose.yaml").write_text("services: {}\n")
+    done = run("check", "--scenes-only", "compose.yaml")
+    assert (done.returncode, done.stderr) == (0, "0 files checked, 1 other file skipped\n")
+
+
 def test_a_permuted_check_says_so(run, tmp_path: Path) -> None:
     (tmp_path / "scene.yaml").write_text(OVERLAP)
     done = run("check", "scene.yaml", "--settle", "0", "--permute", "--num-scenes", "2")
