@@ -88,7 +88,7 @@ def build(
     import scenecc
 
     if dry_run:
-        for option, is_given in (("--steps", steps), ("--audit", audit is not None), ("--render", render is not None)):
+        for option, is_given in (("--steps", steps), ("--audit", audit is True), ("--render", render is True)):
             if is_given:
                 message = "it needs the engine, which --dry-run does not start"
                 raise typer.BadParameter(message, param_hint=f"'{option}'")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.checking import CHECK_OPTIONS, run_checks
+from scenecc.cli.checking import CHECK_OPTIONS, ScenesOnly, run_checks
 from scenecc.cli.completion import complete_scene
 from scenecc.cli.options import Format, FormatOption, quote_text, takes_compile_options
 from scenecc.cli.output import of_settings, progress
@@ -67,6 +67,7 @@ def check(
         bool,
         typer.Option("--permute", help="Also check that scenes do not depend on others in the batch, bit for bit."),
     ] = False,
+    scenes_only: ScenesOnly = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
     others: dict[str, Any],
@@ -90,7 +91,7 @@ def check(
     if seeds is not None and options["seed"] is not None:
         raise typer.BadParameter("it cannot be combined with --seed", param_hint="'--seeds'")
     asked = Options.of(**options)
-    found = find_files(paths)
+    found = find_files(paths, scenes_only=scenes_only)
     # Many files get a separate process: SAPIEN keeps some memory of every scene, and can crash its process.
     others["jobs"] = others["jobs"] or int(len(found.files) > 1)
 

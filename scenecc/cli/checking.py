@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
 import typer
 
 from scenecc.cli.completion import complete_code
-from scenecc.cli.many_files import Jobs, choose_files, find_in_each
-from scenecc.cli.options import Format, quote_text
+from scenecc.cli.many_files import ChangedSince, Jobs, Shard, choose_files, find_in_each
+from scenecc.cli.options import Format
 from scenecc.cli.output import Status, print_err, print_findings, print_json, print_out, status
 from scenecc.cli.paths import STDIN, Found
 from scenecc.cli.settings import RULE_PREFIX, SettingsFinder, code_fault
@@ -30,23 +30,8 @@ if TYPE_CHECKING:
 Check = Callable[[str, "Mapping[str, Rule]", "PathCache | None"], "Checked"]
 """Checks a file with house rules, and records the files that it reads in the last argument."""
 
-_SHARD: Final = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
-
-
-def parse_shard(text: str | tuple[int, int]) -> tuple[int, int]:
-    """Parses `2/5` into (2, 5): the second of five parts."""
-    found = _SHARD.fullmatch(str(text))
-    if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        raise typer.BadParameter(f"{quote_text(str(text))} must be I/N with I from 1 to N, as in 2/5")
-    return int(found[1]), int(found[2])
-
-
-_Shard = Annotated[
-    Any, typer.Option("--shard", metavar="I/N", parser=parse_shard, help="Check only part I of N of the files.")
-]
-_ChangedSince = Annotated[
-    str | None,
-    typer.Option("--changed-since", metavar="REV", help="Check only scenes that changed since a git revision."),
+ScenesOnly = Annotated[
+    bool, typer.Option("--scenes-only", help="Skip named files that are not scenes (for commit hooks).")
 ]
 _Cache = Annotated[
     bool, typer.Option("--cache/--no-cache", help="Reuse earlier findings for files that did not change.")
@@ -71,8 +56,8 @@ _Statistics = Annotated[bool, typer.Option("--statistics", help="Print how often
 
 CHECK_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "jobs": (Jobs, None),
-    "shard": (_Shard, None),
-    "changed_since": (_ChangedSince, None),
+    "shard": (Shard, None),
+    "changed_since": (ChangedSince, None),
     "cache": (_Cache, True),
     "strict": (_Strict, False),
     "select": (_Select, None),
@@ -128,7 +113,7 @@ def run_checks(
 
     cache = FindingsCache(command, options)
     parts = Parts(found.files)
-    diagnostics = [*found.faults(), *choose_files(found, asked["changed_since"], asked["shard"], cache)]
+    diagnostics = [*found.faults(), *choose_files(found, asked["changed_since"], asked["shard"], cache.files_of)]
     settings = {file: finder.of(file) for file in found.files}
 
     def find(file: str) -> Checked:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenecc.cli.many_files import Jobs, are_many, write_each
+from scenecc.cli.many_files import Jobs, Shard, are_many, choose_files, write_each
 from scenecc.cli.options import takes_compile_options
 from scenecc.cli.output import end, print_asides, print_out, progress, status, unwritten, usage_error
 from scenecc.cli.paths import STDIN, Kind, find_files, path_faults
@@ -36,6 +36,7 @@ def import_(
         str, typer.Option("--output", "-o", metavar="SCENE", help="Output file, or folder for several files.")
     ],
     jobs: Jobs = None,
+    shard: Shard = None,
     allow: Annotated[
         list[str] | None,
         typer.Option("--allow", metavar="LOSS", help="Accept a loss that changes the mechanics; may be repeated."),
@@ -65,13 +66,14 @@ def import_(
     """
     _check_arguments(paths, output, allow or ())
     accepted = {"allow": allow or (), **options}
-    if are_many(paths):
+    if are_many(paths, shard):
 
         def make(file: str, scene: str) -> tuple[list[Diagnostic], str]:
             diagnostics, lines = _import(file, scene, accepted)
             return diagnostics, "".join(f"{scene}: {line}\n" for line in lines)
 
-        write_each("import", find_files(paths, kind=_source_kind()), output, ".yaml", jobs, make)
+        choose = partial(choose_files, changed_since=None, shard=shard, files_of=lambda _: None)
+        write_each("import", find_files(paths, kind=_source_kind()), output, ".yaml", jobs, make, choose=choose)
     if faults := path_faults(paths[0], output, source="source"):
         end(faults)
     with progress("import") as show:

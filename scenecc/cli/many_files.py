@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn, TypeVar
 
 import typer
 
-from scenecc.cli.options import Format, at_least
-from scenecc.cli.output import counted, end, print_out, progress, usage_error
+from scenecc.cli.options import Format, at_least, quote_text
+from scenecc.cli.output import counted, end, print_err, print_out, progress, usage_error
 from scenecc.cli.paths import STDIN, Found
 from scenecc.jobs import Died, completed
 from scenecc.simulation.summary import Checked
 
 if TYPE_CHECKING:
-    from scenecc.cli.findings_cache import FindingsCache
     from scenecc.diagnostics import Diagnostic
+    from scenecc.options import Options
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -56,6 +57,25 @@ Jobs = Annotated[
     typer.Option("--jobs", metavar="N", parser=at_least(1), help="Number of processes.", show_default="one"),
 ]
 
+_SHARD: Final = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
+
+
+def parse_shard(text: str | tuple[int, int]) -> tuple[int, int]:
+    """Parses `2/5` into (2, 5): the second of five parts."""
+    found = _SHARD.fullmatch(str(text))
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        raise typer.BadParameter(f"{quote_text(str(text))} must be I/N with I from 1 to N, as in 2/5")
+    return int(found[1]), int(found[2])
+
+
+Shard = Annotated[
+    Any, typer.Option("--shard", metavar="I/N", parser=parse_shard, help="Take only part I of N of the files.")
+]
+ChangedSince = Annotated[
+    str | None,
+    typer.Option("--changed-since", metavar="REV", help="Take only scenes that changed since a git revision."),
+]
+
 Make = Callable[[str, str], "tuple[list[Diagnostic], str]"]
 """Makes the second path from the first. Returns diagnostics and a line for standard output."""
 
@@ -64,7 +84,10 @@ _SMALL: Final = {"scenecc": 1, "entities": {"box": {"shapes": [{"type": "box", "
 
 
 def choose_files(
-    found: Found, changed_since: str | None, shard: tuple[int, int] | None, cache: FindingsCache
+    found: Found,
+    changed_since: str | None,
+    shard: tuple[int, int] | None,
+    files_of: Callable[[str], frozenset[Path] | None],
 ) -> list[Diagnostic]:
     """Narrows the files to the requested ones. Returns diagnostics.
 
@@ -72,14 +95,14 @@ def choose_files(
         found: the files, which are narrowed.
         changed_since: keep files that differ from this git revision.
         shard: keep this part; (index from 1, number of parts).
-        cache: knows which files a scene uses.
+        files_of: returns all files that a scene uses; None if unknown.
     """
     if changed_since is not None:
         changes = _changes_since(changed_since)
         if isinstance(changes, str):
             found.files = []
             return [usage_error("SC918", changes, option="--changed-since")]
-        found.narrow([file for file in found.files if _may_differ(file, cache, changes)], "unchanged")
+        found.narrow([file for file in found.files if _may_differ(file, files_of, changes)], "unchanged")
     if shard is not None:
         part, parts = shard
         found.narrow(found.files[part - 1 :: parts], "in other parts")
@@ -106,13 +129,28 @@ def find_in_each(
         yield file, Checked([_death(file, result)]) if isinstance(result, Died) else result
 
 
-def are_many(paths: Sequence[str]) -> bool:
-    """Returns whether the output is a folder: for several paths, or a folder."""
-    return len(paths) > 1 or (paths[0] != STDIN and Path(paths[0]).is_dir())
+def are_many(paths: Sequence[str], shard: tuple[int, int] | None, changed_since: str | None = None) -> bool:
+    """Returns whether the output is a folder: for several paths, or a folder.
+
+    Raises:
+        typer.BadParameter: it is one file, of which options would take a part.
+    """
+    many = len(paths) > 1 or (paths[0] != STDIN and Path(paths[0]).is_dir())
+    for option, value in (("--shard", shard), ("--changed-since", changed_since)):
+        if value is not None and not many:
+            raise typer.BadParameter("it needs several files, or a folder", param_hint=f"'{option}'")
+    return many
 
 
 def write_each(
-    command: str, found: Found, output: str, suffix: str, jobs: int | None, make: Make, form: Format = Format.text
+    command: str,
+    found: Found,
+    output: str,
+    suffix: str,
+    jobs: int | None,
+    make: Make,
+    form: Format = Format.text,
+    choose: Callable[[Found], list[Diagnostic]] | None = None,
 ) -> NoReturn:
     """Writes one output per file, in separate processes, prints the results in order, and exits with the status.
 
@@ -124,14 +162,19 @@ def write_each(
         jobs: number of processes; None: one.
         make: writes one output.
         form: format of the diagnostics.
+        choose: narrows the files, as `choose_files` does. Each output has the same name as without it.
     """
     diagnostics = found.faults()
     targets = _targets(found.files, output, suffix, diagnostics)
+    if choose is not None and targets:
+        diagnostics += choose(found)
 
     def one(file: str) -> tuple[list[Diagnostic], str]:
         return make(file, targets[file])
 
-    files = list(targets)
+    files = [file for file in targets if file in found.files]
+    if found.left_out and form is Format.text:
+        print_err(f"{len(files)} of {len(targets)} files: {', '.join(found.left_out)}\n")
     for file, result in zip(files, run_each(one, files, jobs or 1, command), strict=True):
         if isinstance(result, Died):
             diagnostics.append(_death(file, result))
@@ -190,9 +233,19 @@ class _Changes:
     files: frozenset[Path]
 
 
-def _may_differ(file: str, cache: FindingsCache, changes: _Changes) -> bool:
-    """Returns whether a scene, or a file that it used at its last check, changed; true if unknown."""
-    used = None if file == STDIN else cache.files_of(file)
+def files_used(file: str, options: Options) -> frozenset[Path]:
+    """Returns all files that a scene uses or looks for, by checking it."""
+    from scenecc.scene import validate_source
+    from scenecc.source.paths import PathCache
+
+    memory = PathCache()
+    validate_source(file, options, {}, memory)
+    return frozenset({Path(file).absolute(), *memory.named, *memory.missing})
+
+
+def _may_differ(file: str, files_of: Callable[[str], frozenset[Path] | None], changes: _Changes) -> bool:
+    """Returns whether a scene, or a file that it uses, changed; true if unknown."""
+    used = None if file == STDIN else files_of(file)
     if used is None or not Path(file).resolve().is_relative_to(changes.top):
         return True
     return not changes.files.isdisjoint(path.resolve() for path in used)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 import typer
 
 from scenecc.cli.completion import complete_scene
-from scenecc.cli.many_files import Jobs, are_many, write_each
+from scenecc.cli.many_files import ChangedSince, Jobs, Shard, are_many, choose_files, files_used, write_each
 from scenecc.cli.options import (
     Format,
     FormatOption,
@@ -73,6 +73,8 @@ def render(
     *,
     output: Output = None,
     jobs: Jobs = None,
+    shard: Shard = None,
+    changed_since: ChangedSince = None,
     show: Annotated[Show, typer.Option("--show", help="Shapes to draw.")] = Show.visual,
     steps: Steps = 0,
     video: Video = None,
@@ -102,10 +104,12 @@ def render(
       scenecc render scenes/tabletop.yaml --show collision --size 800x600 -o collision.png
       scenecc render scenes/reset.yaml --steps 200 --video reset.mp4
       scenecc render scenes/recipes --size 320x240 -o pictures --jobs 2
+      scenecc render scenes --changed-since main --shard 1/4 -o pictures
     """
     import scenecc
+    from scenecc.options import Options
 
-    many = are_many(paths)
+    many = are_many(paths, shard, changed_since)
     kind = _choose_kind(output, video, steps, every, many=many)
     choices = picture_choices(others, steps=steps, video=kind, every=every, collision=show is Show.collision)
 
@@ -119,7 +123,9 @@ def render(
         return _write(result, output, video, form)
 
     if many:
-        write_each("render", find_files(paths), str(output), ".png", jobs, picture, form)
+        used = partial(files_used, options=Options.of(**options))
+        choose = partial(choose_files, changed_since=changed_since, shard=shard, files_of=used)
+        write_each("render", find_files(paths), str(output), ".png", jobs, picture, form, choose)
     if faults := _path_faults(paths[0], output, video, form):
         end(faults, form)
     if kind is not None:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, cast
 import typer
 
 from scenecc.cli.check import parse_seconds, parse_seeds
-from scenecc.cli.checking import Parts, parse_shard, print_statistics, statistics, without_lacks
+from scenecc.cli.checking import Parts, print_statistics, statistics, without_lacks
 from scenecc.cli.completion import complete_scene
+from scenecc.cli.many_files import parse_shard
 from scenecc.cli.options import (
     Camera,
     Format,

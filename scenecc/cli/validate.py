@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenecc.cli.checking import CHECK_OPTIONS, Check, run_checks
+from scenecc.cli.checking import CHECK_OPTIONS, Check, ScenesOnly, run_checks
 from scenecc.cli.completion import complete_scene
 from scenecc.cli.corrections import corrected, summary
 from scenecc.cli.options import Format, FormatOption, takes_compile_options
@@ -41,9 +41,7 @@ def validate(
     form: FormatOption = Format.text,
     fix: Annotated[bool, typer.Option("--fix", help="Apply safe corrections to the files.")] = False,
     diff: Annotated[bool, typer.Option("--diff", help="Print what --fix would change, on standard error.")] = False,
-    scenes_only: Annotated[
-        bool, typer.Option("--scenes-only", help="Skip named files that are not scenes (for commit hooks).")
-    ] = False,
+    scenes_only: ScenesOnly = False,
     options: dict[str, Any],
     others: dict[str, Any],
 ) -> None:

@@ -75,6 +75,12 @@ def test_a_finding_of_an_included_file_fails_the_checked_file_in_junit(run, tmp_
     assert "part.yaml:4:3: error SC850" in text
 
 
+def test_scenes_only_skips_other_files(run, tmp_path: Path) -> None:
+    (tmp_path / "compose.yaml").write_text("services: {}\n")
+    done = run("check", "--scenes-only", "compose.yaml")
+    assert (done.returncode, done.stderr) == (0, "0 files checked, 1 other file skipped\n")
+
+
 def test_a_permuted_check_says_so(run, tmp_path: Path) -> None:
     (tmp_path / "scene.yaml").write_text(OVERLAP)
     done = run("check", "scene.yaml", "--settle", "0", "--permute", "--num-scenes", "2")

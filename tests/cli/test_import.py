@@ -174,6 +174,17 @@ def test_many_files_are_imported_into_a_folder_despite_one_error(run, cube: Path
     assert alone.stderr == done.stderr
 
 
+def test_a_part_of_the_files_is_imported_under_the_same_names(run, cube: Path, tmp_path: Path) -> None:
+    (tmp_path / "deep").mkdir()
+    for name in ("a", "b", "deep/c"):
+        (tmp_path / f"{name}.sdf").write_text(SDF.format(more=""))
+    done = run("import", "a.sdf", "b.sdf", "deep", "-o", "out", "--shard", "2/2")
+    assert (done.returncode, done.stderr) == (0, "1 of 3 files: 2 in other parts\n")
+    assert [str(path.relative_to(tmp_path)) for path in (tmp_path / "out").rglob("*.yaml")] == ["out/b.yaml"]
+    done = run("import", "a.sdf", "-o", "a.yaml", "--shard", "1/2")
+    assert "'--shard': it needs several files, or a folder" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -173,6 +174,28 @@ def test_a_missing_device_is_reported_for_each_scene(run, scene: Path, tmp_path:
     (tmp_path / "other.yaml").write_text(SCENE)
     done = run("render", scene, "other.yaml", "-o", "out", **NOWHERE)
     assert (done.returncode, done.stdout, done.stderr.count("error SC803")) == (3, "", 2)
+
+
+def test_only_changed_scenes_of_a_part_are_rendered(run, tmp_path: Path) -> None:
+    (tmp_path / "scenes").mkdir()
+    for number in range(4):
+        (tmp_path / f"scenes/s{number}.yaml").write_text(SCENE)
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", "scenes")
+    git(tmp_path, "commit", "-qm", "one")
+    for number in (1, 3):
+        (tmp_path / f"scenes/s{number}.yaml").write_text(f"{SCENE}# changed\n")
+    done = run("render", "scenes", "-o", "out", "--changed-since", "HEAD", "--shard", "1/2", **NOWHERE)
+    assert done.stderr.startswith("1 of 4 files: 2 unchanged, 1 in other parts\n")
+    assert done.stderr.count("error SC803") == 1
+    for option in (("--shard", "1/2"), ("--changed-since", "HEAD")):
+        done = run("render", "scenes/s1.yaml", "-o", "x.png", *option)
+        assert f"'{option[0]}': it needs several files, or a folder" in done.stderr
+
+
+def git(folder: Path, *arguments: str) -> None:
+    who = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
+    subprocess.run(["git", *who, *arguments], cwd=folder, check=True, capture_output=True)
 
 
 @pytest.mark.parametrize("arguments", [("--video", "a.gif", "--steps", "2"), ("-o", "out.png"), ("-o", "-")])

@@ -33,9 +33,12 @@ def repository(tmp_path: Path) -> Path:
     return folder
 
 
-def pre_commit(repository: Path, environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
-    """Runs the hook as its manifest describes it, with the command under test in place of a fresh installation."""
-    (hook,) = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())
+def pre_commit(
+    repository: Path, environment: dict[str, str], name: str = "scenecc-validate"
+) -> subprocess.CompletedProcess[str]:
+    """Runs a hook as its manifest describes it, with the command under test in place of a fresh installation."""
+    hooks = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())
+    (hook,) = [one for one in hooks if one["id"] == name]
     assert hook["language"] == "python"
     local = {"repo": "local", "hooks": [{**hook, "language": "system"}]}
     (repository / ".pre-commit-config.yaml").write_text(yaml.safe_dump({"repos": [local]}))
@@ -68,6 +71,13 @@ def test_the_hook_stops_a_bad_scene(repository: Path, environment: dict[str, str
     done = pre_commit(repository, environment)
     assert done.returncode == 1
     assert "scenes/bad.yaml:3:31: error SC101" in done.stdout
+    assert "compose.yaml" not in done.stdout
+
+
+def test_the_hook_that_checks_stops_a_scene_that_falls(repository: Path, environment: dict[str, str]) -> None:
+    done = pre_commit(repository, environment, "scenecc-check")
+    assert done.returncode == 1
+    assert "scenes/good.yaml:3:3: error SC852" in done.stdout
     assert "compose.yaml" not in done.stdout
 
 
@@ -158,6 +168,13 @@ def test_the_action_is_strict_when_told(runner: Runner) -> None:
     (runner.workspace / "scenes" / "warned.yaml").write_text(WARNED)
     assert runner.step("Check scenes").returncode == 0
     assert runner.step("Check scenes", strict="true").returncode == 1
+
+
+def test_the_action_can_simulate(runner: Runner) -> None:
+    done = runner.step("Check scenes", command="check")
+    assert done.returncode == 1
+    assert "::error file=scenes/good.yaml,line=3,col=3" in done.stdout
+    assert runner.step("Check scenes", command="build").returncode == 2
 
 
 def test_an_input_is_never_a_command(runner: Runner) -> None:

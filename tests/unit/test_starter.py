@@ -96,6 +96,7 @@ def test_the_workflow_of_a_starter_installs_the_extra_of_the_robot(robot: str, e
 def test_the_commit_hook_of_a_starter_is_that_of_scenecc() -> None:
     config = yaml.safe_load(starter_files("empty", None)[".pre-commit-config.yaml"])
     ((hook,),) = [repo["hooks"] for repo in config["repos"]]
-    (ours,) = yaml.safe_load((FOLDER.parents[1] / ".pre-commit-hooks.yaml").read_text())
+    hooks = yaml.safe_load((FOLDER.parents[1] / ".pre-commit-hooks.yaml").read_text())
+    (ours,) = [one for one in hooks if one["id"] == hook["id"]]
     assert {hook[key] == ours[key] for key in ("id", "name", "types")} == {True}
     assert re.fullmatch(rf"{ours['entry']} --strict", hook["entry"])
