@@ -159,7 +159,7 @@ class EnergyWatch:
         """Yields the parts of a scene that may exchange energy, with the energy that their constraints stored [J]."""
         low, high = self._low[inside] - self._radius[inside, None], self._high[inside] + self._radius[inside, None]
         meet: NDArray[np.bool_] = np.all((low[:, None] <= high[None]) & (high[:, None] >= low[None]), axis=2)
-        groups = _joined([self._parts[number].entity for number in inside.tolist()], self._ties.get(scene, ()), meet)
+        groups = _joined([self._parts[int(number)].entity for number in inside], self._ties.get(scene, ()), meet)
         for group in np.unique(groups).tolist():
             island = inside[groups == group]
             names = {self._parts[int(number)].entity for number in island}
@@ -171,7 +171,7 @@ class EnergyWatch:
         groups = np.zeros(len(self._parts), np.intp)
         for scene in np.unique(self._scenes).tolist():
             inside = np.flatnonzero(self._scenes == scene)
-            names = [self._parts[number].entity for number in inside.tolist()]
+            names = [self._parts[int(number)].entity for number in inside]
             groups[inside] = _joined(names, self._ties.get(scene, ()), np.eye(len(inside), dtype=np.bool_))
         return groups
 
