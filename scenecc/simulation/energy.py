@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.geometry.rotations import IDENTITY_POSE, relative_pose, to_pose
 from scenecc.plan import ArticulationStructure
 from scenecc.plan.constraint import Distance, Drive
 from scenecc.simulation.bodies import constrained_entities, gravity_of
 from scenecc.simulation.findings import Finding
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -27,8 +28,14 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+_Tie = tuple[set[str], float]
+"""The entities that a constraint connects, and the energy that its springs store at the start [J]."""
+
 THROWN: Final = 2.0
 """[m/s] Maximum speed beyond that of the energy. Overlapping bodies are pushed apart this fast."""
+
+_MET: Final = 1e-4
+"""[m], [rad] A spring that is stretched by less is at rest. Stiff ones would store much in an error of rounding."""
 
 _MARGIN: Final = 0.02
 """[m] Bodies this close to each other's way may touch: twice the default `contact_offset`."""
@@ -90,7 +97,7 @@ class EnergyWatch:
             inside = np.flatnonzero(self._scenes == scene)
             for island, stored in self._islands(inside, scene):
                 allowed = _speed(np.full(len(island), budget[island].sum() + stored), self._mass[island])
-                if any(self._parts[number].driven for number in island):
+                if any(self._parts[int(number)].driven for number in island):
                     # The work of the drives is unknown, so what they push may be as fast as after a fall of its way.
                     way = np.linalg.norm(here[island] - self._start[island], axis=1)
                     fall = np.sqrt(2 * np.linalg.norm(gravity_of(self._batch.plan)) * way)
@@ -112,7 +119,7 @@ class EnergyWatch:
         for number in worst.values():
             part, excess = self._parts[number], float(self._excess[number])
             is_tied = part.entity in tied
-            others = "what it touches and hangs on" if is_tied else "what it touches"
+            others = "what it touches and is attached to" if is_tied else "what it touches"
             hint = (
                 "lower `timestep`, raise `solver_position_iterations`, or replace `connection` with a `drive` whose "
                 "`limits` of x, y and z are [0, 0]"
@@ -134,9 +141,9 @@ class EnergyWatch:
         linear = [part.component.get_linear_velocity() for part in self._parts]
         return np.linalg.norm(np.array(linear, np.float64).reshape(-1, 3), axis=1)
 
-    def _find_ties(self) -> dict[int, list[tuple[set[str], float]]]:
-        """Returns the constraints of each scene: the entities that each connects, and its stored energy [J]."""
-        ties: dict[int, list[tuple[set[str], float]]] = {}
+    def _find_ties(self) -> dict[int, list[_Tie]]:
+        """Returns the constraints of each scene."""
+        ties: dict[int, list[_Tie]] = {}
         for constraint in self._batch.plan.constraints:
             if constraint.name not in self._batch.constraints:
                 continue
@@ -151,11 +158,11 @@ class EnergyWatch:
     def _islands(self, inside: NDArray[np.intp], scene: int) -> Iterator[tuple[NDArray[np.intp], float]]:
         """Yields the parts of a scene that may exchange energy, with the energy that their constraints stored [J]."""
         low, high = self._low[inside] - self._radius[inside, None], self._high[inside] + self._radius[inside, None]
-        meet = ((low[:, None] <= high[None]) & (high[:, None] >= low[None])).all(axis=2)
-        groups = _joined([self._parts[number].entity for number in inside], self._ties.get(scene, ()), meet)
+        meet: NDArray[np.bool_] = np.all((low[:, None] <= high[None]) & (high[:, None] >= low[None]), axis=2)
+        groups = _joined([self._parts[int(number)].entity for number in inside], self._ties.get(scene, ()), meet)
         for group in np.unique(groups).tolist():
             island = inside[groups == group]
-            names = {self._parts[number].entity for number in island}
+            names = {self._parts[int(number)].entity for number in island}
             stored = sum(energy for tied, energy in self._ties.get(scene, ()) if tied & names)
             yield island, stored
 
@@ -164,24 +171,22 @@ class EnergyWatch:
         groups = np.zeros(len(self._parts), np.intp)
         for scene in np.unique(self._scenes).tolist():
             inside = np.flatnonzero(self._scenes == scene)
-            names = [self._parts[number].entity for number in inside]
+            names = [self._parts[int(number)].entity for number in inside]
             groups[inside] = _joined(names, self._ties.get(scene, ()), np.eye(len(inside), dtype=np.bool_))
         return groups
 
 
-def _joined(names: list[str], ties: Any, meet: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _joined(names: list[str], ties: Sequence[_Tie], meet: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Returns the group of each part (N,): parts of one entity, of tied entities, and that meet (N, N) are in one."""
-    groups = np.arange(len(names))
-    members: dict[str, int] = {}
-    for number, name in enumerate(names):
-        members.setdefault(name, number)
-    pairs = [*zip(range(len(names)), (members[name] for name in names), strict=True), *np.argwhere(meet).tolist()]
+    of_entity = np.array(names)
+    near = meet | (of_entity[:, None] == of_entity[None])
     for tied, _ in ties:
-        there = [members[name] for name in tied if name in members]
-        pairs += [(there[0], other) for other in there[1:]]
-    for a, b in pairs:
-        if groups[a] != groups[b]:
-            groups[groups == groups[b]] = groups[a]
+        is_tied = np.isin(of_entity, sorted(tied))
+        near |= is_tied[:, None] & is_tied[None]
+    groups, before = np.arange(len(names)), np.full(len(names), -1)
+    while (groups != before).any():
+        before, groups = groups, np.where(near, groups[None], len(names)).min(axis=1)
+        groups = groups[groups]
     return groups
 
 
@@ -242,21 +247,15 @@ def _stored_energy(constraint: Constraint, row: int, component: Any, mass: float
     velocities = (joint.linear_velocity_target, joint.angular_velocity_target)
     if any(value is not None and np.any(value.row(row)) for value in velocities):
         return math.inf
-    target = np.array([0, 0, 0, 1, 0, 0, 0] if joint.target is None else joint.target.row(row), np.float64)
-    pose = component.relative_pose
-    ways = dict(zip("xyz", np.abs(np.array(pose.p, np.float64) - target[:3]).tolist(), strict=True))
-    turn = 2 * math.acos(min(1.0, abs(float(np.dot(target[3:], pose.q)))))
-    springs = [(limit.axis, limit.stiffness, None, None) for limit in joint.limits]
+    target = IDENTITY_POSE if joint.target is None else to_pose(joint.target.row(row))
+    pose = to_pose((*component.relative_pose.p, *component.relative_pose.q))
+    ways = {axis: abs(pose[number] - target[number]) for number, axis in enumerate("xyz")}
+    w, *vector = relative_pose(target, pose)[3:]
+    turn = 2 * math.atan2(math.hypot(*vector), abs(w))
+    limits = ((each.axis, each.stiffness, 1.0) for each in joint.limits if each.stiffness is not None)
+    drives = ((each.axis, each.stiffness, mass if each.mode == "acceleration" else 1.0) for each in joint.drives)
     stored = 0.0
-    for axis, stiffness, force_limit, mode in [
-        *springs,
-        *((each.axis, each.stiffness, each.force_limit, each.mode) for each in joint.drives),
-    ]:
+    for axis, stiffness, scale in (*limits, *drives):
         way = ways.get(axis, turn)
-        if stiffness is None or way < 1e-4:
-            continue
-        energy = 0.5 * float(stiffness.row(row)) * way**2 * (mass if mode == "acceleration" else 1.0)
-        if force_limit is not None:
-            energy = min(energy, float(force_limit.row(row)) * way)
-        stored += energy
+        stored += 0.5 * scale * float(stiffness.row(row)) * way**2 if way > _MET else 0.0
     return stored

@@ -15,7 +15,7 @@ from scenecc.simulation.findings import Finding, length_text
 from scenecc.simulation.start import can_collide
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Container, Iterator, Mapping
 
     from numpy.typing import NDArray
 
@@ -37,21 +37,19 @@ def undrawn_supports(batch: SceneBatch, moved: set[tuple[int, str]]) -> Iterator
     `moved`: scenes and names of bodies that start with a velocity, and may roll away.
     """
     planes = _drawn_planes(batch.plan)
-    if not planes:
+    sheets = {scene: _sheets(batch.plan, scene) for scene in _scenes_beyond(batch, planes)}
+    if not sheets:
         return
-    contacts = batch.contacts()
+    contacts = batch.contacts(scene_idxs=list(sheets))
     far: dict[tuple[int, str, str], list[float]] = {}
-    sheets: dict[int, list[Floats]] = {}
     for number in np.flatnonzero(contacts.impulse.any(axis=1)).tolist():
         scene, names = int(contacts.scene[number]), (str(contacts.a[number]), str(contacts.b[number]))
         plane = next((name for name in names if name in planes), None)
         if plane is None or scene not in planes[plane]:
             continue
         body = names[names[0] == plane]
-        if scene not in sheets:
-            sheets[scene] = _sheets(batch.plan, scene)
         point = contacts.point[number].astype(np.float64)
-        out = min(_outside(point, sheet) for sheet in sheets[scene])
+        out = min(float(_outside(point[None], sheet)[0]) for sheet in sheets[scene])
         far.setdefault((scene, body, plane), []).append(out)
     for (scene, body, plane), outs in far.items():
         if min(outs) > _BEYOND and (scene, body) not in moved:
@@ -88,6 +86,24 @@ def hidden_planes(batch: SceneBatch) -> Iterator[Finding]:
                     break
 
 
+def _scenes_beyond(batch: SceneBatch, planes: Mapping[str, set[int]]) -> Iterator[int]:
+    """Yields the scenes in which a movable body is beyond all that is drawn of their planes, seen along the sheets."""
+    for scene, built in zip(batch.scene_idxs, batch.scenes, strict=True):
+        system = built.physx_system
+        movable = [*system.get_rigid_dynamic_components(), *system.get_articulation_link_components()]
+        drawn = {name for name, scenes in planes.items() if scene in scenes}
+        if not movable or not drawn:
+            continue
+        points = np.array([each.entity_pose.p for each in movable], np.float64)
+        outside = np.full(len(points), np.inf)
+        for sheet in _sheets(batch.plan, scene, drawn):
+            flat = sheet.copy()
+            flat[7 + int(sheet[7:].argmin())] = np.inf
+            outside = np.minimum(outside, _outside(points, flat))
+        if (outside > 0).any():
+            yield scene
+
+
 def _gap(low: Any, lower: Any, high: Any, upper: Any) -> float | None:
     """Returns how far a parallel plane that faces the same way is above another [m]; None if it is not parallel."""
     frames = [
@@ -114,11 +130,14 @@ def _drawn_planes(plan: ScenePlan) -> dict[str, set[int]]:
     return found
 
 
-def _sheets(plan: ScenePlan, scene: int) -> list[Floats]:
-    """Returns the flat visuals and boxes of immovable bodies in a scene: frame (7,) and half sizes (3,), each (10,)."""
+def _sheets(plan: ScenePlan, scene: int, names: Container[str] | None = None) -> list[Floats]:
+    """Returns the flat visuals and boxes of immovable bodies in a scene: frame (7,) and half sizes (3,), each (10,).
+
+    `names`: only these entities; None: all.
+    """
     found: list[Floats] = []
     for entity in plan.entities:
-        if scene not in entity.scene_idxs:
+        if scene not in entity.scene_idxs or (names is not None and entity.name not in names):
             continue
         row = entity.scene_idxs.index(scene)
         structure = entity.structure(row)
@@ -145,7 +164,7 @@ def _half_size(geometry: Any, row: int) -> Floats | None:
             return None
 
 
-def _outside(point: Floats, sheet: Floats) -> float:
-    """Returns how far a point is outside a sheet along its surface, or from it if it is deep below [m]."""
-    own = rotate(sheet[None, 3:7] * (1.0, -1.0, -1.0, -1.0), (point - sheet[:3])[None])[0]
-    return float(np.maximum(np.abs(own) - sheet[7:], 0.0).max())
+def _outside(points: Floats, sheet: Floats) -> Floats:
+    """Returns how far points (N, 3) are outside a sheet (N,) [m]: the greatest distance along one of its axes."""
+    back = np.broadcast_to(sheet[3:7] * (1.0, -1.0, -1.0, -1.0), (len(points), 4))
+    return np.maximum(np.abs(rotate(back, points - sheet[:3])) - sheet[7:], 0.0).max(axis=1)

@@ -57,6 +57,7 @@ class _Robot:
         moves_at_start: whether anything of it has an initial velocity.
         height: height of the root over the lowest point at the start [m].
         early, late: (dof,) maximum speeds before and after `_LATE`.
+        turned: (dof,) velocity over time; `qpos` starts again after a turn [rad], [m].
     """
 
     entity: str
@@ -68,6 +69,7 @@ class _Robot:
     height: float
     early: Floats
     late: Floats
+    turned: Floats
 
 
 class RobotWatch:
@@ -83,10 +85,11 @@ class RobotWatch:
         entities = [entity for entity in batch.plan.entities if entity.name not in constrained]
         self._robots = [robot for entity in entities for robot in _robots_of(batch, entity, self._up)]
 
-    def observe(self, *, late: bool) -> None:
-        """Reads the speeds of the joints. `late`: in the last part of the simulation."""
+    def observe(self, seconds: float, *, late: bool) -> None:
+        """Reads the velocities of the joints. `seconds`: time since the last reading; `late`: in the last part."""
         for robot in self._robots:
-            speeds = np.abs(np.array(robot.obj.get_qvel(), np.float64))
+            qvel = np.array(robot.obj.get_qvel(), np.float64)
+            speeds, robot.turned = np.abs(qvel), robot.turned + qvel * seconds
             if late:
                 robot.late = np.maximum(robot.late, speeds)
             else:
@@ -138,7 +141,7 @@ def _robots_of(batch: SceneBatch, entity: Entity, up: Floats | None) -> Iterator
         moves = bool(qvel.any()) or any(value is not None and bool(np.any(value.row(row))) for value in values)
         height = 0.0 if up is None else _root_height(obj, up)
         qpos = np.array(obj.get_qpos(), np.float64)
-        yield _Robot(entity.name, index, structure, obj, qpos, moves, height, np.zeros(qpos.size), np.zeros(qpos.size))
+        yield _Robot(entity.name, index, structure, obj, qpos, moves, height, *np.zeros((3, qpos.size)))
 
 
 def _find_restless(robot: _Robot, seconds: float) -> Iterator[Finding]:
@@ -146,7 +149,6 @@ def _find_restless(robot: _Robot, seconds: float) -> Iterator[Finding]:
     joints = robot.obj.get_active_joints()
     if any(np.any(joint.drive_velocity_target) for joint in joints):
         return
-    moved = np.abs(np.array(robot.obj.get_qpos(), np.float64) - robot.qpos)
     for number, joint in enumerate(joints):
         slides = joint.type == "prismatic"
         early, late = float(robot.early[number]), float(robot.late[number])
@@ -158,8 +160,8 @@ def _find_restless(robot: _Robot, seconds: float) -> Iterator[Finding]:
                 f"{named} does not come to rest: it still moves at {late:.3g} {unit} at the end of {seconds:g} s",
                 "its drive has `stiffness` but no `damping`: add some",
             )  # fmt: skip
-        elif _spins_freely(robot, joint) and moved[number] > _TURNS and late > 0.5 * early:
-            turns = moved[number] / (2 * np.pi)
+        elif _spins_freely(robot, joint) and abs(robot.turned[number]) > _TURNS and late > 0.5 * early:
+            turns = abs(robot.turned[number]) / (2 * np.pi)
             yield Finding(
                 "SC858", (key,), robot.scene, late,
                 f"{named} spins without a drive: it turns {turns:.2g} times around in {seconds:g} s",

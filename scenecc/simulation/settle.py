@@ -82,7 +82,7 @@ def simulate(
             done += stride
             if done <= last:
                 energy.observe()
-                robots.observe(late=robots.is_late(done, last))
+                robots.observe(stride * batch.timestep, late=robots.is_late(done, last))
         if end == last and seconds:
             yield from _find_toppled(batch, seconds, moving, start)
             yield from energy.findings()
