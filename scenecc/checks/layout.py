@@ -1,7 +1,7 @@
 """Checks of where bodies are relative to each other: far from everything else, in the air, on something that does not
 collide, or in one place; two floors, and planes that collide beyond their visual.
 
-Only `scenecc check` applies these rules, to the first and the last scene. Bodies are compared by their bounding boxes.
+Only `scenecc check` applies these rules. They report what the first and the last scene have in common, by bounding boxes.
 """
 
 from __future__ import annotations
@@ -35,6 +35,9 @@ HIGH: Final = 1.0
 
 VERY_HIGH: Final = 10.0
 """[m] Height from which no body is meant to fall."""
+
+MAX_COMPARED: Final = 200
+"""Maximum number of entities of a scene that are compared with each other."""
 
 RESTS: Final = 0.03
 """[m] Maximum distance of a body from what it stands on."""
@@ -70,22 +73,31 @@ def check_layout(plan: ScenePlan, sink: Sink) -> None:
         plan: a plan with its draws, whose files were checked.
         sink: collects diagnostics.
     """
-    reported: set[tuple[str, str]] = set()
-    for scene in sorted({0, plan.num_scenes - 1}):
+    found: dict[tuple[str, str], list[_Finding]] = {}
+    scenes = sorted({0, plan.num_scenes - 1})
+    for scene in scenes:
         boxes, floors = placed_boxes(plan, scene), list(_floors(plan, scene))
-        for code, entity, place, message, hint in (
-            *_two_floors(floors),
-            *_small_floors(floors, boxes),
-            *_far_floors(floors, boxes, plan),
-            *_far_bodies(boxes, plan),
-            *_bodies_in_the_air(boxes, floors, plan),
-            *_bodies_on_nothing(boxes, floors, plan),
-            *_copies(boxes, plan),
-            *_long_limits(boxes, plan),
-        ):
-            if (code, entity.name) not in reported:
-                reported.add((code, entity.name))
-                sink.report(code, message, place, at="key", hint=hint)
+        few = boxes if len(boxes) <= MAX_COMPARED else []
+        here = {
+            (one[0], one[1].name): one
+            for one in (
+                *_two_floors(floors),
+                *_small_floors(floors, boxes),
+                *_far_floors(floors, boxes, plan),
+                *_far_bodies(few, plan),
+                *_bodies_in_the_air(few, floors, plan),
+                *_bodies_on_nothing(few, floors, plan),
+                *_copies(boxes, plan),
+                *_long_limits(boxes, plan),
+            )
+        }
+        for key, one in here.items():
+            found.setdefault(key, []).append(one)
+    for each in found.values():
+        code, entity, place, message, hint = each[0]
+        # What differs between scenes is meant.
+        if len(each) == sum(scene in entity.scene_idxs for scene in scenes):
+            sink.report(code, message, place, at="key", hint=hint)
 
 
 _Finding = tuple[str, "Entity", "Origin", str, str]
@@ -261,7 +273,7 @@ def _bodies_on_nothing(boxes: list[PlacedBox], floors: list[Floor], plan: SceneP
         tops = [(other.entity, float(high[2])) for other, (_, high) in below if other is not box]
         tops += [(floor.entity, floor.height) for floor in floors]
         near = [entity for entity, top in tops if abs(box.low[2] - top) < RESTS]
-        if near and box.low[2] - _support(box, boxes, floors) > RESTS:
+        if near and RESTS < box.low[2] - _support(box, boxes, floors) < np.inf:
             other, name = near[0], cut(box.entity.name)
             if any(body.collisions for body in other.bodies):
                 message = f"`{name}` is on `{cut(other.name)}`, but their collision groups ignore each other"

@@ -39,8 +39,8 @@ MAX_LIMIT: Final = 7.0
 ROUNDING: Final = 0.004
 """[rad] π/2 is written as 1.57, π as 3.14, π/3 as 1.05."""
 
-SPEEDS: Final = frozenset((45.0, 90.0, 180.0, 270.0, 360.0))
-"""[deg/s] Speeds of rotation that are written for degrees."""
+SPEEDS: Final = frozenset((45.0, 90.0))
+"""[rad/s] Speeds of rotation that are probably degrees per second. Larger ones are beyond what PhysX allows."""
 
 _FOV_KEYS: Final = ("fovy_deg", "fovx_deg", "outer_fov_deg")
 _ANGLE_KEYS: Final = frozenset(("rpy", "angle", "yaw", "qpos", "target", "limits"))

@@ -35,8 +35,8 @@ class Mistake(NamedTuple):
         name: `base/name`.
         base: the base scene.
         edits: dotted path → the value that is written there; `remove` removes it, and `+` appends to a list.
-        stage: the first command that reports it: `validate`, `static` (the rules of `check` that build nothing), `check`,
-            or `silent`.
+        stage: the first command that reports it: `validate`, `static` (rules of `check` that build nothing), `check` or
+            `silent`.
         codes: the codes that may report it.
     """
 
