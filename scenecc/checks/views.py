@@ -167,7 +167,7 @@ def _view_fault(
     present = np.any([each.there[scenes] for each, _ in bodies], axis=0)
     missed = present & ~np.any(shown, axis=0)
     if missed.any():
-        return f"sees nothing but the ground in scene {scenes[int(np.flatnonzero(missed)[0])]}", try_it
+        return f"sees only the ground in scene {scenes[int(np.flatnonzero(missed)[0])]}", try_it
     pixels = np.where(shown, [_pixels(camera, pose, *_balls(each, scenes)) for each, _ in bodies], 0.0)
     largest = float(pixels.max(axis=0)[present].min())
     if largest < MIN_PIXELS:

@@ -155,7 +155,7 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
         value = mapping[key]
         if (key == "limits" and not _has_hinge(mapping)) or (key == "target" and not _is_joint_drive(value, origin)):
             continue
-        if key != "target" and (min if is_mapping(value) else max)(_numbers(value, {}), default=0) > TWO_TURNS:
+        if _exceeds_two_turns(value):
             continue
         least = MAX_LIMIT if key == "limits" else MIN_WHOLE
         found = [number for number in _numbers(value, names) if number >= least and number.is_integer()]
@@ -171,6 +171,13 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
             message = f"`{key}` has {found[0]:g} rad/s, which is {math.degrees(found[0]):.4g}°/s"
             hint = f"it is in rad/s: for {found[0]:g}°/s write {math.radians(found[0]):.4g}"
             sink.report("SC526", message, origin.child(key), hint=hint)
+
+
+def _exceeds_two_turns(value: Any) -> bool:
+    """Returns whether all numbers but 0 exceed two turns. A uniform distribution from 0 on is not reported elsewhere."""
+    numbers = list(_numbers(value, {}))
+    least = (min if is_mapping(value) else max)([number for number in numbers if number], default=0.0)
+    return least > TWO_TURNS and not (is_mapping(value) and "uniform" in value and 0 in numbers)
 
 
 def _has_hinge(mapping: Mapping[str, Any]) -> bool:
