@@ -1,12 +1,12 @@
 """Checks of where bodies are relative to each other: far from everything else, in the air, on something that does not
 collide, or in one place; two floors, and planes that collide beyond their visual.
 
-Only `scenecc check` applies these rules. They report what the first and the last scene have in common, by bounding boxes.
+Only `scenecc check` applies these rules. They report what the first and the last scene have in common, by their boxes.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -124,8 +124,9 @@ def _floors(plan: ScenePlan, scene: int) -> Iterator[Floor]:
             center = half = None
             for patch in patches[:1]:
                 local = frame if patch.pose is None else compose(frame[None], patch.pose.row(row)[None])[0]
-                sizes = patch.geometry.sizes(row)[:2]
-                flat = (0.0, *sizes) if isinstance(patch.geometry, VisualPlane) else (*sizes, 0.0)
+                geometry: Any = patch.geometry
+                one, other = geometry.half_size.row(row).tolist()
+                flat = [0.0, one, other] if isinstance(geometry, VisualPlane) else [one, other, 0.0]
                 corner = rotate(local[None, 3:], np.array([flat]))[0]
                 center, half = local[:2], np.abs(corner[:2])
             yield Floor(entity, shape.origin or structure_origin(body, entity, plan), float(pose[2]), center, half)
@@ -296,9 +297,8 @@ def _copies(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
         other = first.setdefault((np.array([box.low, box.high]).round(4) + 0.0).tobytes(), box)
         if other is box:
             continue
-        kinds = {one.entity.structures[0].body_type for one in (box, other)}  # pyright: ignore[reportAttributeAccessIssue]
-        moves = "dynamic" in kinds
-        if _collide(box.entity, other.entity) if moves else (box.entity.pose == other.entity.pose):
+        moves = any(body.body_type == "dynamic" for body in (*box.entity.bodies, *other.entity.bodies))
+        if _collide(box.entity, other.entity) if moves else box.entity.pose == other.entity.pose:
             continue
         message = f"`{cut(box.entity.name)}` is in the same place as `{cut(other.entity.name)}`, and as large"
         place = structure_origin(box.entity.structures[0], box.entity, plan)

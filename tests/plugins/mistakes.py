@@ -120,7 +120,7 @@ def main() -> int:
     parser.add_argument("--static", action="store_true", help="build and simulate nothing")
     parser.add_argument("names", nargs="*", help="parts of the names of mistakes")
     asked = parser.parse_args()
-    counts = dict.fromkeys(("validate", "static", "check", "silent"), 0)
+    counts: dict[str, int] = dict.fromkeys(("validate", "static", "check", "silent"), 0)
     for mistake in mistakes():
         if asked.names and not any(name in mistake.name for name in asked.names):
             continue
