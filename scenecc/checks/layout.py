@@ -1,12 +1,12 @@
 """Checks of where bodies are relative to each other: far from everything else, in the air, on something that does not
 collide, or in one place; two floors, and planes that collide beyond their visual.
 
-Only `scenecc check` applies these rules, to the first and the last scene. Bodies are compared by their bounding boxes.
+Only `scenecc check` applies these rules. They report what the first and the last scene have in common, by their boxes.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -35,6 +35,9 @@ HIGH: Final = 1.0
 
 VERY_HIGH: Final = 10.0
 """[m] Height from which no body is meant to fall."""
+
+MAX_COMPARED: Final = 200
+"""Maximum number of entities of a scene that are compared with each other."""
 
 RESTS: Final = 0.03
 """[m] Maximum distance of a body from what it stands on."""
@@ -70,22 +73,31 @@ def check_layout(plan: ScenePlan, sink: Sink) -> None:
         plan: a plan with its draws, whose files were checked.
         sink: collects diagnostics.
     """
-    reported: set[tuple[str, str]] = set()
-    for scene in sorted({0, plan.num_scenes - 1}):
+    found: dict[tuple[str, str], list[_Finding]] = {}
+    scenes = sorted({0, plan.num_scenes - 1})
+    for scene in scenes:
         boxes, floors = placed_boxes(plan, scene), list(_floors(plan, scene))
-        for code, entity, place, message, hint in (
-            *_two_floors(floors),
-            *_small_floors(floors, boxes),
-            *_far_floors(floors, boxes, plan),
-            *_far_bodies(boxes, plan),
-            *_bodies_in_the_air(boxes, floors, plan),
-            *_bodies_on_nothing(boxes, floors, plan),
-            *_copies(boxes, plan),
-            *_long_limits(boxes, plan),
-        ):
-            if (code, entity.name) not in reported:
-                reported.add((code, entity.name))
-                sink.report(code, message, place, at="key", hint=hint)
+        few = boxes if len(boxes) <= MAX_COMPARED else []
+        here = {
+            (one[0], one[1].name): one
+            for one in (
+                *_two_floors(floors),
+                *_small_floors(floors, boxes),
+                *_far_floors(floors, boxes, plan),
+                *_far_bodies(few, plan),
+                *_bodies_in_the_air(few, floors, plan),
+                *_bodies_on_nothing(few, floors, plan),
+                *_copies(boxes, plan),
+                *_long_limits(boxes, plan),
+            )
+        }
+        for key, one in here.items():
+            found.setdefault(key, []).append(one)
+    for each in found.values():
+        code, entity, place, message, hint = each[0]
+        # What differs between scenes is meant.
+        if len(each) == sum(scene in entity.scene_idxs for scene in scenes):
+            sink.report(code, message, place, at="key", hint=hint)
 
 
 _Finding = tuple[str, "Entity", "Origin", str, str]
@@ -112,8 +124,9 @@ def _floors(plan: ScenePlan, scene: int) -> Iterator[Floor]:
             center = half = None
             for patch in patches[:1]:
                 local = frame if patch.pose is None else compose(frame[None], patch.pose.row(row)[None])[0]
-                sizes = patch.geometry.sizes(row)[:2]
-                flat = (0.0, *sizes) if isinstance(patch.geometry, VisualPlane) else (*sizes, 0.0)
+                geometry: Any = patch.geometry
+                one, other = geometry.half_size.row(row).tolist()
+                flat = [0.0, one, other] if isinstance(geometry, VisualPlane) else [one, other, 0.0]
                 corner = rotate(local[None, 3:], np.array([flat]))[0]
                 center, half = local[:2], np.abs(corner[:2])
             yield Floor(entity, shape.origin or structure_origin(body, entity, plan), float(pose[2]), center, half)
@@ -261,7 +274,7 @@ def _bodies_on_nothing(boxes: list[PlacedBox], floors: list[Floor], plan: SceneP
         tops = [(other.entity, float(high[2])) for other, (_, high) in below if other is not box]
         tops += [(floor.entity, floor.height) for floor in floors]
         near = [entity for entity, top in tops if abs(box.low[2] - top) < RESTS]
-        if near and box.low[2] - _support(box, boxes, floors) > RESTS:
+        if near and RESTS < box.low[2] - _support(box, boxes, floors) < np.inf:
             other, name = near[0], cut(box.entity.name)
             if any(body.collisions for body in other.bodies):
                 message = f"`{name}` is on `{cut(other.name)}`, but their collision groups ignore each other"
@@ -284,9 +297,8 @@ def _copies(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
         other = first.setdefault((np.array([box.low, box.high]).round(4) + 0.0).tobytes(), box)
         if other is box:
             continue
-        kinds = {one.entity.structures[0].body_type for one in (box, other)}  # pyright: ignore[reportAttributeAccessIssue]
-        moves = "dynamic" in kinds
-        if _collide(box.entity, other.entity) if moves else (box.entity.pose == other.entity.pose):
+        moves = any(body.body_type == "dynamic" for body in (*box.entity.bodies, *other.entity.bodies))
+        if _collide(box.entity, other.entity) if moves else box.entity.pose == other.entity.pose:
             continue
         message = f"`{cut(box.entity.name)}` is in the same place as `{cut(other.entity.name)}`, and as large"
         place = structure_origin(box.entity.structures[0], box.entity, plan)

@@ -121,9 +121,11 @@ def _check_camera(camera: Camera, visible: list[_VisibleShape], plan: ScenePlan,
     pose = np.broadcast_to(camera.pose.data, (len(scenes), 7))
     # A scene without visible objects is not the camera's fault.
     empty = np.any([each.there[scenes] for each in visible], axis=0) & np.ones(len(scenes), bool)
+    shown: list[tuple[_VisibleShape, NDArray[np.bool_]]] = []
     for each in visible:
         there = each.there[scenes]
-        empty &= ~(there & _may_show(camera, pose, each, scenes))
+        shown.append((each, there & _may_show(camera, pose, each, scenes)))
+        empty &= ~shown[-1][1]
         inside = np.flatnonzero(there & _is_inside(each, scenes, pose))
         if inside.size:
             is_plane = each.shape is not None and isinstance(each.shape.geometry, VisualPlane)
@@ -131,45 +133,50 @@ def _check_camera(camera: Camera, visible: list[_VisibleShape], plan: ScenePlan,
             message = f"camera `{cut(camera.name)}` is {where}"
             sink.report("SC548", message, place.child("pose"), hint="move the camera out of it")
             return
-    fault = _view_fault(camera, visible, scenes, pose, empty)
+    fault = _view_fault(camera, shown, scenes, pose, empty)
     if fault is not None:
         message, hint = fault
         sink.report("SC548", f"camera `{cut(camera.name)}` {message}", place.child("pose"), hint=hint)
 
 
 def _view_fault(
-    camera: Camera, visible: list[_VisibleShape], scenes: NDArray[np.int64], pose: Floats, empty: NDArray[np.bool_]
+    camera: Camera,
+    visible: list[tuple[_VisibleShape, NDArray[np.bool_]]],
+    scenes: NDArray[np.int64],
+    pose: Floats,
+    empty: NDArray[np.bool_],
 ) -> tuple[str, str] | None:
     """Returns what is wrong with a view, and a hint; None if nothing is.
 
     Args:
         camera: a camera in the world.
-        visible: all visual shapes.
+        visible: all visual shapes, and whether each may be in view (n,).
         scenes: scenes of the camera (n,).
         pose: of the camera in each (n, 7).
         empty: whether nothing at all is in view (n,).
     """
     try_it = "a camera looks along its x: try `look_at`"
-    if empty.any():
-        return f"sees nothing in scene {scenes[int(np.flatnonzero(empty)[0])]}", try_it
     up = np.asarray(rotate(pose[:, 3:], np.broadcast_to((0.0, 0.0, 1.0), (len(pose), 3))))
-    if (up[:, 2] < UPSIDE_DOWN).all():
-        return "is upside down", "its z is up: try `look_at`"
-    bodies = [each for each in visible if not each.is_ground and each.there[scenes].any()]
+    if empty.any() or (up[:, 2] < UPSIDE_DOWN).all():
+        nothing = f"sees nothing in scene {scenes[int(np.flatnonzero(empty)[0])]}" if empty.any() else ""
+        return nothing or "is upside down", try_it
+    bodies = [one for one in visible if not one[0].is_ground and one[0].there[scenes].any()]
     if not bodies:
         return None
-    shown = [each.there[scenes] & _may_show(camera, pose, each, scenes) for each in bodies]
-    missed = np.any([each.there[scenes] for each in bodies], axis=0) & ~np.any(shown, axis=0)
+    shown = [one for _, one in bodies]
+    present = np.any([each.there[scenes] for each, _ in bodies], axis=0)
+    missed = present & ~np.any(shown, axis=0)
     if missed.any():
-        return f"sees nothing but the ground in scene {scenes[int(np.flatnonzero(missed)[0])]}", try_it
-    pixels = [_pixels(camera, pose, *_balls(each, scenes)) for each in bodies]
-    largest = float(np.where(shown, pixels, 0.0).max(axis=0).min())
-    in_view = [each for one, each in zip(shown, bodies, strict=True) if one[0]]
-    if largest >= MIN_PIXELS:
-        blocker = _blocker(camera, in_view, int(scenes[0]), pose[0])
-        hides = f"sees only `{cut(blocker)}`, which hides everything else" if blocker is not None else None
-        return None if hides is None else (hides, "move it to where its view is free")
-    return f"shows no body larger than {largest:.2g} pixels", "move it nearer, in metres, or narrow its `fovy_deg`"
+        return f"sees only the ground in scene {scenes[int(np.flatnonzero(missed)[0])]}", try_it
+    pixels = np.where(shown, [_pixels(camera, pose, *_balls(each, scenes)) for each, _ in bodies], 0.0)
+    largest = float(pixels.max(axis=0)[present].min())
+    if largest < MIN_PIXELS:
+        return f"shows no body larger than {largest:.2g} pixels", "move it nearer, in metres, or narrow its `fovy_deg`"
+    wide = [each for (each, _), size in zip(bodies, pixels, strict=True) if size[0] >= camera.height]
+    blocker = _blocker(camera, wide, [each for each, one in bodies if one[0]], int(scenes[0]), pose[0])
+    if blocker is not None:
+        return f"sees only `{cut(blocker)}`, which hides everything else", "move it to where its view is free"
+    return None
 
 
 def _pixels(camera: Camera, pose: Floats, centre: Floats, radius: Floats) -> Floats:
@@ -191,14 +198,16 @@ def _focal_length(camera: Camera) -> float:
     return float(side / 2 / np.tan(given.data.min() / 2))
 
 
-def _blocker(camera: Camera, bodies: list[_VisibleShape], scene: int, pose: Floats) -> str | None:
+def _blocker(
+    camera: Camera, wide: list[_VisibleShape], bodies: list[_VisibleShape], scene: int, pose: Floats
+) -> str | None:
     """Returns the entity whose box fills the picture and hides the centres of all other bodies; None if none does."""
     if isinstance(camera.lens, Orthographic) or len({each.entity for each in bodies}) < 2:
         return None
     sides = np.array([camera.width, camera.height]) / 2 / _focal_length(camera)
     rays = np.concatenate((np.ones((len(RAYS), 1)), RAYS * sides), axis=1)
     rays = np.asarray(rotate(np.broadcast_to(pose[3:], (len(rays), 4)), rays))
-    for each in bodies:
+    for each in wide:
         if each.shape is None or not isinstance(each.shape.geometry, Box):
             continue
         others = [other for other in bodies if other.entity != each.entity]

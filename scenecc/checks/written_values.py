@@ -11,7 +11,7 @@ import re
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.diagnostic import Origin
-from scenecc.spec.nodes import is_mapping
+from scenecc.spec.nodes import is_mapping, is_sequence
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -39,8 +39,8 @@ MAX_LIMIT: Final = 7.0
 ROUNDING: Final = 0.004
 """[rad] π/2 is written as 1.57, π as 3.14, π/3 as 1.05."""
 
-SPEEDS: Final = frozenset((45.0, 90.0, 180.0, 270.0, 360.0))
-"""[deg/s] Speeds of rotation that are written for degrees."""
+SPEEDS: Final = frozenset((45.0, 90.0))
+"""[rad/s] Speeds of rotation that are probably degrees per second. Larger ones are beyond what PhysX allows."""
 
 _FOV_KEYS: Final = ("fovy_deg", "fovx_deg", "outer_fov_deg")
 _ANGLE_KEYS: Final = frozenset(("rpy", "angle", "yaw", "qpos", "target", "limits"))
@@ -56,7 +56,7 @@ def check_written_angles(document: Document, sink: Sink) -> None:
         document: the scene file, as written.
         sink: collects diagnostics.
     """
-    names = {**_section(document, "params"), **_section(document, "draws")}
+    names = _named_values(document)
     for mapping, origin in _mappings(document):
         _check_degrees(mapping, origin, names, sink)
         _check_radians(mapping, origin, names, sink)
@@ -77,36 +77,47 @@ def check_written_values(document: Document, num_scenes: int, sink: Sink) -> Non
         _check_density(mapping, origin, sink)
         _check_drives(mapping, origin, sink)
         items = mapping.get("cycle")
-        if several and isinstance(items, list) and len(items) > num_scenes:
+        if several and is_sequence(items) and len(items) > num_scenes:
             message = f"this `cycle` has {len(items)} values for {num_scenes} scene{'s' * (num_scenes > 1)}"
             hint = "shorten it, or raise `num_scenes`; `choice` draws from a list of any length"
             sink.report("SC575", message, origin.child("cycle"), at="key", hint=hint)
 
 
-_NAMED: Final = (("params",), ("draws",), ("with",))
-"""Mappings whose keys are names of the author's."""
-
-
-def _section(document: Document, key: str) -> Mapping[str, Any]:
-    section = document.data.get(key)
-    return section if is_mapping(section) else {}
+def _named_values(document: Document) -> dict[str, Any]:
+    """Returns the draws of a document, and the defaults of its parameters, by name."""
+    names: dict[str, Any] = {}
+    for key in ("params", "draws"):
+        section = document.data.get(key)
+        names |= section if is_mapping(section) else {}
+    return {
+        name: value["default"] if is_mapping(value) and "default" in value else value for name, value in names.items()
+    }
 
 
 def _mappings(document: Document) -> Iterator[tuple[Mapping[str, Any], Origin]]:
-    """Yields all mappings of a document and their origins, but those under `x-` keys."""
+    """Yields all mappings of a document and their origins, but those whose keys are names of the author's."""
     rest: list[tuple[Any, Origin]] = [(document.data, Origin(document.name))]
     while rest:
         node, origin = rest.pop()
-        if is_mapping(node):
-            if origin.path[-1:] not in _NAMED:
-                yield node, origin
-            rest += ((value, origin.child(key)) for key, value in node.items() if _is_nested(value) and key[:2] != "x-")
-        elif isinstance(node, list):
-            rest += ((value, origin.child(number)) for number, value in enumerate(node) if _is_nested(value))
+        if is_mapping(node) and origin.path != ("draws",):
+            yield node, origin
+        rest += ((value, origin.child(key)) for key, value in _items(node) if _is_nested(value) and _is_known(key))
+
+
+def _is_known(key: str | int) -> bool:
+    return isinstance(key, int) or (key not in {"params", "with"} and key[:2] != "x-")
 
 
 def _is_nested(value: Any) -> bool:
-    return is_mapping(value) or isinstance(value, list)
+    return is_mapping(value) or is_sequence(value)
+
+
+def _items(value: Any) -> Iterator[tuple[str | int, Any]]:
+    """Yields the keys, or indices, and the values of a mapping or list; nothing for a scalar."""
+    if is_mapping(value):
+        yield from value.items()
+    elif is_sequence(value):
+        yield from enumerate(value)
 
 
 def _numbers(value: Any, names: Mapping[str, Any]) -> Iterator[float]:
@@ -116,9 +127,8 @@ def _numbers(value: Any, names: Mapping[str, Any]) -> Iterator[float]:
         yield from _numbers(names[name], {}) if name in names else ()
     elif isinstance(value, int | float) and not isinstance(value, bool):
         yield abs(float(value))
-    elif _is_nested(value):
-        for item in value.values() if is_mapping(value) else value:
-            yield from _numbers(item, names)
+    for _, item in _items(value):
+        yield from _numbers(item, names)
 
 
 def _check_radians(mapping: Mapping[str, Any], origin: Origin, names: Mapping[str, Any], sink: Sink) -> None:
@@ -155,7 +165,7 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
         value = mapping[key]
         if (key == "limits" and not _has_hinge(mapping)) or (key == "target" and not _is_joint_drive(value, origin)):
             continue
-        if key != "target" and (min if is_mapping(value) else max)(_numbers(value, {}), default=0) > TWO_TURNS:
+        if _exceeds_two_turns(value):
             continue
         least = MAX_LIMIT if key == "limits" else MIN_WHOLE
         found = [number for number in _numbers(value, names) if number >= least and number.is_integer()]
@@ -171,6 +181,13 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
             message = f"`{key}` has {found[0]:g} rad/s, which is {math.degrees(found[0]):.4g}°/s"
             hint = f"it is in rad/s: for {found[0]:g}°/s write {math.radians(found[0]):.4g}"
             sink.report("SC526", message, origin.child(key), hint=hint)
+
+
+def _exceeds_two_turns(value: Any) -> bool:
+    """Returns whether all numbers but 0 exceed two turns. Elsewhere, a uniform distribution from 0 is not reported."""
+    numbers = list(_numbers(value, {}))
+    least = (min if is_mapping(value) else max)([number for number in numbers if number], default=0.0)
+    return least > TWO_TURNS and not (is_mapping(value) and "uniform" in value and 0 in numbers)
 
 
 def _has_hinge(mapping: Mapping[str, Any]) -> bool:
@@ -205,13 +222,13 @@ _MIN_TURN: Final = 0.02
 """Smallest quaternion component that is not 0 by intent."""
 
 
-def _quaternions(value: Any) -> Iterator[list[float]]:
+def _quaternions(value: Any) -> Iterator[tuple[float, ...]]:
     """Yields the quaternions that are written as four numbers, in forms, too."""
-    if isinstance(value, list) and len(value) == 4 and all(isinstance(item, int | float) for item in value):
-        yield value
-    elif _is_nested(value):
-        for item in value.values() if is_mapping(value) else value:
-            yield from _quaternions(item)
+    items = [item for _, item in _items(value)]
+    if len(items) == 4 and all(isinstance(item, int | float) for item in items):
+        yield tuple(items)
+    for item in items:
+        yield from _quaternions(item)
 
 
 def _check_half_turn(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:

@@ -41,7 +41,10 @@ def test_the_summary_says_what_was_simulated(run, tmp_path: Path) -> None:
         done = run("check", "a.yaml", "b.yaml", "c.yaml")
         assert done.stderr == "3 files checked; 5 scenes, seeds 0, 7, 1 to 2.5 s simulated\n"
         report = json.loads(run("check", "a.yaml", "c.yaml", "--seeds", "1:3", "--format", "json").stdout)
-        assert report["simulated"] == {"a.yaml": {"scenes": 4, "seeds": [1, 2], "seconds": 1.0, "permuted": False}, "c.yaml": None}
+        assert report["simulated"] == {
+            "a.yaml": {"scenes": 4, "seeds": [1, 2], "seconds": 1.0, "permuted": False},
+            "c.yaml": None,
+        }
     assert run("check", "c.yaml").stderr == "1 file checked; nothing simulated\n"
     assert "simulated" not in json.loads(run("validate", "a.yaml", "--format", "json").stdout)
 

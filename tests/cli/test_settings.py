@@ -190,7 +190,7 @@ def test_statistics_count_the_most_frequent_first(run, scene: Path) -> None:
     (scene.parent / "more.yaml").write_text(WARNS.replace("door", "gate").partition("materials")[0])
     done = run("validate", "--statistics", "scenes")
     assert done.stdout.splitlines() == [
-        "2  SC526  warning  angle that looks like degrees",
+        "2  SC526  warning  angle in the wrong unit",
         "1  SC313  warning  unused material",
     ]
     rows = json.loads(run("validate", "--statistics", "--format", "json", "scenes").stdout)["statistics"]

@@ -31,13 +31,18 @@ SECTIONS: Final = ("physics", "lights", "cameras", "environment", "constraints",
 class Mistake(NamedTuple):
     """A mistake of the corpus.
 
-    Attributes:
-        name: `base/name`.
-        base: the base scene.
-        edits: dotted path → the value that is written there; `remove` removes it, and `+` appends to a list.
-        stage: the first command that reports it: `validate`, `static` (the rules of `check` that build nothing),
-            `check`, or `silent`.
-        codes: the codes that may report it.
+        Attributes:
+            name: `base/name`.
+            base: the base scene.
+            edits: dotted path → the value that is written there; `remove` removes it, and `+` appends to a list.
+    <<<<<<< HEAD
+            stage: the first command that reports it: `validate`, `static` (the rules of `check` that build nothing),
+                `check`, or `silent`.
+    =======
+            stage: the first command that reports it: `validate`, `static` (rules of `check` that build nothing), `check` or
+                `silent`.
+    >>>>>>> 2c3e4d35f5834524aa70f2b1bad7bb3c54c2e34c
+            codes: the codes that may report it.
     """
 
     name: str
@@ -120,7 +125,7 @@ def main() -> int:
     parser.add_argument("--static", action="store_true", help="build and simulate nothing")
     parser.add_argument("names", nargs="*", help="parts of the names of mistakes")
     asked = parser.parse_args()
-    counts = dict.fromkeys(("validate", "static", "check", "silent"), 0)
+    counts: dict[str, int] = dict.fromkeys(("validate", "static", "check", "silent"), 0)
     for mistake in mistakes():
         if asked.names and not any(name in mistake.name for name in asked.names):
             continue

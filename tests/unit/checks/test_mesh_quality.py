@@ -111,7 +111,8 @@ def test_visuals_away_from_collision_are_reported_in_each_scene(tmp_path: Path) 
     for pose, expected in (
         ("[0.3, 0, 0]", ["SC441"]),
         ("{per_scene: [[0, 0, 0], [0, 0, 1]]}", ["SC441"]),
-        ("[0.1, 0, 0]", []),
+        ("[0.1, 0, 0]", ["SC441"]),
+        ("[0.01, 0, 0]", []),
     ):
         box().export(tmp_path / "mesh.ply")
         scenes = 2 if "per_scene" in pose else 1
@@ -153,7 +154,7 @@ def test_a_large_visual_without_collision_is_reported(
 def test_file_names_that_differ_only_in_case_are_reported(tmp_path: Path) -> None:
     for name in ("mesh.ply", "Mesh.ply"):
         box().export(tmp_path / name)
-    shapes = "collisions: [{type: convex_mesh, file: mesh.ply}, {type: convex_mesh, file: Mesh.ply}]"
+    shapes = "collisions: [{type: convex_mesh, file: mesh.ply}, {type: convex_mesh, file: Mesh.ply, pose: [1, 0, 0]}]"
     (tmp_path / "scene.yaml").write_text(
         f"scenecc: 1\nentities:\n  thing: {{body_type: static, {shapes}}}\n", encoding="utf-8"
     )
