@@ -35,14 +35,9 @@ class Mistake(NamedTuple):
             name: `base/name`.
             base: the base scene.
             edits: dotted path → the value that is written there; `remove` removes it, and `+` appends to a list.
-    <<<<<<< HEAD
-            stage: the first command that reports it: `validate`, `static` (the rules of `check` that build nothing),
-                `check`, or `silent`.
-    =======
-            stage: the first command that reports it: `validate`, `static` (rules of `check` that build nothing), `check` or
+                stage: the first command that reports it: `validate`, `static` (rules of `check` that build nothing), `check` or
                 `silent`.
-    >>>>>>> 2c3e4d35f5834524aa70f2b1bad7bb3c54c2e34c
-            codes: the codes that may report it.
+                codes: the codes that may report it.
     """
 
     name: str
