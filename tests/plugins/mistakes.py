@@ -31,13 +31,13 @@ SECTIONS: Final = ("physics", "lights", "cameras", "environment", "constraints",
 class Mistake(NamedTuple):
     """A mistake of the corpus.
 
-        Attributes:
-            name: `base/name`.
-            base: the base scene.
-            edits: dotted path → the value that is written there; `remove` removes it, and `+` appends to a list.
-                stage: the first command that reports it: `validate`, `static` (rules of `check` that build nothing), `check` or
-                `silent`.
-                codes: the codes that may report it.
+    Attributes:
+        name: `base/name`.
+        base: the base scene.
+        edits: dotted path → the value that is written there; `remove` removes it, and `+` appends to a list.
+            stage: the first command that reports it: `validate`, `static` (rules of `check` that build nothing), `check` or
+            `silent`.
+            codes: the codes that may report it.
     """
 
     name: str
