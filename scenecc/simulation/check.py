@@ -33,7 +33,6 @@ from scenecc.simulation.expect import (
     report_unused_exceptions,
     seconds_needed,
 )
-from scenecc.simulation.extent import hidden_planes
 from scenecc.simulation.findings import report_findings, view_command
 from scenecc.simulation.loads import joint_positions, jumps, long_steps, mass_ratios, uneven_scenes, weak_drives
 from scenecc.simulation.permute import permuted_findings
@@ -264,7 +263,6 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     yield from weak_drives(batch)
     yield from long_steps(batch, moving)
     positions = joint_positions(batch)
-    yield from hidden_planes(batch)
     energy, robots = EnergyWatch(batch), RobotWatch(batch)
     doubted = {*scenes_in_doubt(batch, rules.least), *uneven_scenes(moving)}
     batch.step(1)

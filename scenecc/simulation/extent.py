@@ -1,4 +1,4 @@
-"""Findings about planes: a plane collides without end, but is drawn only in part, and may lie above another."""
+"""Finds bodies that rest on a plane beyond the part of it that is drawn: a plane collides without end."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ from scenecc.geometry.rotation_arrays import compose, rotate
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import BodyStructure
 from scenecc.plan.geometry import Box, Plane, TiledPlane, VisualPlane
-from scenecc.simulation.bounds import is_plane
 from scenecc.simulation.findings import Finding, length_text
-from scenecc.simulation.start import can_collide
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Mapping
@@ -26,9 +24,6 @@ if TYPE_CHECKING:
 
 _BEYOND: Final = 0.05
 """[m] A contact this far beyond the drawn part of a plane is outside."""
-
-_APART: Final = 1e-4
-"""[m] Planes closer than this are one."""
 
 
 def undrawn_supports(batch: SceneBatch, moved: set[tuple[int, str]]) -> Iterator[Finding]:
@@ -61,31 +56,6 @@ def undrawn_supports(batch: SceneBatch, moved: set[tuple[int, str]]) -> Iterator
             )  # fmt: skip
 
 
-def hidden_planes(batch: SceneBatch) -> Iterator[Finding]:
-    """Yields planes below another that keeps everything from them."""
-    for scene, built in zip(batch.scene_idxs, batch.scenes, strict=True):
-        system = built.physx_system
-        fixed = [*system.get_rigid_static_components(), *system.get_rigid_dynamic_components()]
-        planes = [(each, shape) for each in fixed for shape in each.collision_shapes if is_plane(shape)]
-        if len(planes) < 2:
-            continue
-        movable = [*system.get_rigid_dynamic_components(), *system.get_articulation_link_components()]
-        for low, (body, shape) in enumerate(planes):
-            for high, (other, upper) in enumerate(planes):
-                gap = _gap(body, shape, other, upper)
-                if low == high or gap is None or gap < _APART:
-                    continue
-                touched = [each for each in movable if each is not body and can_collide(each, body)]
-                if touched and all(can_collide(each, other) for each in touched):
-                    names = body.entity.name, other.entity.name
-                    yield Finding(
-                        "SC866", names, scene, gap,
-                        f"nothing touches the plane `{names[0]}`: `{names[1]}` is a plane {length_text(gap)} above it",
-                        "remove one of them",
-                    )  # fmt: skip
-                    break
-
-
 def _scenes_beyond(batch: SceneBatch, planes: Mapping[str, set[int]]) -> Iterator[int]:
     """Yields the scenes in which a movable body is beyond all that is drawn of their planes, seen along the sheets."""
     for scene, built in zip(batch.scene_idxs, batch.scenes, strict=True):
@@ -102,18 +72,6 @@ def _scenes_beyond(batch: SceneBatch, planes: Mapping[str, set[int]]) -> Iterato
             outside = np.minimum(outside, _outside(points, flat))
         if (outside > 0).any():
             yield scene
-
-
-def _gap(low: Any, lower: Any, high: Any, upper: Any) -> float | None:
-    """Returns how far a parallel plane that faces the same way is above another [m]; None if it is not parallel."""
-    frames = [
-        (component.entity_pose * shape.local_pose).to_transformation_matrix().astype(np.float64)
-        for component, shape in ((low, lower), (high, upper))
-    ]
-    normal = frames[0][:3, 0]
-    if normal @ frames[1][:3, 0] < 1 - 1e-6:
-        return None
-    return float((frames[1][:3, 3] - frames[0][:3, 3]) @ normal)
 
 
 def _drawn_planes(plan: ScenePlan) -> dict[str, set[int]]:

