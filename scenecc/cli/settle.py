@@ -68,6 +68,6 @@ def settle(
             end([*found, usage_error(*reason, file=output)], form)
     else:
         found.append(usage_error("SC937", f"no scene has a start: {made.summary()}", file=scene))
-    if form is Format.text:
+    if made.kept and form is Format.text:
         print_out(f"{escape_text(made.summary())}\n")
     end(found, form)

@@ -21,7 +21,7 @@ from scenecc.plan.value import per_scene
 from scenecc.plan.walk import walk_fields
 from scenecc.source.paths import Refusal, ResolvedFile, resolve_path
 from scenecc.starts.file import InvalidStartsError, StartsFile, read_starts
-from scenecc.starts.fingerprint import differences, is_unrelated, other_versions
+from scenecc.starts.fingerprint import is_unrelated, other_versions, scene_differences
 from scenecc.variation.evaluation import Batch, to_field_rows
 from scenecc.variation.nodes import placements_read_by
 
@@ -113,7 +113,7 @@ def compare_starts(starts: KnownStarts, now: dict[str, Any], num_scenes: int, na
         sink: collects diagnostics.
     """
     was, of = starts.content.made_from, cut(starts.content.scene)
-    found = differences(was, now)
+    found = scene_differences(was, now)
     versions = ", ".join(other_versions(was, now))
     made_with = f"`{starts.name}` was made with {versions}"
     if found and starts.content.scene != name and is_unrelated(was, now):

@@ -50,7 +50,7 @@ def fingerprint(document: Document, expansion: Expansion | None, scope: AssetSco
     return {"parts": parts, "params": _plain(params), "files": dict(sorted(files.items())), "versions": _versions()}
 
 
-def differences(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+def scene_differences(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     """Returns how the scene of some starts differs from one that would begin there, worded for a message. The parts of
     the file are compared only if parameters and assets are equal, since they follow from them.
     """

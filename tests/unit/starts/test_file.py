@@ -11,7 +11,7 @@ import pytest
 
 import scenecc
 from scenecc.starts.file import InvalidStartsError, StartRecord, StartsFile, read_starts, short_floats, starts_files
-from scenecc.starts.fingerprint import differences
+from scenecc.starts.fingerprint import scene_differences
 
 POSE = [0.1, 0.2, 0.3, 1.0, 0.0, 0.0, 0.0]
 SCENE: dict[str, Any] = {
@@ -79,15 +79,15 @@ def faults(scene: dict[str, Any], starts: Path, **options: Any) -> list[scenecc.
 
 def test_differences_name_parameters_and_assets_first() -> None:
     was = {"parts": {"physics.": "a", "entities.cube": "b"}, "params": {"size": 1}, "files": {"a.obj": "1"}}
-    assert not differences(was, was)
+    assert not scene_differences(was, was)
     now = {"parts": {"physics.": "a", "entities.cube": "c"}, "params": {"size": 2}, "files": {"b.obj": "1"}}
-    assert differences(was, now) == [
+    assert scene_differences(was, now) == [
         "the parameter `size` was 1 and is 2",
         "`a.obj` is no longer used",
         "`b.obj` is new",
     ]
-    assert differences(was, {**was, "parts": now["parts"]}) == ["`entities.cube` changed"]
-    assert differences(was, {**was, "parts": {"physics.": "b"}}) == [
+    assert scene_differences(was, {**was, "parts": now["parts"]}) == ["`entities.cube` changed"]
+    assert scene_differences(was, {**was, "parts": {"physics.": "b"}}) == [
         "`physics` changed",
         "`entities.cube` no longer exists",
     ]
