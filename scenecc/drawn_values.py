@@ -89,7 +89,7 @@ class _Part(NamedTuple):
     rows: Mapping[int, int]
     files: tuple[AssetFile, ...] | None
 
-    def read(self, scenes: Sequence[int], drawing: Batch | None) -> list[Any]:
+    def read(self, scenes: Sequence[int], drawing: Batch | None) -> NDArray[Any]:
         """Returns the values in scenes that it has: as a reset drew them, or as built if `drawing` is None."""
         recipe, data = self.value.recipe, self.value.data
         if drawing is None or recipe is None:
@@ -97,7 +97,9 @@ class _Part(NamedTuple):
         else:
             part = drawing.only(np.searchsorted(drawing.scenes, scenes))
             taken = np.asarray(to_field_rows(part.evaluate(recipe)), data.dtype)
-        return [*taken] if self.files is None else [self.files[int(index)].uri for index in taken.tolist()]
+        if self.files is None:
+            return taken
+        return np.array([self.files[int(index)].uri for index in taken.tolist()], object)
 
 
 class DrawnValues:
@@ -138,23 +140,23 @@ class DrawnValues:
         return found
 
     def _read_draw(self, name: str, groups: Iterable[_Group], count: int) -> NDArray[Any]:
-        items: list[Any] = [None] * count
+        pieces: list[tuple[list[int], NDArray[Any]]] = []
         for group in groups:
             batch = self._as_built if group.drawing is None else group.drawing
             rows = np.searchsorted(batch.scenes, sorted(group.numbers))
-            for scene, row in rows_with_value(name, batch.only(rows)):
-                items[group.numbers[scene]] = row
-        return _stack(items)
+            found = dict(rows_with_value(name, batch.only(rows)))
+            if found:
+                pieces.append(([group.numbers[scene] for scene in found], row_array([*found.values()])))
+        return _merge(pieces, count)
 
     def _read_field(self, name: str, groups: Iterable[_Group], count: int) -> NDArray[Any]:
-        items: list[Any] = [None] * count
+        pieces: list[tuple[list[int], NDArray[Any]]] = []
         for part in self._fields[name]:
             for group in groups:
                 if scenes := sorted(group.numbers.keys() & part.rows.keys()):
-                    values = part.read(scenes, None if name in self._kept else group.drawing)
-                    for scene, value in zip(scenes, values, strict=True):
-                        items[group.numbers[scene]] = value
-        return _stack(items)
+                    rows = part.read(scenes, None if name in self._kept else group.drawing)
+                    pieces.append(([group.numbers[scene] for scene in scenes], rows))
+        return _merge(pieces, count)
 
     @cached_property
     def _as_built(self) -> Batch:
@@ -166,7 +168,10 @@ class DrawnValues:
         parts: dict[str, list[_Part]] = {}
         wanted: set[str] = set()
         for name, part, is_choice in self._parts():
-            parts.setdefault(name, []).append(part)
+            known = parts.setdefault(name, [])
+            # A shape that collides and is visible has the same values twice.
+            if all(part.rows.keys().isdisjoint(one.rows) for one in known):
+                known.append(part)
             if is_choice or not part.value.is_constant:
                 wanted.add(name)
         return {name: found for name, found in parts.items() if name in wanted}
@@ -211,17 +216,23 @@ def _plain(item: Any) -> Any:
     return item
 
 
-def _stack(items: list[Any]) -> NDArray[Any]:
-    """Returns values as an array, with NaN for None where the others are numbers."""
-    first = next((np.asarray(item) for item in items if item is not None), None)
-    if first is None:
-        return np.full(len(items), np.nan)
-    if any(item is None for item in items) and first.dtype.kind in "bif":
-        missing = np.full(first.shape, np.nan)
-        items = [missing if item is None else np.asarray(item, np.float64) for item in items]
-    elif first.dtype.kind in "bif" and all(isinstance(item, np.ndarray | np.generic) for item in items):
-        return np.array(items)
-    return row_array([item.tolist() if isinstance(item, np.ndarray | np.generic) else item for item in items])
+def _merge(pieces: Sequence[tuple[Sequence[int], NDArray[Any]]], count: int) -> NDArray[Any]:
+    """Returns an array of `count` rows from pieces, each with the indices of its rows. Other rows are NaN, or None."""
+    if not pieces:
+        return np.full(count, np.nan)
+    is_whole = sum(len(numbers) for numbers, _ in pieces) == count
+    shapes, dtypes = {rows.shape[1:] for _, rows in pieces}, {rows.dtype for _, rows in pieces}
+    dtype = dtypes.pop() if len(dtypes) == 1 else np.dtype(object)
+    if len(shapes) > 1 or dtype.kind == "O":
+        whole = np.full(count, None, object)
+        for numbers, rows in pieces:
+            for number, row in zip(numbers, rows.tolist(), strict=True):
+                whole[number] = row
+        return whole
+    whole = np.full((count, *shapes.pop()), 0 if is_whole else np.nan, dtype if is_whole else np.float64)
+    for numbers, rows in pieces:
+        whole[numbers] = rows
+    return whole
 
 
 def _quantities(fields: Iterable[tuple[str, Any, Any]]) -> Iterator[tuple[str, Quantity, Value]]:
