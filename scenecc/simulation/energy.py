@@ -1,7 +1,8 @@
 """Bodies that are faster than the energy of their surroundings allows: what pushes them is an error of the simulation.
 
 Bodies that may meet, or that constraints connect, exchange energy. Together they have at most the kinetic energy of the
-start, what their weights have released since, and what springs of constraints have stored at the start.
+start, what each weight has released on its way down, and what springs of constraints have stored at the start. What a
+weight takes back on its way up is not subtracted: PhysX lets constraints drift, and a rope gains a little by that.
 """
 
 from __future__ import annotations
@@ -78,6 +79,7 @@ class EnergyWatch:
         spin = np.array([_spin_energy(each) for each in components])
         self._kinetic = 0.5 * self._mass * (self._speeds() ** 2) + spin
         self._radius = np.array([_radius(each) for each in components]) + _MARGIN
+        self._released = np.zeros(len(components))
         self._low, self._high = self._start.copy(), self._start.copy()
         self._excess = np.zeros(len(components))
         self._fastest = np.zeros(len(components))
@@ -90,7 +92,8 @@ class EnergyWatch:
             return
         here, speeds = self._positions(), self._speeds()
         self._low, self._high = np.minimum(self._low, here), np.maximum(self._high, here)
-        budget = self._kinetic + ((here - self._start) * self._weight).sum(axis=1)
+        self._released = np.maximum(self._released, ((here - self._start) * self._weight).sum(axis=1))
+        budget = self._kinetic + self._released
         judged = np.array([part.is_judged for part in self._parts], np.bool_)
         suspect = judged & (speeds - _speed(budget, self._mass) > THROWN)
         for scene in np.unique(self._scenes[suspect]).tolist():
@@ -105,6 +108,15 @@ class EnergyWatch:
                 excess = np.where(suspect[island], speeds[island] - allowed, 0.0)
                 self._fastest[island] = np.where(excess > self._excess[island], speeds[island], self._fastest[island])
                 self._excess[island] = np.maximum(self._excess[island], excess)
+
+    def struck(self) -> set[tuple[int, str]]:
+        """Returns scenes and names of all that bodies with an initial velocity may have met."""
+        found: set[tuple[int, str]] = set()
+        for scene in np.unique(self._scenes[self._kinetic > 0]).tolist():
+            for island, _ in self._islands(np.flatnonzero(self._scenes == scene), scene):
+                if self._kinetic[island].any():
+                    found |= {(scene, self._parts[int(number)].entity) for number in island}
+        return found
 
     def findings(self) -> Iterator[Finding]:
         """Yields the bodies that were too fast; of those that constraints connect, the worst."""

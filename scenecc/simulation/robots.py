@@ -45,6 +45,10 @@ _COLLAPSED: Final = 0.5
 """A robot has collapsed if the height of its root over its lowest point has shrunk to this part."""
 
 
+_STANDING: Final = np.cos(np.radians(30))
+"""A root that tilts by more topples (SC854)."""
+
+
 @dataclass(slots=True)
 class _Robot:
     """An articulation in one scene, with its readings.
@@ -56,6 +60,7 @@ class _Robot:
         qpos: (dof,) at the start.
         moves_at_start: whether anything of it has an initial velocity.
         height: height of the root over the lowest point at the start [m].
+        upright: (3,) the direction against gravity at the start, in the root's frame.
         early, late: (dof,) maximum speeds before and after `_LATE`.
         turned: (dof,) velocity over time; `qpos` starts again after a turn [rad], [m].
     """
@@ -67,6 +72,7 @@ class _Robot:
     qpos: Floats
     moves_at_start: bool
     height: float
+    upright: Floats
     early: Floats
     late: Floats
     turned: Floats
@@ -140,8 +146,9 @@ def _robots_of(batch: SceneBatch, entity: Entity, up: Floats | None) -> Iterator
         values = (structure.linear_velocity, structure.angular_velocity)
         moves = bool(qvel.any()) or any(value is not None and bool(np.any(value.row(row))) for value in values)
         height = 0.0 if up is None else _root_height(obj, up)
+        upright = np.zeros(3) if up is None else _root_rotation(obj).T @ up
         qpos = np.array(obj.get_qpos(), np.float64)
-        yield _Robot(entity.name, index, structure, obj, qpos, moves, height, *np.zeros((3, qpos.size)))
+        yield _Robot(entity.name, index, structure, obj, qpos, moves, height, upright, *np.zeros((3, qpos.size)))
 
 
 def _find_restless(robot: _Robot, seconds: float) -> Iterator[Finding]:
@@ -203,17 +210,22 @@ def _find_sagging(robot: _Robot, seconds: float) -> Iterator[Finding]:
 
 
 def _find_collapsed(robot: _Robot, up: Floats, seconds: float) -> Iterator[Finding]:
-    """Yields a robot with a free root that does not keep its height."""
+    """Yields a robot with a free root that does not keep its height, unless it topples, which is reported as such."""
     if robot.structure.fix_root_link or not any(joint.stiffness for joint in robot.obj.get_active_joints()):
         return
-    height = _root_height(robot.obj, up)
-    if height < _COLLAPSED * robot.height:
+    height, stands = _root_height(robot.obj, up), float(_root_rotation(robot.obj) @ robot.upright @ up) > _STANDING
+    if stands and height < _COLLAPSED * robot.height:
         yield Finding(
             "SC859", (robot.entity,), robot.scene, 1 - height / robot.height,
             f"`{robot.entity}` collapses: in {seconds:g} s its root sinks from {robot.height:.3g} m to {height:.3g} m "
             "over its lowest point",
             "start with joints at the drives' targets (`qpos`), and raise `stiffness`",
         )  # fmt: skip
+
+
+def _root_rotation(obj: Any) -> Floats:
+    """Returns the rotation of the root (3, 3)."""
+    return obj.root.entity_pose.to_transformation_matrix()[:3, :3].astype(np.float64)
 
 
 def _root_height(obj: Any, up: Floats) -> float:

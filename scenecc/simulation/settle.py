@@ -84,7 +84,9 @@ def simulate(
                 energy.observe()
                 robots.observe(stride * batch.timestep, late=robots.is_late(done, last))
         if end == last and seconds:
-            yield from _find_toppled(batch, seconds, moving, start)
+            struck = energy.struck()
+            unmoved = [(body.scene, body.entity) not in struck for body in moving]
+            yield from _find_toppled(batch, seconds, moving, start, unmoved)
             yield from energy.findings()
             yield from robots.findings(seconds)
             yield from undrawn_supports(batch, {(body.scene, body.entity) for body in moving if body.moves_at_start})
@@ -95,13 +97,15 @@ def simulate(
             yield from checker.check(end)
 
 
-def _find_toppled(batch: SceneBatch, seconds: float, moving: list[MovingBody], start: Floats) -> Iterator[Finding]:
-    """Yields bodies that topple."""
+def _find_toppled(
+    batch: SceneBatch, seconds: float, moving: list[MovingBody], start: Floats, unmoved: list[bool]
+) -> Iterator[Finding]:
+    """Yields bodies that topple. `unmoved`: whether nothing with an initial velocity may have met each."""
     end, up = poses(moving), up_of(batch.plan)
     if up is None:
         return
     free = {body.entity for body in moving} - _expected_to_move(batch.plan)
-    is_checked = [not body.moves_at_start and body.entity in free for body in moving]
+    is_checked = [still and body.entity in free for body, still in zip(moving, unmoved, strict=True)]
     tilt, is_upright = tilts(moving, start, end, up), _is_upright(start, up)
     for number, body in enumerate(moving):
         name = body.entity
