@@ -21,7 +21,7 @@ from scenecc.checks.value_queries import list_alternatives
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, index_ranges
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.plan import ArticulationStructure, BodyStructure, Drive, Plane
+from scenecc.plan import ArticulationStructure, BodyStructure, Drive
 from scenecc.plan.articulation import Joint
 from scenecc.plan.body import DEFAULT_COLLISION_GROUPS
 from scenecc.spec.nodes import is_mapping
@@ -271,11 +271,14 @@ def _solid(shape: CollisionShape) -> object:
     return shape.geometry, None if pose is None or (pose.data == IDENTITY_POSE).all() else pose
 
 
+_MEANT_TO_BE_VISIBLE: Final = frozenset(("dynamic", "kinematic", "static"))
+"""Types of bodies that are visible, unless a scene without cameras leaves it open."""
+
+
 def _check_visible(plan: ScenePlan, sink: Sink) -> None:
     """Reports colliding bodies that no camera can show. Without cameras, only free bodies are meant to be seen."""
     for name, body, origin, entity in scene_bodies(plan):
-        solid = any(not isinstance(shape.geometry, Plane) for shape in body.collisions)
-        if not solid or entity.hidden or not (plan.cameras or body.body_type == "dynamic"):
+        if not body.collisions or entity.hidden or not (plan.cameras or body.body_type in _MEANT_TO_BE_VISIBLE):
             continue
         if not body.visuals:
             hint = "use `shapes` instead of `collisions`, or add `visuals`"

@@ -42,6 +42,9 @@ MAX_COMPARED: Final = 200
 RESTS: Final = 0.03
 """[m] Maximum distance of a body from what it stands on."""
 
+FLUSH: Final = 1e-4
+"""[m] Maximum distance of two surfaces at one height."""
+
 UP: Final = 0.99
 """Minimum z of the normal of a floor."""
 
@@ -82,6 +85,7 @@ def check_layout(plan: ScenePlan, sink: Sink) -> None:
             (one[0], one[1].name): one
             for one in (
                 *_two_floors(floors),
+                *_flush_floors(floors, boxes, plan),
                 *_small_floors(floors, boxes),
                 *_far_floors(floors, boxes, plan),
                 *_far_bodies(few, plan),
@@ -139,6 +143,19 @@ def _two_floors(floors: list[Floor]) -> Iterator[_Finding]:
         where = f"{high - low:.3g} m apart" if high - low > 1e-6 else "at the same height"
         message = f"`{cut(floor.entity.name)}` is a second floor, beside `{cut(first.entity.name)}`, {where}"
         yield "SC576", floor.entity, floor.origin, message, "remove one of the two: nothing reaches the lower one"
+
+
+def _flush_floors(floors: list[Floor], boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
+    """Yields large bodies that never move and whose top is in a plane: the body below it is a floor, too."""
+    for floor in floors[:1]:
+        for box in boxes:
+            body = box.entity.structures[0]
+            large = (box.high - box.low)[:2].min() > 2 * HIGH
+            flush = abs(box.high[2] - floor.height) < FLUSH and box.low[2] < floor.height
+            if large and flush and isinstance(body, BodyStructure) and body.body_type == "static":
+                message = f"`{cut(box.entity.name)}` is a second floor, level with the plane `{cut(floor.entity.name)}`"
+                place = structure_origin(body, box.entity, plan)
+                yield "SC576", box.entity, place, message, "remove one of the two: every contact is computed twice"
 
 
 def _small_floors(floors: list[Floor], boxes: list[PlacedBox]) -> Iterator[_Finding]:

@@ -54,6 +54,9 @@ THIN: Final = 2.0
 MAX_WEIGHT: Final = 50_000.0
 """[kg] For a moving body whose mass follows from its sizes: a loaded lorry has 40 000."""
 
+MAX_UNSAID_WEIGHT: Final = 4000.0
+"""[kg] For a moving body whose density is not written either: a cube of water of 1.6 m."""
+
 MAX_SPEED: Final = 45.0
 """[m/s] A ball that is thrown as fast as possible."""
 
@@ -317,7 +320,8 @@ def _check_sizes(body: Body, sink: Sink) -> None:
         density = DEFAULT_DENSITY if shape.density is None else float(shape.density.data.max())
         weight += float(shape.geometry.volume(*sizes)) * density
     given = body.structure.mass is not None or body.structure.inertial is not None
-    if moves and not given and weight > MAX_WEIGHT:
+    unsaid = all(shape.density is None for shape in body.structure.collisions)
+    if moves and not given and weight > (MAX_UNSAID_WEIGHT if unsaid else MAX_WEIGHT):
         message = f"the shapes of `{cut(body.name)}` weigh {weight / 1000:.4g} t, on a moving body"
         hint = "lengths are in metres, not in centimetres; if the size is right, give it a `mass`"
         sink.report("SC534", message, place, hint=hint)

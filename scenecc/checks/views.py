@@ -103,13 +103,14 @@ def check_views(plan: ScenePlan, sink: Sink) -> None:
     if plan.environment is not None and plan.environment.map is not None:
         cameras = []  # the sky is visible everywhere
     _check_darkness(plan, sink)
-    lights = [light for light in plan.lights if light.mount is None]
-    if not cameras and not lights:
+    if not cameras and not plan.lights:
         return
     visible = [each for entity in plan.entities for each in _visible_shapes(plan, entity)]
     for camera in cameras:
         _check_camera(camera, visible, plan, sink)
-    for light in lights:
+    for light in plan.lights:
+        if light.mount is not None and light.color.data.any():
+            continue
         for message, hint in islice(_why_no_effect(light, visible, plan), 1):
             place = light.origin or plan_origin(plan).child("lights", light.name)
             sink.report("SC570", f"the light `{cut(light.name)}` {message}", place, at="key", hint=hint)

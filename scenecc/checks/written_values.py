@@ -136,6 +136,10 @@ def _check_radians(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
     for key, value in mapping.items():
         if key[-4:] != "_deg" or key == "within_deg":
             continue
+        if any(_RADIANS.search(text) and not _DEGREES.search(text) for text in _expressions(value)):
+            hint = f"use `{key[:-4]}`, which takes radians, or `degrees(…)`"
+            sink.report("SC526", f"`{key}` takes degrees, but this is in radians", origin.child(key), hint=hint)
+            continue
         numbers = [number for number in _numbers(value, names) if number]
         most = max(numbers, default=math.inf)
         if most > FULL_TURN:
@@ -149,6 +153,19 @@ def _check_radians(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
             message = f"`{key}` has {found:g}°; {found:g} rad would be {math.degrees(found):.4g}°"
             hint = f"write degrees, or use `{key[:-4]}`, which takes radians"
             sink.report("SC526", message, origin.child(key), hint=hint)
+
+
+_RADIANS: Final = re.compile(r"\bpi\b|\bradians\(|\batan2\(")
+_DEGREES: Final = re.compile(r"\bdegrees\(|180")
+"""Parts of expressions that give radians or degrees."""
+
+
+def _expressions(value: Any) -> Iterator[str]:
+    """Yields all texts with an expression in a value."""
+    if isinstance(value, str) and "${" in value:
+        yield value
+    for _, item in _items(value):
+        yield from _expressions(item)
 
 
 def _is_part_of_a_turn(number: float) -> bool:
@@ -168,7 +185,9 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
         if _exceeds_two_turns(value):
             continue
         least = MAX_LIMIT if key == "limits" else MIN_WHOLE
-        found = [number for number in _numbers(value, names) if number >= least and number.is_integer()]
+        # 12.5 is written for degrees; limits may be half a turn more than a whole one.
+        step = 1.0 if key == "limits" else 0.5
+        found = [number for number in _numbers(value, names) if number >= least and (number / step).is_integer()]
         if found:
             message = f"`{key}` has {found[0]:g} rad, which is {math.degrees(found[0]):.4g}°"
             hint = f"angles are in radians; `{key}_deg` takes degrees"
@@ -250,13 +269,21 @@ def _check_density(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> No
     given = next((key for key in ("mass", "inertial") if key in mapping), None)
     if given is None or "com" in mapping:
         return
+    material = mapping.get("material")
+    physical = material.get("physical") if is_mapping(material) else None
     place = origin.child("density") if "density" in mapping else None
+    if is_mapping(physical) and "density" in physical:
+        place = origin.child("material", "physical", "density")
     shapes = [
-        (key, number, shape) for key in ("shapes", "collisions") for number, shape in enumerate(mapping.get(key, ()))
+        (origin.child(key, number), shape)
+        for key in ("shapes", "collisions")
+        for number, shape in _items(mapping.get(key))
     ]
-    dense = [one for one in shapes if is_mapping(one[2]) and "density" in one[2]]
-    if place is None and dense and len(shapes) == 1:
-        place = origin.child(shapes[0][0], 0, "density")
+    written = [shape.get("density") if is_mapping(shape) else None for _, shape in shapes]
+    if shapes and isinstance(written[0], float | int) and written.count(written[0]) == len(written):
+        place = place or shapes[0][0].child("density")
+    elif any(density is not None for density in written):
+        place = None  # its shapes share the mass by their densities
     if place is not None:
         message = f"this density has no effect on the mass: `{given}` sets it"
         sink.report("SC573", message, place, at="key", hint=f"remove the density, or `{given}`")
@@ -273,7 +300,7 @@ def _check_drives(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> Non
         whole |= keys
         stiff = bool(whole.get("stiffness"))
         why = hint = None
-        if keys and not ("stiffness" in whole or "damping" in whole):
+        if not ("stiffness" in whole or "damping" in whole):
             why, hint = (
                 "it has neither stiffness nor damping",
                 "give it a stiffness and a damping; both are 0 by default",
