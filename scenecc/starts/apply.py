@@ -273,7 +273,7 @@ def _redrawn(plan: ScenePlan, batch: Batch) -> ScenePlan:
 def _redraw(node: Any, batch: Batch) -> Any:
     """Returns an object of the plan with its redrawn values, except the poses of placed entities: starts set them."""
     changed: dict[str, Any] = {}
-    for slot in plan_fields(type(node)):
+    for slot in plan_fields(node.__class__):
         item = getattr(node, slot.name)
         if item is None:
             continue

@@ -70,7 +70,7 @@ def assert_at_start(batch: SceneBatch, settled: SettledScenes, seed: int) -> Non
         if row.seed != seed:
             continue
         for name, pose in row.poses.items():
-            assert state.all[name].pose[row.scene].tolist() == np.float32(pose).tolist()
+            assert state.all[name].pose[row.scene].tolist() == np.array(pose, np.float32).tolist()
             assert not state.all[name].linear_velocity[row.scene].any()
             assert not state.all[name].angular_velocity[row.scene].any()
         assert batch.articulations["door"].qpos[row.scene, 0] == np.float32(row.joints["door"]["hinge"])
