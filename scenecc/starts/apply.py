@@ -98,7 +98,8 @@ def find_starts(
     except InvalidStartsError as error:
         sink.report("SC935", f"`{name}` is not a valid file of starts: {error}", place)
     except OSError as error:
-        sink.report("SC935", f"`{cut(error.filename or name)}` cannot be read: {error.strerror}", place)
+        which = name if error.filename in {None, str(path)} else Path(error.filename).name
+        sink.report("SC935", f"`{which}` cannot be read: {error.strerror}", place)
     return None
 
 
