@@ -81,12 +81,14 @@ class Options:
         """Returns checked options. Only ranges are checked here; `check_keywords` checks types.
 
         Raises:
-            ValueError: an option is out of range, or an asset root is not a folder.
+            ValueError: an option is out of range, an asset root is not a folder, or a path contains a null character.
             TypeError: a number is not an integer, or a folder is not a path.
         """
         roots = _folders(asset_roots)
         if (fault := folder_fault(roots)) is not None:
             raise ValueError(f"asset_roots: {fault}")
+        if starts is not None and "\0" in fspath(starts):
+            raise ValueError(f"starts must not contain a null character: {starts!r}")
         return cls(
             None if num_scenes is None else integer(num_scenes, "num_scenes", 1),
             None if seed is None else integer(seed, "seed", 0),

@@ -360,7 +360,7 @@ def _compile_input(
 
         plan = complete(replace(lowered, plan=plan), sink)
         clock.lap("place")
-    if options.at_starts and (options.starts is not None or whole[0].starts is not None) and plan is not None:
+    if plan is not None and whole is not None and options.at_starts and (options.starts or whole[0].starts):
         plan = _begin_at_starts(plan, *whole, found.document, scope, options, sink, placed=placed)
         clock.lap("starts")
     if sink.silencings and plan is not None and (placed or not plan.placements):

@@ -464,8 +464,8 @@ def diff_plans(a: ScenePlan, b: ScenePlan) -> list[Difference]:
         found += _compare_sections(section, pair)
     found += _compare_expectations(a, b)
     if a.starts != b.starts:
-        shown = (f"{len(plan.starts)} starts" for plan in (a, b))
-        found.append(Difference("changed", "plan", "", "starts", *shown))
+        x, y = (f"{len(plan.starts)} starts" for plan in (a, b))
+        found.append(Difference("changed", "plan", "", "starts", x, y))
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -192,7 +192,7 @@ class _Settling:
         self._dropped: list[Drop] = []
         self._diagnostics: dict[Diagnostic, None] = {}
 
-    def run(self, seeds: list[int | None]) -> SettledScenes:
+    def run(self, seeds: Sequence[int | None]) -> SettledScenes:
         """Returns the starts with these seeds. None: the seed of the options or the file."""
         first: CompileResult | None = None
         failures: list[tuple[int, SceneError]] = []
@@ -306,11 +306,13 @@ def _fastest(batch: SceneBatch, moving: list[MovingBody]) -> dict[int, tuple[flo
 
 def _begin(batch: SceneBatch, resting: dict[int, SceneState]) -> None:
     """Sets the scenes to their states, at rest and awake, without a history in the engine."""
+    from scenecc.backends.sapien import ArticulationState  # noqa: PLC0415 - loads the engine
+
     for scene, state in resting.items():
         for one in state.all.values():
             one.linear_velocity[:] = one.angular_velocity[:] = 0
             one.asleep[:] = False
-            if hasattr(one, "qvel"):
+            if isinstance(one, ArticulationState):
                 one.qvel[:] = one.qvel * 0  # missing joints stay NaN
         batch.set_state(state, [scene], exact=True)
 

@@ -98,7 +98,8 @@ def find_starts(
     except InvalidStartsError as error:
         sink.report("SC935", f"`{name}` is not a valid file of starts: {error}", place)
     except OSError as error:
-        sink.report("SC935", f"`{cut(error.filename or name)}` cannot be read: {error.strerror}", place)
+        which = name if error.filename in {None, str(path)} else Path(error.filename).name
+        sink.report("SC935", f"`{which}` cannot be read: {error.strerror}", place)
     return None
 
 
@@ -273,7 +274,7 @@ def _redrawn(plan: ScenePlan, batch: Batch) -> ScenePlan:
 def _redraw(node: Any, batch: Batch) -> Any:
     """Returns an object of the plan with its redrawn values, except the poses of placed entities: starts set them."""
     changed: dict[str, Any] = {}
-    for slot in plan_fields(type(node)):
+    for slot in plan_fields(node.__class__):
         item = getattr(node, slot.name)
         if item is None:
             continue

@@ -7,7 +7,7 @@ import json
 from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, cast
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -83,7 +83,7 @@ def starts_files(content: StartsFile, name: str) -> dict[str, bytes]:
         ImportError: the rows are large, and pyarrow is not installed.
     """
     rows = [row.model_dump() for row in content.rows]
-    head = {"scenecc_starts": 1, **content.model_dump(exclude={"rows"})}
+    head: dict[str, Any] = {"scenecc_starts": 1, **content.model_dump(exclude={"rows"})}
     lines = [_dumps(row) for row in rows]
     tables: dict[str, bytes] = {}
     if sum(map(len, lines)) > LARGEST_INLINE:
@@ -143,10 +143,11 @@ def _parse(text: bytes) -> dict[str, Any]:
         raise InvalidStartsError("it is not JSON that `scenecc settle` wrote") from None
     if not isinstance(data, dict) or "scenecc_starts" not in data:
         raise InvalidStartsError("it has no key `scenecc_starts`")
-    number: Any = data["scenecc_starts"]
+    known = cast("dict[str, Any]", data)
+    number = known["scenecc_starts"]
     if type(number) is not int or number != 1:
         raise InvalidStartsError(f"it has version {show(number)}, and scenecc {VERSION} reads version 1")
-    return data
+    return known
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

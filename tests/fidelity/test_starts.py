@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +71,7 @@ def assert_at_start(batch: SceneBatch, settled: SettledScenes, seed: int) -> Non
         if row.seed != seed:
             continue
         for name, pose in row.poses.items():
-            assert state.all[name].pose[row.scene].tolist() == np.float32(pose).tolist()
+            assert state.all[name].pose[row.scene].tolist() == np.array(pose, np.float32).tolist()
             assert not state.all[name].linear_velocity[row.scene].any()
             assert not state.all[name].angular_velocity[row.scene].any()
         assert batch.articulations["door"].qpos[row.scene, 0] == np.float32(row.joints["door"]["hinge"])
@@ -143,3 +144,38 @@ def test_built_draws_belong_to_their_seed(tmp_path: Path) -> None:
         begun = batch.state()
         batch.reset(3)
         assert batch.state() == begun  # every reset gives the start of the built sizes
+
+
+def test_a_pack_and_a_passport_contain_the_starts(settled: SettledScenes, tmp_path: Path) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(json.dumps({**SCENE, "starts": "starts.json"}))
+    settled.write(tmp_path / "starts.json")
+    scenecc.pack_scene(scene, tmp_path / "scene.scn")
+    with scenecc.load_scene(scene, render=False) as batch:
+        begun = batch.state()
+        batch.reset(7)
+        passport, reset = batch.passport(1), batch.state([1])
+    with scenecc.replay(passport, file=scene, render=False) as again:
+        assert again.state() == reset
+    (tmp_path / "starts.json").unlink()
+    with scenecc.load_scene(tmp_path / "scene.scn", render=False) as batch:
+        assert batch.state() == begun
+
+
+def test_an_episode_begins_at_the_start_of_its_seed(settled: SettledScenes, starts: Path) -> None:
+    gymnasium = pytest.importorskip("gymnasium")
+    from scenecc.gymnasium import SceneVectorEnv
+
+    space = gymnasium.spaces.Box(-1, 1, (1,), np.float32)
+    nothing: dict[str, Any] = {"action_space": space, "act": lambda _batch, _actions: None}
+    envs = SceneVectorEnv(
+        scenecc.load_scene(SCENE, starts=starts, render=False),
+        observation=lambda batch: batch.entities["cube"].pose,
+        reward=lambda batch: np.zeros(len(batch)),
+        terminated=lambda batch: np.zeros(len(batch), np.bool_),
+        **nothing,
+    )
+    observed, _ = envs.reset(seed=[4, 7])
+    rows = {(row.seed, row.scene): row.poses["cube"] for row in settled.content.rows}
+    assert observed.tolist() == np.array([rows[4, 0], rows[7, 1]], np.float32).tolist()
+    envs.close()
