@@ -70,8 +70,8 @@ def check(
     """Check scene files, then build and simulate all of their scenes.
 
     Reports everything that `validate` reports. It also reports bodies that overlap at the start, lack support,
-    topple, sink or fly away, robot links that collide, and robots that sag. Each finding names the scene where it is worst and the
-    command that shows this scene.
+    topple, sink or fly away, robot links that collide, and robots that sag. Each finding names the scene where it is
+    worst and the command that shows this scene.
 
     \b
     Examples:
