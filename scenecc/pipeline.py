@@ -353,7 +353,7 @@ def _compile_input(
     plan = _check_plan(lowered.plan, lowered.material_origins, scope, options.limits, sink)
     if plan is None:
         return None
-    check_written_angles(found.document, sink)
+    check_written_angles(found.document, plan, sink)
     clock.lap("check")
     if placed:
         from scenecc.lower import complete

@@ -11,12 +11,14 @@ import re
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.diagnostic import Origin
+from scenecc.plan import ArticulationStructure
 from scenecc.spec.nodes import is_mapping, is_sequence
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from scenecc.diagnostics import Sink
+    from scenecc.plan import ScenePlan
     from scenecc.source import Document
 
     Rule = Callable[[Mapping[str, Any], Origin, Sink], None]
@@ -49,17 +51,33 @@ _SYMMETRIC: Final = frozenset(("box", "sphere", "capsule", "cylinder"))
 """Shapes that look the same after half a turn about z."""
 
 
-def check_written_angles(document: Document, sink: Sink) -> None:
+def check_written_angles(document: Document, plan: ScenePlan, sink: Sink) -> None:
     """Reports angles that are probably in degrees where radians are expected, or the reverse.
 
     Args:
         document: the scene file, as written.
+        plan: its plan, which says which joints slide.
         sink: collects diagnostics.
     """
     names = _named_values(document)
+    structures = (
+        one for entity in plan.entities for one in entity.structures if isinstance(one, ArticulationStructure)
+    )
+    slides = {joint.name for one in structures for joint in one.active_joints if joint.type == "prismatic"}
     for mapping, origin in _mappings(document):
-        _check_degrees(mapping, origin, names, sink)
+        _check_degrees(_without_slides(mapping, origin, slides), origin, names, sink)
         _check_radians(mapping, origin, names, sink)
+
+
+def _without_slides(mapping: Mapping[str, Any], origin: Origin, slides: set[str]) -> Mapping[str, Any]:
+    """Returns an articulation or a drive without the positions of joints that slide, or that may be beyond limits."""
+    qpos = mapping.get("qpos")
+    if "qpos" in mapping and (slides or "beyond_limits" in mapping):
+        kept = {} if not is_mapping(qpos) else {name: one for name, one in qpos.items() if name not in slides}
+        return {**mapping, "qpos": {} if "beyond_limits" in mapping else kept}
+    if "target" in mapping and any(_matches(str(origin.path[-1]), name) for name in slides):
+        return {key: one for key, one in mapping.items() if key != "target"}
+    return mapping
 
 
 def check_written_values(document: Document, num_scenes: int, sink: Sink) -> None:
@@ -185,8 +203,7 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
         if _exceeds_two_turns(value):
             continue
         least = MAX_LIMIT if key == "limits" else MIN_WHOLE
-        # 12.5 is written for degrees; limits may be half a turn more than a whole one.
-        step = 1.0 if key == "limits" else 0.5
+        step = 0.5 if key in {"rpy", "angle", "yaw"} else 1.0  # 12.5 and 22.5 are written for degrees, too
         found = [number for number in _numbers(value, names) if number >= least and (number / step).is_integer()]
         if found:
             message = f"`{key}` has {found[0]:g} rad, which is {math.degrees(found[0]):.4g}°"
