@@ -319,6 +319,8 @@ class _Materials:
 
 def _rows_by_item(value: Value, rows: Mapping[int, int]) -> dict[int, dict[int, int]]:
     """Returns the rows of each item of a table that a value selects."""
+    if len(value.data) == 1:
+        return {int(value.row(0)): dict(rows)}
     found: dict[int, dict[int, int]] = {}
     for scene, row in rows.items():
         found.setdefault(int(value.row(row)), {})[scene] = row

@@ -172,9 +172,10 @@ def test_texts_are_none_in_scenes_without_them() -> None:
     odd = {"scene_idxs": [1], "visuals": [box], "body_type": "static"}
     document = {"scenecc": 1, "num_scenes": 2, "entities": {"odd": odd}}
     (found,) = scenecc.scene_draws(document, allow_outside_assets=True)
-    (values,) = (rows for name, rows in found.values.items() if name.endswith("base_color_texture.file"))
-    assert values[0] is None
-    assert values[1] in files["choice"]
+    for name in ("odd.visuals[0].material", "odd/visual material 0"):
+        values = found.values[f"{name}.base_color_texture.file"]
+        assert values[0] is None
+        assert values[1] in files["choice"]
 
 
 def test_seeds_are_those_of_separate_builds() -> None:
