@@ -228,7 +228,8 @@ class _Doing:
                 picture, faults = self._picture(index)
                 told = dict.fromkeys((*common, *findings, *faults))
                 row = table_row(self._entry, self._unit, index, told)
-                draws = {name: values[index - scenes.start] for name, values in drawn.items()}
+                values = {name: several[index - scenes.start] for name, several in drawn.items()}
+                draws = {name: value for name, value in values.items() if value is not None}
                 rows.append({**row, "draws": as_json(draws), "poses": poses, "picture": picture})
         return rows
 

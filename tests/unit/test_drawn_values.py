@@ -147,6 +147,24 @@ def test_shared_draws_fields_and_scenes_without_them() -> None:
     assert not any(name.startswith("floor") for name in values)
 
 
+def test_a_chosen_material_gives_its_numbers() -> None:
+    rough = {"static_friction": {"uniform": [0.4, 0.6]}, "dynamic_friction": 0.1, "restitution": 0}
+    materials = {"rough": {"physical": rough}, "slick": {"physical": {**rough, "static_friction": 0.2}}}
+    shape = {"type": "box", "half_size": [0.1, 0.1, 0.1], "material": {"cycle": ["rough", "slick"]}}
+    document = {"scenecc": 1, "num_scenes": 3, "materials": materials, "entities": {"cube": {"shapes": [shape]}}}
+    with scenecc.load_scene(document, render=False) as made:
+        for _ in range(2):
+            drawn = made.drawn()
+            frictions = drawn["cube.shapes[0].material.static_friction"]
+            built = [one.collision_shapes[0].physical_material for one in components(made, "cube")]
+            assert np.float32(frictions).tolist() == [material.static_friction for material in built]
+            assert frictions[1] == 0.2
+            of_rough = drawn["cube/physical material 0.static_friction"]
+            assert (of_rough[::2] == frictions[::2]).all()
+            assert np.isnan(of_rough[1])
+            made.reset(seed=8)
+
+
 def test_texts_are_none_in_scenes_without_them() -> None:
     files = {"choice": ["scenes/assets/checker.png", "scenes/assets/wear.png"]}
     material = {"visual": {"base_color_texture": {"file": files}}}
@@ -154,9 +172,10 @@ def test_texts_are_none_in_scenes_without_them() -> None:
     odd = {"scene_idxs": [1], "visuals": [box], "body_type": "static"}
     document = {"scenecc": 1, "num_scenes": 2, "entities": {"odd": odd}}
     (found,) = scenecc.scene_draws(document, allow_outside_assets=True)
-    (values,) = (rows for name, rows in found.values.items() if name.endswith("base_color_texture.file"))
-    assert values[0] is None
-    assert values[1] in files["choice"]
+    for name in ("odd.visuals[0].material", "odd/visual material 0"):
+        values = found.values[f"{name}.base_color_texture.file"]
+        assert values[0] is None
+        assert values[1] in files["choice"]
 
 
 def test_seeds_are_those_of_separate_builds() -> None:
