@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, cast
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from scenecc.diagnostics.messages import show
 from scenecc.files import TooLongError, read_at_most
@@ -24,6 +24,18 @@ LARGEST_INLINE: Final = 1_000_000
 
 Index = Annotated[int, Field(ge=0)]
 Pose = Annotated[list[float], Field(min_length=7, max_length=7)]
+
+
+def _whole(made_from: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    if made_from.keys() != {"parts", "params", "files", "versions"}:
+        raise ValueError("not a result of `fingerprint.fingerprint`")
+    return made_from
+
+
+def _distinct(rows: list[StartRecord]) -> list[StartRecord]:
+    if len({(row.seed, row.scene) for row in rows}) < len(rows):
+        raise ValueError("a scene occurs twice with one seed")
+    return rows
 
 
 class _Strict(BaseModel):
@@ -59,8 +71,8 @@ class StartsFile(_Strict):
 
     scene: str
     num_scenes: Annotated[int, Field(ge=1)]
-    made_from: dict[str, dict[str, Any]]
-    rows: list[StartRecord]
+    made_from: Annotated[dict[str, dict[str, Any]], AfterValidator(_whole)]
+    rows: Annotated[list[StartRecord], AfterValidator(_distinct)]
 
 
 class InvalidStartsError(Exception):
@@ -115,12 +127,15 @@ def read_starts(path: Path, find: Callable[[str], Path], most: int) -> StartsFil
         raise InvalidStartsError("it was changed or cut off after `scenecc settle` wrote it")
     if "table" in data:
         table, known = data.pop("table"), data.pop("table_sha256", None)
-        if not isinstance(table, str) or table != Path(table).name:
+        if not isinstance(table, str) or table != Path(table).name or not table.isprintable():
             raise InvalidStartsError("`table` is not the name of a file beside it")
         content = _read(find(table), most)
         if sha256(content).hexdigest() != known:
             raise InvalidStartsError(f"its table `{table}` is another one, or was changed or cut off")
-        data["rows"] = _table_rows(content)
+        try:
+            data["rows"] = _table_rows(content)
+        except (ValueError, LookupError, TypeError, AttributeError, NotImplementedError, OSError):
+            raise InvalidStartsError(f"its table `{table}` is not what `scenecc settle` writes") from None
     del data["scenecc_starts"]
     try:
         return StartsFile.model_validate(data)

@@ -72,7 +72,10 @@ def scene_differences(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[st
 def other_versions(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     """Returns the programs whose versions differ, with both versions, worded for a message."""
     before, after = was["versions"], now["versions"]
-    return [f"{cut(name)} {cut(str(before[name]))} (here {after[name]})" for name in _changed(before, after)]
+    return [
+        f"{cut(name)} {cut(str(before.get(name, 'none')))} (here {after.get(name, 'none')})"
+        for name in _changed(before, after)
+    ]
 
 
 def is_unrelated(was: Mapping[str, Any], now: Mapping[str, Any]) -> bool:

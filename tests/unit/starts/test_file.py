@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 
 import scenecc
 from scenecc.starts.file import InvalidStartsError, StartRecord, StartsFile, read_starts, short_floats, starts_files
-from scenecc.starts.fingerprint import scene_differences
+from scenecc.starts.fingerprint import other_versions, scene_differences
 
 POSE = [0.1, 0.2, 0.3, 1.0, 0.0, 0.0, 0.0]
 SCENE: dict[str, Any] = {
@@ -67,6 +68,46 @@ def test_floats_are_the_shortest_that_give_the_same_float32() -> None:
 def test_a_damaged_file_is_refused(tmp_path: Path, change: Callable[[str], str], message: str) -> None:
     with pytest.raises(InvalidStartsError, match=message):
         read(write(tmp_path, change))
+
+
+def signed(folder: Path, change: Callable[[dict[str, Any]], Any]) -> Path:
+    """Writes a file whose content was changed by someone who also corrected its hash."""
+    path = write(folder)
+    data = json.loads(path.read_text()) | {"sha256": ""}
+    change(data)
+    text = json.dumps(data)
+    digest = sha256(text.encode()).hexdigest()
+    path.write_text(text.replace('"sha256": ""', f'"sha256": "{digest}"', 1))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda data: data["made_from"].pop("params"), "`made_from` is not what"),
+        (lambda data: data["rows"].append(data["rows"][0]), "`rows` is not what"),
+        (lambda data: data.update(table="\0"), "not the name of a file"),
+        (lambda data: data.update(table="\ud800"), "not the name of a file"),
+    ],
+    ids=["made_from", "twice", "nul", "surrogate"],
+)
+def test_a_damaged_file_with_the_right_hash_is_refused(
+    tmp_path: Path, change: Callable[[dict[str, Any]], Any], message: str
+) -> None:
+    with pytest.raises(InvalidStartsError, match=message):
+        read(signed(tmp_path, change))
+
+
+@pytest.mark.parametrize(
+    "columns", [None, {"seed": ["x"]}, {"seed": ["0"], "scene": [0], "poses": [[1]], "joints": [[]]}]
+)
+def test_a_table_of_something_else_is_refused(tmp_path: Path, columns: dict[str, list[Any]] | None) -> None:
+    pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    table = tmp_path / "starts.parquet"
+    table.write_bytes(b"PAR1") if columns is None else pq.write_table(pa.table(columns), table)
+    names = {"table": table.name, "table_sha256": sha256(table.read_bytes()).hexdigest()}
+    with pytest.raises(InvalidStartsError, match=r"its table .* is not what"):
+        read(signed(tmp_path, lambda data: data.update(names) or data.pop("rows")))
 
 
 def faults(scene: dict[str, Any], starts: Path, **options: Any) -> list[scenecc.Diagnostic]:
@@ -133,6 +174,11 @@ def test_starts_are_in_the_plan(starts: Path) -> None:
     state = json.loads(text)["starts"][0]["state"]
     (fault,) = scenecc.validate(text.replace(state, state[:-8]))
     assert (fault.code, fault.path) == ("SC701", "starts[0]")
+
+
+def test_versions_may_name_other_programs() -> None:
+    told = other_versions({"versions": {"sapien": "3", "other": "1"}}, {"versions": {"sapien": "3", "physx": "5"}})
+    assert told == ["other 1 (here none)", "physx none (here 5)"]
 
 
 def test_what_is_not_simulated_may_change(starts: Path) -> None:
