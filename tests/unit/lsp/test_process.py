@@ -75,7 +75,12 @@ def test_a_check_result_names_files_and_places(tmp_path):
 BAD = Path(__file__).parents[2] / "scenes" / "bad"
 
 
-@pytest.mark.parametrize("scene", sorted(BAD.glob("*/*.yaml"))[::12], ids=lambda scene: scene.stem)
+TEXTS = [
+    scene for scene in sorted(BAD.glob("*/*.yaml")) if scene.stem != "utf16"
+]  # an editor opens it as text or not at all
+
+
+@pytest.mark.parametrize("scene", TEXTS[::12], ids=lambda scene: scene.stem)
 def test_findings_of_the_language_server_are_those_of_validate(scene):
     assert checked(scene, scene.read_bytes().decode()).diagnostics == validate(scene)
 
