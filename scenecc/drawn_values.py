@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.plan.articulation import ArticulationStructure
+from scenecc.plan.articulation import VELOCITY_FIELDS, ArticulationStructure
 from scenecc.plan.display import SPEC_FIELD_NAMES, item_path
 from scenecc.plan.properties import Quantity
 from scenecc.plan.scene import is_unnamed_draw
 from scenecc.plan.schema import plan_fields
+from scenecc.plan.starts import StartTable
 from scenecc.plan.walk import walk_fields
 from scenecc.variation.evaluation import Batch, row_array, rows_with_value, to_field_rows
 
@@ -76,10 +77,13 @@ class DrawnRow(Mapping[str, Any]):
 
 
 class _Group(NamedTuple):
-    """Scenes that were last reset together, each with its row in the result. `drawing`: None if they are as built."""
+    """Scenes that were last reset together, each with its row in the result. `drawing`: None if they are as built.
+    `begun`: name → scene → value of what their starts set.
+    """
 
     drawing: Batch | None
     numbers: dict[int, int]
+    begun: dict[str, dict[int, Any]]
 
 
 class _Part(NamedTuple):
@@ -130,7 +134,10 @@ class DrawnValues:
         """
         groups: dict[int, _Group] = {}
         for number, drawing in enumerate(drawings or [None] * len(scene_idxs)):
-            groups.setdefault(id(drawing), _Group(drawing, {})).numbers[scene_idxs[number]] = number
+            groups.setdefault(id(drawing), _Group(drawing, {}, {})).numbers[scene_idxs[number]] = number
+        if self._plan.starts:
+            for group in groups.values():
+                self._begin(group)
         count, found = len(scene_idxs), dict[str, "NDArray[Any]"]()
         for name, _ in self._plan.draws:
             if not is_unnamed_draw(name):
@@ -154,14 +161,44 @@ class DrawnValues:
         for part in self._fields[name]:
             for group in groups:
                 if scenes := sorted(group.numbers.keys() & part.rows.keys()):
-                    rows = part.read(scenes, None if name in self._kept else group.drawing)
+                    if name in group.begun:
+                        rows = np.array([group.begun[name][scene] for scene in scenes], part.value.data.dtype)
+                    else:
+                        rows = part.read(scenes, None if name in self._kept else group.drawing)
                     pieces.append(([group.numbers[scene] for scene in scenes], rows))
+        if not pieces:  # none of these scenes has the value, but it keeps its shape
+            part = self._fields[name][0]
+            return _merge([([], part.read([*part.rows][:1], None)[:0])], count)
         return _merge(pieces, count)
+
+    def _begin(self, group: _Group) -> None:
+        """Notes what the starts of scenes that were reset set: poses, joint positions, and velocities of 0."""
+        if group.drawing is None:
+            return
+        drawing = group.drawing.only(np.searchsorted(group.drawing.scenes, sorted(group.numbers)))
+        seeds = [drawing.seed] * len(group.numbers) if isinstance(drawing.seed, int) else drawing.seed
+        for scene, seed in zip(drawing.scenes.tolist(), seeds, strict=True):
+            for part, pose, qpos in self._starts.states(scene, seed):
+                who = part.entity.name
+                values = {f"{who}.pose": pose, **{f"{who}.{field}": np.zeros(3) for field in VELOCITY_FIELDS}}
+                values |= {f"{who}/{one.name}.qpos": float(at) for one, at in zip(part.joints, qpos, strict=True)}
+                for name, value in values.items():
+                    group.begun.setdefault(name, {})[scene] = value
+
+    @cached_property
+    def _starts(self) -> StartTable:
+        return StartTable(self._plan)
 
     @cached_property
     def _as_built(self) -> Batch:
+        """The batch that a build draws from. A scene that begins at a start has the seed of this start."""
         plan = self._plan
-        return Batch(np.arange(plan.num_scenes), plan.seed, plan.num_scenes, dict(plan.draws), {})
+        seeds = dict.fromkeys(range(plan.num_scenes), plan.seed)
+        if plan.starts:
+            begun = sorted({*seeds} - {*self._starts.lacks([*seeds])})
+            seeds |= zip(begun, self._starts.seeds(begun, [plan.seed] * len(begun)), strict=True)
+        one = tuple(seeds.values()) if len({*seeds.values()}) > 1 else seeds[0]
+        return Batch(np.arange(plan.num_scenes), one, plan.num_scenes, dict(plan.draws), {})
 
     @cached_property
     def _fields(self) -> dict[str, list[_Part]]:

@@ -111,6 +111,30 @@ def test_two_loads_and_a_reset_move_in_the_same_way(starts: Path) -> None:
         assert second.state() == moved
 
 
+def test_drawn_values_are_those_of_the_start(tmp_path: Path) -> None:
+    place = {"on": "ground", "region": [[1, 1], [2, 2]]}
+    placed = {"shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.02]}], "place": place}
+    entities = {name: SCENE["entities"][name] for name in ("ground", "cube", "door")}
+    scene = {**SCENE, "entities": {**entities, "placed": placed}}
+    settled = scenecc.settle_scene(scene, seeds=(3, 4))
+    settled.write(tmp_path / "starts.json")
+    (plain,) = scenecc.scene_draws(scene, seeds=[4])
+    with scenecc.load_scene(scene, seed=1, starts=tmp_path / "starts.json", render=False) as batch:
+        begun = batch.drawn()
+        batch.reset(3)
+        assert batch.drawn()["cube.mass"].tolist() != begun["cube.mass"].tolist()
+        batch.reset(1)
+        state, again = batch.state(), batch.drawn()
+    for name in ("where", "cube.mass"):  # of seed 4, because seed 1 has no start
+        assert begun[name].tolist() == plain.values[name].tolist()
+    assert {name: rows.tolist() for name, rows in again.items()} == {
+        name: rows.tolist() for name, rows in begun.items()
+    }
+    for name in ("cube", "placed"):
+        assert begun[f"{name}.pose"].astype(np.float32).tolist() == state.all[name].pose.tolist()
+    assert begun["door/hinge.qpos"].astype(np.float32).tolist() == state.articulations["door"].qpos[:, 0].tolist()
+
+
 def test_all_is_still_at_a_start(starts: Path) -> None:
     with scenecc.load_scene(SCENE, starts=starts, render=False) as batch:
         before = batch.state()

@@ -202,3 +202,12 @@ def test_a_state_has_the_drawn_values_of_all_variants(batch: scenecc.SceneBatch)
     batch.reset(seed=4)
     batch.set_state(state)
     assert batch.state() == state
+
+
+def test_values_keep_their_shape_in_scenes_without_them() -> None:
+    shapes = [{"type": "box", "half_size": {"uniform": [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2]]}}]
+    scene = {"scenecc": 1, "num_scenes": 2, "entities": {"box": {"scene_idxs": [1], "shapes": shapes}}}
+    (found,) = scenecc.scene_draws(scene, scenes="0")
+    (values,) = found.values.values()
+    assert values.shape == (1, 3)
+    assert np.isnan(values).all()
