@@ -263,15 +263,17 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     yield from weak_drives(batch)
     yield from long_steps(batch, moving)
     positions = joint_positions(batch)
-    energy, robots = EnergyWatch(batch), RobotWatch(batch)
+    watches = EnergyWatch(batch), RobotWatch(batch)
     doubted = {*scenes_in_doubt(batch, rules.least), *uneven_scenes(moving)}
     batch.step(1)
     contacts = batch.contacts(scene_idxs=doubted)
     yield from jumps(positions, batch.timestep)
     yield from overlaps(contacts, batch.plan, rules)
     yield from mass_ratios(batch, moving, contacts)
-    if settle or checker:
-        yield from simulate(batch, moving, (energy, robots), settle, rules, checker)
+    if settle:
+        yield from simulate(batch, moving, watches, settle, rules, checker)
+    elif checker:
+        yield from checker.run()
 
 
 def origins_of(plan: ScenePlan) -> dict[str, Origin | None]:

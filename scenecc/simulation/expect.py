@@ -149,6 +149,14 @@ class ExpectationChecker:
         """The step counts after which something is checked, ascending."""
         return sorted(self._due)
 
+    def run(self) -> Iterator[Finding]:
+        """Simulates the batch after its first step until everything was checked, and yields unmet expectations."""
+        done = 1
+        for end in self.steps:
+            self._batch.step(max(end - done, 0), check=True)
+            done = max(end, done)
+            yield from self.check(end)
+
     def check(self, step: int) -> Iterator[Finding]:
         """Yields unmet expectations after `step` steps. Conditions at the start are checked after the first step."""
         if step:

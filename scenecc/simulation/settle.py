@@ -60,14 +60,14 @@ def simulate(
         batch: a batch after its first step.
         moving: its moving bodies.
         watches: made before the first step.
-        seconds: simulated time [s]; 0: only what the expectations need, and only they are checked.
+        seconds: simulated time [s], above 0.
         rules: how deep bodies may overlap.
         checker: checks the expectations, which may need a longer simulation; None: there are none.
 
     Raises:
         SceneError: a state is not finite (SC820).
     """
-    last = 1 + max(round(seconds / batch.timestep), 1) if seconds else 0
+    last = 1 + max(round(seconds / batch.timestep), 1)
     start, done = poses(moving), 1
     deep: dict[tuple[int, str, str], float] = {}
     energy, robots = watches
@@ -83,7 +83,7 @@ def simulate(
             if done <= last:
                 energy.observe()
                 robots.observe(stride * batch.timestep, late=robots.is_late(done, last))
-        if end == last and seconds:
+        if end == last:
             struck = energy.struck()
             unmoved = [(body.scene, body.entity) not in struck for body in moving]
             yield from _find_toppled(batch, seconds, moving, start, unmoved)

@@ -146,6 +146,17 @@ def test_built_draws_belong_to_their_seed(tmp_path: Path) -> None:
         assert batch.state() == begun  # every reset gives the start of the built sizes
 
 
+def test_a_scene_that_breaks_an_expectation_is_dropped() -> None:
+    cube = {"pose": [{"cycle": [0, 1]}, 0, 0.2], "shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.1]}]}
+    ground = {"body_type": "static", "shapes": [{"type": "plane"}]}
+    expect = {"settled": {"seconds": 0.1}, "holds": [{"that": "${position('cube')[0] > 0.5}"}]}
+    scene = {"scenecc": 1, "num_scenes": 2, "entities": {"ground": ground, "cube": cube}, "expect": expect}
+    settled = scenecc.settle_scene(scene)
+    assert [row.scene for row in settled.content.rows] == [1]
+    told = "1 breaks `expect` (seed 0 scene 0: ${position('cube')[0] > 0.5})"
+    assert settled.summary() == f"kept 1 of 2; dropped: {told}"
+
+
 def test_a_pack_and_a_passport_contain_the_starts(settled: SettledScenes, tmp_path: Path) -> None:
     scene = tmp_path / "scene.yaml"
     scene.write_text(json.dumps({**SCENE, "starts": "starts.json"}))
