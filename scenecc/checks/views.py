@@ -235,11 +235,10 @@ def _distance_to_box(box: _VisibleShape, scene: int, pose: Floats, rays: Floats)
 
 
 def _check_darkness(plan: ScenePlan, sink: Sink) -> None:
-    """Reports a scene whose own lighting is black. Without any, SAPIEN's default lighting is used."""
+    """Reports a black environment without lights. Black lights are reported themselves."""
     surroundings = plan.environment
     ambient = surroundings and surroundings.ambient_light
-    dark = all(not light.color.data.any() for light in plan.lights)
-    if surroundings is None or surroundings.map is not None or ambient is None or ambient.data.any() or not dark:
+    if surroundings is None or surroundings.map is not None or ambient is None or ambient.data.any() or plan.lights:
         return
     place = (surroundings.origin or plan_origin(plan).child("environment")).child("ambient_light")
     hint = "raise it, or remove it: a file without lights gets a default lighting"

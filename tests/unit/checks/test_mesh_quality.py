@@ -154,7 +154,7 @@ def test_a_large_visual_without_collision_is_reported(
 def test_file_names_that_differ_only_in_case_are_reported(tmp_path: Path) -> None:
     for name in ("mesh.ply", "Mesh.ply"):
         box().export(tmp_path / name)
-    shapes = "collisions: [{type: convex_mesh, file: mesh.ply}, {type: convex_mesh, file: Mesh.ply, pose: [1, 0, 0]}]"
+    shapes = "shapes: [{type: convex_mesh, file: mesh.ply}, {type: convex_mesh, file: Mesh.ply, pose: [1, 0, 0]}]"
     (tmp_path / "scene.yaml").write_text(
         f"scenecc: 1\nentities:\n  thing: {{body_type: static, {shapes}}}\n", encoding="utf-8"
     )
