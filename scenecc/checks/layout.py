@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from scenecc.checks.boxes import PlacedBox, bounding_box, placed_boxes
-from scenecc.checks.physics import may_collide, plan_origin, structure_origin
-from scenecc.checks.plausibility import MAX_DISTANCE
+from scenecc.checks.physics import constrained_entities, may_collide, plan_origin, structure_origin
+from scenecc.checks.plausibility import MAX_DISTANCE, METRES
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import compose, rotate
 from scenecc.plan import BodyStructure, Distance, Drive
@@ -208,10 +208,7 @@ def _far_floors(floors: list[Floor], boxes: list[PlacedBox], plan: ScenePlan) ->
     if gap > max(FAR, FAR * size):
         entity = floors[0].entity
         message = f"the floor `{cut(entity.name)}` is {gap:.4g} m below everything else, which is {size:.2g} m large"
-        yield "SC534", entity, _pose_origin(entity, plan), message, _METRES
-
-
-_METRES: Final = "lengths are in metres, not in millimetres or centimetres"
+        yield "SC534", entity, _pose_origin(entity, plan), message, METRES
 
 
 def _pose_origin(entity: Entity, plan: ScenePlan) -> Origin:
@@ -227,12 +224,12 @@ def _far_bodies(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
         gap = float(np.linalg.norm(np.maximum(np.maximum(low - box.high, box.low - high), 0)))
         if gap > max(FAR, FAR * size):
             message = f"`{cut(box.entity.name)}` is {gap:.4g} m away from everything else, which is {size:.2g} m large"
-            yield "SC534", box.entity, _pose_origin(box.entity, plan), message, _METRES
+            yield "SC534", box.entity, _pose_origin(box.entity, plan), message, METRES
 
 
 def _bodies_in_the_air(boxes: list[PlacedBox], floors: list[Floor], plan: ScenePlan) -> Iterator[_Finding]:
     """Yields bodies that fall very far, and the only one that falls far while at least two others rest."""
-    left_out = _held_entities(plan) | {mount.entity for one in plan.placements for mount in one.members}
+    left_out = constrained_entities(plan) | {mount.entity for one in plan.placements for mount in one.members}
     free = [box for box in boxes if _falls(box.entity) and box.entity.name not in left_out]
     heights = [float(box.low[2]) - _support(box, boxes, floors) for box in free]
     alone = sum(height > RESTS for height in heights) == 1 and len(free) > 2
@@ -240,7 +237,7 @@ def _bodies_in_the_air(boxes: list[PlacedBox], floors: list[Floor], plan: SceneP
         if (HIGH if alone else VERY_HIGH) < height < np.inf:
             others = ", and all others rest" if alone else ""
             message = f"`{cut(box.entity.name)}` starts {height:.3g} m above what is below it{others}"
-            yield "SC534", box.entity, _pose_origin(box.entity, plan), message, f"{_METRES}; or give it a velocity"
+            yield "SC534", box.entity, _pose_origin(box.entity, plan), message, f"{METRES}; or give it a velocity"
 
 
 def _long_limits(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
@@ -261,11 +258,7 @@ def _long_limits(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
         if box is not None and far > max(FAR, FAR * size):
             message = f"a limit of `{cut(constraint.name)}` is {far:.4g} m, in a scene of {size:.2g} m"
             place = constraint.origin or plan_origin(plan).child("constraints", constraint.name)
-            yield "SC534", box.entity, place.child("limits"), message, _METRES
-
-
-def _held_entities(plan: ScenePlan) -> set[str]:
-    return {mount.entity for one in plan.constraints for mount in (one.parent, one.child) if mount is not None}
+            yield "SC534", box.entity, place.child("limits"), message, METRES
 
 
 def _falls(entity: Entity) -> bool:
@@ -305,7 +298,7 @@ def _collide(one: Entity, other: Entity) -> bool:
 
 def _bodies_on_nothing(boxes: list[PlacedBox], floors: list[Floor], plan: ScenePlan) -> Iterator[_Finding]:
     """Yields dynamic bodies that start on top of a body that does not collide with them."""
-    held = _held_entities(plan)
+    held = constrained_entities(plan)
     for box in boxes:
         if not _falls(box.entity) or box.entity.name in held:
             continue

@@ -13,7 +13,7 @@ from scenecc.checks.effects import check_declared_names, check_effects
 from scenecc.checks.house_rules import run_rules
 from scenecc.checks.layout import check_layout
 from scenecc.checks.mesh_quality import check_meshes
-from scenecc.checks.physics import plan_origin
+from scenecc.checks.physics import physics_origin
 from scenecc.checks.plausibility import check_values
 from scenecc.checks.views import check_views
 from scenecc.checks.written_values import check_written_values
@@ -291,11 +291,10 @@ def origins_of(plan: ScenePlan) -> dict[str, Origin | None]:
     """Returns the origins of everything that findings name."""
     constraints = {f"constraints/{constraint.name}": constraint.origin for constraint in plan.constraints}
     entities = {entity.name: entity.origin for entity in plan.entities}
-    physics = plan.physics.origin or plan_origin(plan).child("physics")
     return (
         entities
         | joint_origins(plan)
         | constraints
         | expectation_origins(plan)
-        | {SPACING: physics.child("scene_spacing")}
+        | {SPACING: physics_origin(plan).child("scene_spacing")}
     )

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from scenecc.checks.physics import constrained_entities
 from scenecc.geometry.rotation_arrays import rotate
-from scenecc.simulation.bodies import constrained_entities, poses, up_of
+from scenecc.simulation.bodies import poses, up_of
 from scenecc.simulation.bounds import scenes_in_doubt
 from scenecc.simulation.findings import Finding, length_text
 from scenecc.simulation.loads import beyond_limits
