@@ -637,11 +637,9 @@ def build_batch(
     from scenecc.backends.sapien import instantiate
 
     if plan.starts:
-        from scenecc.starts.apply import report_lacking
+        from scenecc.starts.apply import require_starts
 
-        report_lacking(plan, scene_idxs, sink)
-        if sink.failed:
-            raise SceneError(sink.diagnostics())
+        require_starts(plan, scene_idxs, sink)
     batch = instantiate(plan, sink, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress)
     if batch is None:
         raise SceneError(sink.diagnostics())

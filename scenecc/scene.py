@@ -194,11 +194,9 @@ def build_into(scene: ManiSkillScene, source: Source, options: Options, *, audit
     sink = Sink()
     found = compile_or_raise(source, replace(options, num_scenes=scene.num_envs), sink)
     if found.plan.starts:
-        from scenecc.starts.apply import report_lacking
+        from scenecc.starts.apply import require_starts
 
-        report_lacking(found.plan, None, sink)
-        if sink.failed:
-            raise SceneError(sink.diagnostics())
+        require_starts(found.plan, None, sink)
     if (loaded := instantiate(found.plan, scene, sink, audit=audit)) is None:
         raise SceneError(sink.diagnostics())
     loaded.attach_provenance(found.provenance)

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     from scenecc.plan import ArticulationStructure, CollisionShape, Entity, ScenePlan, VisualShape
 
-    Box = tuple[NDArray[np.float64], NDArray[np.float64]]
+    Floats = NDArray[np.float64]
+    Box = tuple[Floats, Floats]
     """Lower and upper corner, each (3,) [m]."""
 
 _CORNERS: Final = np.array(list(product((0, 1), repeat=3)), bool)
@@ -39,33 +40,45 @@ class PlacedBox(NamedTuple):
     """
 
     entity: Entity
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    low: Floats
+    high: Floats
     collides: bool
     parts: tuple[Box, ...]
 
 
-def local_box(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> Box | None:
-    """Returns the bounding box of a shape in the frame of its body; None for a colliding plane, which has no end.
+def shape_box(geometry: Any, row: int, plan: ScenePlan, rotation: Floats | None = None) -> Box | None:
+    """Returns the bounding box of a geometry around its own origin; None for a colliding plane, which has no end.
+
+    `rotation` (3, 3): that of its frame; primitives use it for a tighter box, so that `local_box` is exact.
 
     Raises:
         AssetError: a mesh file changed since it was checked.
     """
-    geometry: Any = shape.geometry
-    matrix = np.eye(4) if shape.pose is None else pose_matrix(shape.pose.row(row).tolist())
+    turn = np.eye(3) if rotation is None else rotation
+    if isinstance(geometry, Primitive):
+        return geometry.bounds(turn, *geometry.sizes(row))
     if isinstance(geometry, MeshGeometry):
         measures = check_measures(read_mesh(checked_content(plan.files[int(geometry.file.row(row))])))
         ends = np.array([measures.low, measures.high]) * geometry.scale.row(row)
-        centre, half = ends.mean(axis=0), np.abs(np.ptp(ends, axis=0)) / 2
     elif isinstance(geometry, Heightfield):
-        centre, half = np.zeros(3), geometry.size.row(row) / 2
-    elif isinstance(geometry, Primitive):
-        low, high = geometry.bounds(matrix[:3, :3], *geometry.sizes(row))
-        return low + matrix[:3, 3], high + matrix[:3, 3]
+        heights = np.array(geometry.heights)
+        ends = np.array([(-0.5, -0.5, heights.min()), (0.5, 0.5, heights.max())]) * geometry.size.row(row)
     else:
         return None
-    middle, reach = matrix[:3, :3] @ centre + matrix[:3, 3], np.abs(matrix[:3, :3]) @ half
+    middle, reach = turn @ ends.mean(axis=0), np.abs(turn) @ (np.abs(np.ptp(ends, axis=0)) / 2)
     return middle - reach, middle + reach
+
+
+def local_box(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> Box | None:
+    """Returns the bounding box of a shape in the frame of its body. Otherwise like `shape_box`."""
+    matrix = np.eye(4) if shape.pose is None else pose_matrix(shape.pose.row(row).tolist())
+    box = shape_box(shape.geometry, row, plan, matrix[:3, :3])
+    return box and (box[0] + matrix[:3, 3], box[1] + matrix[:3, 3])
+
+
+def corners(box: Box) -> Floats:
+    """Returns the corners (8, 3) of a box, in a fixed order."""
+    return np.where(_CORNERS, box[1], box[0])
 
 
 def bounding_box(boxes: Iterable[Box]) -> Box:
@@ -102,7 +115,7 @@ def placed_boxes(plan: ScenePlan, scene: int) -> list[PlacedBox]:
     return found
 
 
-def _posed_bodies(entity: Entity, row: int) -> Iterator[tuple[NDArray[np.float64], BodyStructure]]:
+def _posed_bodies(entity: Entity, row: int) -> Iterator[tuple[Floats, BodyStructure]]:
     """Yields the bodies of an entity in one row, with their poses (7,) in the world."""
     root = entity.pose.row(row)
     structure = entity.structure(row)
@@ -112,9 +125,9 @@ def _posed_bodies(entity: Entity, row: int) -> Iterator[tuple[NDArray[np.float64
     yield from zip(_link_poses(structure, root, row), (link.body for link in structure.links), strict=True)
 
 
-def _link_poses(structure: ArticulationStructure, root: NDArray[np.float64], row: int) -> list[NDArray[np.float64]]:
+def _link_poses(structure: ArticulationStructure, root: Floats, row: int) -> list[Floats]:
     """Returns the poses (7,) of all links in the world, at the initial joint positions."""
-    poses: list[NDArray[np.float64]] = []
+    poses: list[Floats] = []
     for link in structure.links:
         pose = root if link.parent is None else poses[link.parent]
         for step in steps_across(link.joint, ()) if link.joint is not None else ():
@@ -123,7 +136,7 @@ def _link_poses(structure: ArticulationStructure, root: NDArray[np.float64], row
     return poses
 
 
-def _world_box(frame: NDArray[np.float64], box: Box) -> Box:
+def _world_box(frame: Floats, box: Box) -> Box:
     matrix = pose_matrix(frame.tolist())
-    corners = np.where(_CORNERS, box[1], box[0]) @ matrix[:3, :3].T + matrix[:3, 3]
-    return corners.min(axis=0), corners.max(axis=0)
+    placed = corners(box) @ matrix[:3, :3].T + matrix[:3, 3]
+    return placed.min(axis=0), placed.max(axis=0)

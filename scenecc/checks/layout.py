@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from scenecc.checks.boxes import PlacedBox, bounding_box, placed_boxes
-from scenecc.checks.physics import may_collide, plan_origin, structure_origin
+from scenecc.checks.physics import constrained_entities, may_collide, plan_origin, structure_origin
+from scenecc.checks.plausibility import MAX_DISTANCE, METRES
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import compose, rotate
 from scenecc.plan import BodyStructure, Distance, Drive
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import Entity, ScenePlan
+
+    Floats = NDArray[np.float64]
 
 FAR: Final = 5.0
 """[m], and in sizes of the rest of the scene: the minimum distance of a body or a floor that is reported."""
@@ -80,6 +83,8 @@ def check_layout(plan: ScenePlan, sink: Sink) -> None:
     scenes = sorted({0, plan.num_scenes - 1})
     for scene in scenes:
         boxes, floors = placed_boxes(plan, scene), list(_floors(plan, scene))
+        # What is farther away is reported as such.
+        boxes = [box for box in boxes if np.abs((box.low, box.high)).max() < MAX_DISTANCE]
         few = boxes if len(boxes) <= MAX_COMPARED else []
         here = {
             (one[0], one[1].name): one
@@ -137,8 +142,11 @@ def _floors(plan: ScenePlan, scene: int) -> Iterator[Floor]:
 
 
 def _two_floors(floors: list[Floor]) -> Iterator[_Finding]:
+    """Yields floors beside the first. Copies in the same place are reported elsewhere."""
     for floor in floors[1:]:
         first = floors[0]
+        if floor.entity.pose == first.entity.pose and floor.height == first.height:
+            continue
         low, high = sorted((first.height, floor.height))
         where = f"{high - low:.3g} m apart" if high - low > 1e-6 else "at the same height"
         message = f"`{cut(floor.entity.name)}` is a second floor, beside `{cut(first.entity.name)}`, {where}"
@@ -159,22 +167,37 @@ def _flush_floors(floors: list[Floor], boxes: list[PlacedBox], plan: ScenePlan) 
 
 
 def _small_floors(floors: list[Floor], boxes: list[PlacedBox]) -> Iterator[_Finding]:
-    """Yields planes whose visual ends where other bodies are beyond it, or below it."""
-    for floor in floors:
-        if floor.half is None or floor.center is None or floor.half.max() >= WIDE:
-            continue
-        for box in boxes:
-            reach = np.maximum(box.high[:2] - floor.center, floor.center - box.low[:2]) - floor.half
-            below = box.high[2] < floor.height - RESTS
-            if below or (reach > 0.05 * floor.half + 0.01).any():
-                where = "below" if below else "beyond the visual of"
-                size = " by ".join(f"{2 * side:.3g}" for side in floor.half)
-                message = (
-                    f"`{cut(floor.entity.name)}` looks {size} m large, but a plane collides without end, and "
-                    f"`{cut(box.entity.name)}` is {where} it"
-                )
-                yield "SC577", floor.entity, floor.origin, message, "use a thin box, or a larger `half_size`"
-                break
+    """Yields the only floor if its visual ends where other bodies are beyond it, or below it."""
+    floor = floors[0] if len(floors) == 1 else None
+    if floor is None or floor.half is None or floor.center is None:
+        return
+    for box in boxes:
+        is_below = box.high[2] < floor.height - RESTS
+        reach = np.maximum(box.high[:2] - floor.center, floor.center - box.low[:2]) - floor.half
+        is_beyond = bool((reach > 0.05 * floor.half + 0.01).any())
+        if floor.half.max() >= WIDE:  # a ground, whose end matters only to what stands there
+            is_below, is_beyond = False, _stands_beyond(floor.center, floor.half, floor.height, box, boxes)
+        if is_below or is_beyond:
+            where = "below" if is_below else "beyond the visual of"
+            size = " by ".join(f"{2 * side:.3g}" for side in floor.half)
+            message = (
+                f"`{cut(floor.entity.name)}` looks {size} m large, but a plane collides without end, and "
+                f"`{cut(box.entity.name)}` is {where} it"
+            )
+            yield "SC577", floor.entity, floor.origin, message, "use a thin box, or a larger `half_size`"
+            return
+
+
+def _stands_beyond(center: Floats, half: Floats, height: float, box: PlacedBox, boxes: list[PlacedBox]) -> bool:
+    """Returns whether a movable body is on a plane where neither the plane nor anything flat on it is visible."""
+    body = box.entity.structures[0]
+    if (isinstance(body, BodyStructure) and body.body_type != "dynamic") or abs(box.low[2] - height) > RESTS:
+        return False
+    gap = np.maximum(box.low[:2] - center, center - box.high[:2]) - half
+    parts = (part for other in boxes if other is not box for part in other.parts)
+    return bool(gap.max() > RESTS) and not any(
+        abs(part[1][2] - height) < RESTS and _overlap(part, (box.low, box.high)) for part in parts
+    )
 
 
 def _far_floors(floors: list[Floor], boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
@@ -185,10 +208,7 @@ def _far_floors(floors: list[Floor], boxes: list[PlacedBox], plan: ScenePlan) ->
     if gap > max(FAR, FAR * size):
         entity = floors[0].entity
         message = f"the floor `{cut(entity.name)}` is {gap:.4g} m below everything else, which is {size:.2g} m large"
-        yield "SC534", entity, _pose_origin(entity, plan), message, _METRES
-
-
-_METRES: Final = "lengths are in metres, not in millimetres or centimetres"
+        yield "SC534", entity, _pose_origin(entity, plan), message, METRES
 
 
 def _pose_origin(entity: Entity, plan: ScenePlan) -> Origin:
@@ -204,12 +224,12 @@ def _far_bodies(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
         gap = float(np.linalg.norm(np.maximum(np.maximum(low - box.high, box.low - high), 0)))
         if gap > max(FAR, FAR * size):
             message = f"`{cut(box.entity.name)}` is {gap:.4g} m away from everything else, which is {size:.2g} m large"
-            yield "SC534", box.entity, _pose_origin(box.entity, plan), message, _METRES
+            yield "SC534", box.entity, _pose_origin(box.entity, plan), message, METRES
 
 
 def _bodies_in_the_air(boxes: list[PlacedBox], floors: list[Floor], plan: ScenePlan) -> Iterator[_Finding]:
     """Yields bodies that fall very far, and the only one that falls far while at least two others rest."""
-    left_out = _held_entities(plan) | {mount.entity for one in plan.placements for mount in one.members}
+    left_out = constrained_entities(plan) | {mount.entity for one in plan.placements for mount in one.members}
     free = [box for box in boxes if _falls(box.entity) and box.entity.name not in left_out]
     heights = [float(box.low[2]) - _support(box, boxes, floors) for box in free]
     alone = sum(height > RESTS for height in heights) == 1 and len(free) > 2
@@ -217,7 +237,7 @@ def _bodies_in_the_air(boxes: list[PlacedBox], floors: list[Floor], plan: SceneP
         if (HIGH if alone else VERY_HIGH) < height < np.inf:
             others = ", and all others rest" if alone else ""
             message = f"`{cut(box.entity.name)}` starts {height:.3g} m above what is below it{others}"
-            yield "SC534", box.entity, _pose_origin(box.entity, plan), message, f"{_METRES}; or give it a velocity"
+            yield "SC534", box.entity, _pose_origin(box.entity, plan), message, f"{METRES}; or give it a velocity"
 
 
 def _long_limits(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
@@ -238,11 +258,7 @@ def _long_limits(boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:
         if box is not None and far > max(FAR, FAR * size):
             message = f"a limit of `{cut(constraint.name)}` is {far:.4g} m, in a scene of {size:.2g} m"
             place = constraint.origin or plan_origin(plan).child("constraints", constraint.name)
-            yield "SC534", box.entity, place.child("limits"), message, _METRES
-
-
-def _held_entities(plan: ScenePlan) -> set[str]:
-    return {mount.entity for one in plan.constraints for mount in (one.parent, one.child) if mount is not None}
+            yield "SC534", box.entity, place.child("limits"), message, METRES
 
 
 def _falls(entity: Entity) -> bool:
@@ -282,7 +298,7 @@ def _collide(one: Entity, other: Entity) -> bool:
 
 def _bodies_on_nothing(boxes: list[PlacedBox], floors: list[Floor], plan: ScenePlan) -> Iterator[_Finding]:
     """Yields dynamic bodies that start on top of a body that does not collide with them."""
-    held = _held_entities(plan)
+    held = constrained_entities(plan)
     for box in boxes:
         if not _falls(box.entity) or box.entity.name in held:
             continue

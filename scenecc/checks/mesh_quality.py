@@ -13,7 +13,7 @@ import numpy as np
 from scenecc.assets.errors import AssetError
 from scenecc.assets.meshes import checked_content, read_hulls
 from scenecc.assets.surface_measures import SurfaceMeasures, measure_surface
-from scenecc.checks.boxes import bounding_box, local_box
+from scenecc.checks.boxes import bounding_box, corners, local_box, shape_box
 from scenecc.checks.mass import DYNAMIC_TYPES
 from scenecc.checks.physics import plan_origin
 from scenecc.checks.plausibility import MAX_SIZE, Body, scene_bodies
@@ -28,12 +28,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.checks.boxes import Box
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import AssetFile, CollisionShape, ScenePlan, VisualShape
-
-    Box = tuple[NDArray[np.float64], NDArray[np.float64]]
-    """Lower and upper corner, each (3,) [m]."""
 
 MAX_FREE_SIZE: Final = 5.0
 """[m] Length of a mesh on a free body: a car."""
@@ -275,12 +273,10 @@ def _file(shape: CollisionShape | VisualShape) -> int:
 
 def _corners(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> NDArray[np.float64]:
     """Returns the corners (8, 3) of a mesh's box in the frame of its body, in a fixed order."""
-    geometry: Any = shape.geometry
-    measures = measure_surface(plan.files[int(geometry.file.row(row))])
-    ends = np.array([measures.low, measures.high]) * geometry.scale.row(row)
-    corners = np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(8, 3)
+    box = shape_box(shape.geometry, row, plan)
+    assert box is not None
     matrix = np.eye(4) if shape.pose is None else pose_matrix(shape.pose.row(row).tolist())
-    return corners @ matrix[:3, :3].T + matrix[:3, 3]
+    return corners(box) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def _check_least_moment(body: Body, plan: ScenePlan, sink: Sink) -> None:

@@ -216,7 +216,7 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
     for index, material in enumerate(plan.physical_materials):
         origin = material_origins.get(index) or plan_origin(plan).child("physical_materials", index)
         check_physical_material(material, origin, sink)
-    check_default_contacts(plan.physics, _physics_origin(plan), sink)
+    check_default_contacts(plan.physics, physics_origin(plan), sink)
     _check_sdf_on_planes(plan, sink)
 
 
@@ -274,7 +274,13 @@ def plan_origin(plan: ScenePlan) -> Origin:
     return plan.origin or Origin(None)
 
 
-def _physics_origin(plan: ScenePlan) -> Origin:
+def constrained_entities(plan: ScenePlan) -> set[str]:
+    """Returns the names of entities that a constraint connects."""
+    return {mount.entity for one in plan.constraints for mount in (one.child, one.parent) if mount is not None}
+
+
+def physics_origin(plan: ScenePlan) -> Origin:
+    """Returns where the physics section is, or would be."""
     return plan.physics.origin or plan_origin(plan).child("physics")
 
 

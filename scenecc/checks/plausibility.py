@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from scenecc.checks.mass import DYNAMIC_TYPES
-from scenecc.checks.physics import named_bodies, plan_origin, structure_origin
+from scenecc.checks.physics import named_bodies, physics_origin, plan_origin, structure_origin
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import rotate
 from scenecc.plan import ArticulationStructure
@@ -138,7 +138,7 @@ def scene_bodies(plan: ScenePlan) -> Iterator[Body]:
 
 def _check_gravity(plan: ScenePlan, sink: Sink) -> None:
     x, y, z = plan.physics.gravity or (0.0, 0.0, -9.81)
-    place = (plan.physics.origin or plan_origin(plan).child("physics")).child("gravity")
+    place = physics_origin(plan).child("gravity")
     size = float(np.linalg.norm((x, y, z)))
     if size > MAX_GRAVITY:
         hint = "it is in m/s²: on Earth [0, 0, -9.81]"
@@ -158,7 +158,7 @@ def _check_timestep(plan: ScenePlan, sink: Sink) -> None:
     step = plan.physics.timestep
     if step is None or MIN_TIMESTEP <= step <= MAX_TIMESTEP:
         return
-    place = (plan.physics.origin or plan_origin(plan).child("physics")).child("timestep")
+    place = physics_origin(plan).child("timestep")
     as_hz = f"for {step:g} Hz write {1 / step:.4g}" if step >= 30 else f"for {step:g} ms write {step / 1000:g}"
     hint = f"it is in seconds: {as_hz}" if step > MAX_TIMESTEP else "it is in seconds"
     sink.report("SC531", f"a time step of {step:g} s is implausible for a simulation", place, hint=hint)
@@ -167,7 +167,7 @@ def _check_timestep(plan: ScenePlan, sink: Sink) -> None:
 def _check_offset(plan: ScenePlan, sink: Sink) -> None:
     offset = plan.physics.contact_offset
     if offset is not None and offset > MAX_OFFSET:
-        place = (plan.physics.origin or plan_origin(plan).child("physics")).child("contact_offset")
+        place = physics_origin(plan).child("contact_offset")
         message = f"a contact offset of {offset:g} m: SAPIEN's is 0.01"
         sink.report("SC534", message, place, hint=f"it is in metres: for {offset:g} mm write {offset / 1000:g}")
 
@@ -235,14 +235,14 @@ def _check_joints(entity: Entity, structure: ArticulationStructure, plan: SceneP
             ends = np.where(np.isfinite(joint.limits.data), np.abs(joint.limits.data), 0.0)
             if ends.max() > min(MAX_SIZE, most):
                 message = f"joint `{cut(joint.name)}` slides up to {float(ends.max()):.4g} m"
-                sink.report("SC534", message, joint.limits_origin or around.child("limits"), hint=_METRES)
+                sink.report("SC534", message, joint.limits_origin or around.child("limits"), hint=METRES)
         far = 0.0 if joint.pose_in_parent is None else float(np.abs(joint.pose_in_parent.data[:, :3]).max())
         if far > most:
             message = f"joint `{cut(joint.name)}` is {far:.4g} m from its parent; the largest link has {size:.2g} m"
-            sink.report("SC534", message, around, at="key", hint=_METRES)
+            sink.report("SC534", message, around, at="key", hint=METRES)
 
 
-_METRES: Final = "lengths are in metres, not in millimetres or centimetres"
+METRES: Final = "lengths are in metres, not in millimetres or centimetres"
 
 
 def _largest_link(structure: ArticulationStructure) -> float:
@@ -315,7 +315,7 @@ def _check_sizes(body: Body, sink: Sink) -> None:
         is_table = half.argmin() == 2 and top - 2 * half[2] > MAX_SIZE
         if length > MAX_SIZE and (moves or is_table or (half.min() > THIN / 2 and top > 0)):
             message = f"a shape of `{cut(body.name)}` is {length:.4g} m long"
-            sink.report("SC534", message, place, hint=_METRES)
+            sink.report("SC534", message, place, hint=METRES)
             return
         density = DEFAULT_DENSITY if shape.density is None else float(shape.density.data.max())
         weight += float(shape.geometry.volume(*sizes)) * density

@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from scenecc.assets.errors import AssetError
-from scenecc.assets.files import check_measures
-from scenecc.assets.meshes import checked_content, read_mesh
-from scenecc.checks.boxes import placed_boxes
+from scenecc.checks.boxes import bounding_box, corners, placed_boxes, shape_box
 from scenecc.checks.physics import plan_origin
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import compose, invert, rotate
@@ -235,11 +233,10 @@ def _distance_to_box(box: _VisibleShape, scene: int, pose: Floats, rays: Floats)
 
 
 def _check_darkness(plan: ScenePlan, sink: Sink) -> None:
-    """Reports a scene whose own lighting is black. Without any, SAPIEN's default lighting is used."""
+    """Reports a black environment without lights. Black lights are reported themselves."""
     surroundings = plan.environment
     ambient = surroundings and surroundings.ambient_light
-    dark = all(not light.color.data.any() for light in plan.lights)
-    if surroundings is None or surroundings.map is not None or ambient is None or ambient.data.any() or not dark:
+    if surroundings is None or surroundings.map is not None or ambient is None or ambient.data.any() or plan.lights:
         return
     place = (surroundings.origin or plan_origin(plan).child("environment")).child("ambient_light")
     hint = "raise it, or remove it: a file without lights gets a default lighting"
@@ -264,33 +261,26 @@ def _visible_shapes(plan: ScenePlan, entity: Entity) -> Iterator[_VisibleShape]:
         pose = frame
         if shape.pose is not None:
             pose = compose(frame, np.broadcast_to(shape.pose.data, (len(entity.scene_idxs), 7))[row])
-        corners = _corners(shape.geometry, len(entity.scene_idxs), plan)
-        radius = UNKNOWN_RADIUS if corners is None else float(np.linalg.norm(corners, axis=1).max())
+        ends = _corners(shape.geometry, len(entity.scene_idxs), plan)
+        radius = UNKNOWN_RADIUS if ends is None else float(np.linalg.norm(ends, axis=1).max())
         is_ground = isinstance(shape.geometry, VisualPlane | TiledPlane | Heightfield)
         is_ground |= radius > WIDE and structure.body_type == "static"
-        yield _VisibleShape(entity.name, there, pose, np.full(len(row), radius), shape, row, is_ground, corners)
+        yield _VisibleShape(entity.name, there, pose, np.full(len(row), radius), shape, row, is_ground, ends)
 
 
 def _corners(geometry: Any, rows: int, plan: ScenePlan) -> Floats | None:
-    """Returns the corners (8, 3) of a box around a shape in its frame, for its largest sizes [m]; None if unknown."""
+    """Returns the corners (8, 3) of a box around a shape in its frame in all scenes [m]; None if unknown."""
     if isinstance(geometry, Primitive):
         high = geometry.extent(np.eye(3), *_sizes(geometry, np.arange(rows)).max(axis=1).tolist())
-        low = -high
-    elif isinstance(geometry, Heightfield):
-        high = geometry.size.data.max(axis=0)
-        low = -high
-    elif isinstance(geometry, MeshGeometry):
-        try:
-            found = [check_measures(read_mesh(checked_content(plan.files[int(i)]))) for i in set(geometry.file.data)]
-        except AssetError:
-            return None  # the build reports that the file changed
-        ends = np.array(
-            [corner * scale for one in found for corner in (one.low, one.high) for scale in geometry.scale.data]
-        )
-        low, high = ends.min(axis=0), ends.max(axis=0)
-    else:
-        return None
-    return np.stack(np.meshgrid(*np.stack((low, high), axis=1)), axis=-1).reshape(8, 3)
+        return corners((-high, high))
+    values = (geometry.file, geometry.scale) if isinstance(geometry, MeshGeometry) else geometry.values
+    is_constant = all(value.is_constant for value in values)
+    try:
+        boxes = [shape_box(geometry, row, plan) for row in range(1 if is_constant else rows)]
+    except AssetError:
+        return None  # the build reports that the file changed
+    known = [box for box in boxes if box is not None]
+    return corners(bounding_box(known)) if known else None
 
 
 def _sizes(geometry: Primitive, rows: NDArray[np.int64]) -> Floats:

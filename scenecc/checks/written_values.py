@@ -10,7 +10,7 @@ import math
 import re
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.diagnostics.diagnostic import Origin
+from scenecc.diagnostics.diagnostic import Origin, dotted
 from scenecc.plan import ArticulationStructure
 from scenecc.spec.nodes import is_mapping, is_sequence
 
@@ -205,7 +205,9 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
         least = MAX_LIMIT if key == "limits" else MIN_WHOLE
         step = 0.5 if key in {"rpy", "angle", "yaw"} else 1.0  # 12.5 and 22.5 are written for degrees, too
         found = [number for number in _numbers(value, names) if number >= least and (number / step).is_integer()]
-        if found:
+        place = dotted(origin.child(key).path)
+        is_told = key == "target" and any(one.code == "SC523" and one.path == place for one in sink.diagnostics())
+        if found and not is_told:
             message = f"`{key}` has {found[0]:g} rad, which is {math.degrees(found[0]):.4g}°"
             hint = f"angles are in radians; `{key}_deg` takes degrees"
             if key in {"qpos", "target"}:
@@ -315,14 +317,13 @@ def _check_drives(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> Non
     for pattern, keys in given.items():
         whole = {key: value for other, each in given.items() if _matches(other, pattern) for key, value in each.items()}
         whole |= keys
-        stiff = bool(whole.get("stiffness"))
         why = hint = None
+        if "velocity_target" in whole and "damping" not in whole:
+            continue  # another rule reports it
         if not ("stiffness" in whole or "damping" in whole):
-            why, hint = (
-                "it has neither stiffness nor damping",
-                "give it a stiffness and a damping; both are 0 by default",
-            )
-        elif stiff and "damping" not in whole:
+            why = "it has neither stiffness nor damping"
+            hint = "give it a stiffness and a damping; both are 0 by default"
+        elif whole.get("stiffness") and "damping" not in whole:
             why, hint = "it has a stiffness and no damping, so the joint oscillates", "give it a damping"
         elif "target" in keys and "stiffness" not in whole:
             why, hint = "it has a target, but no stiffness", "give it a stiffness, or remove the target"

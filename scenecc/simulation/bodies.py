@@ -56,11 +56,6 @@ def moving_bodies(batch: SceneBatch) -> list[MovingBody]:
     return [body for body in found if body is not None]
 
 
-def constrained_entities(plan: ScenePlan) -> set[str]:
-    """Returns the names of entities that a constraint connects."""
-    return {mount.entity for one in plan.constraints for mount in (one.child, one.parent) if mount is not None}
-
-
 def gravity_of(plan: ScenePlan) -> Floats:
     """Returns gravity in the world frame (3,) [m/s²]; SAPIEN's default if the plan sets none."""
     return np.array(plan.physics.gravity or (0.0, 0.0, -9.81))

@@ -13,13 +13,13 @@ from scenecc.checks.effects import check_declared_names, check_effects
 from scenecc.checks.house_rules import run_rules
 from scenecc.checks.layout import check_layout
 from scenecc.checks.mesh_quality import check_meshes
-from scenecc.checks.physics import plan_origin
+from scenecc.checks.physics import physics_origin
 from scenecc.checks.plausibility import check_values
 from scenecc.checks.views import check_views
 from scenecc.checks.written_values import check_written_values
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import is_of_check
-from scenecc.diagnostics.diagnostic import Silencings, report_unused
+from scenecc.diagnostics.diagnostic import Silencings, dotted, report_unused
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, check_types
 from scenecc.pipeline import CHECK_TYPES, build_batch, compile_source, read_for_runs, run_seeds
@@ -33,7 +33,7 @@ from scenecc.simulation.expect import (
     report_unused_exceptions,
     seconds_needed,
 )
-from scenecc.simulation.findings import report_findings, view_command
+from scenecc.simulation.findings import origin_of, report_findings, view_command
 from scenecc.simulation.loads import joint_positions, jumps, long_steps, mass_ratios, uneven_scenes, weak_drives
 from scenecc.simulation.permute import permuted_findings
 from scenecc.simulation.robots import RobotWatch, joint_origins
@@ -49,7 +49,7 @@ from scenecc.simulation.start import (
 from scenecc.simulation.summary import Checked, Simulated
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scenecc.backends.sapien import SceneBatch
     from scenecc.checks.house_rules import Rule
@@ -195,7 +195,9 @@ class _Check:
             command = None
             if document is not None and document.path is not None and document.name is not None:
                 command = view_command(self._file or document.name, options)
-            report_findings(self._findings, origins_of(result.plan), command, sink, several_seeds=self._seeds > 1)
+            origins = origins_of(result.plan)
+            findings = _without_undamped(self._findings, origins, self._diagnostics)
+            report_findings(findings, origins, command, sink, several_seeds=self._seeds > 1)
             if self._complete:
                 report_unused_exceptions(result.plan, self._excused, sink)
             self._collect(sink)
@@ -232,6 +234,15 @@ class _Check:
     def _count(self, done: int, plan: ScenePlan) -> None:
         if self._progress is not None:
             self._progress(done, self._seeds * plan.num_scenes)
+
+
+def _without_undamped(
+    findings: list[Finding], origins: Mapping[str, Origin | None], diagnostics: Iterable[Diagnostic]
+) -> list[Finding]:
+    """Returns the findings, but no restless joints (SC858) of articulations with a reported drive (SC537)."""
+    told = {one.path.partition(".drives.")[0] for one in diagnostics if one.code == "SC537"}
+    places = (origin_of(one.names[0], origins) if told and one.code == "SC858" else None for one in findings)
+    return [one for one, place in zip(findings, places, strict=True) if not place or dotted(place.path[:2]) not in told]
 
 
 def check_plan(result: CompileResult, sink: Sink) -> None:
@@ -280,11 +291,10 @@ def origins_of(plan: ScenePlan) -> dict[str, Origin | None]:
     """Returns the origins of everything that findings name."""
     constraints = {f"constraints/{constraint.name}": constraint.origin for constraint in plan.constraints}
     entities = {entity.name: entity.origin for entity in plan.entities}
-    physics = plan.physics.origin or plan_origin(plan).child("physics")
     return (
         entities
         | joint_origins(plan)
         | constraints
         | expectation_origins(plan)
-        | {SPACING: physics.child("scene_spacing")}
+        | {SPACING: physics_origin(plan).child("scene_spacing")}
     )

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.checks.physics import constrained_entities
 from scenecc.geometry.rotations import IDENTITY_POSE, relative_pose, to_pose
 from scenecc.plan import ArticulationStructure
 from scenecc.plan.constraint import Distance, Drive
-from scenecc.simulation.bodies import constrained_entities, gravity_of
+from scenecc.simulation.bodies import gravity_of
 from scenecc.simulation.findings import Finding
 
 if TYPE_CHECKING:

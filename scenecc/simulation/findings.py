@@ -103,7 +103,7 @@ def report_findings(
         alike.setdefault((finding.code, finding.names), []).append(finding)
     for (code, names), group in alike.items():
         worst = max(group, key=lambda one: one.amount)
-        places = [_origin_of(name, origins) for name in names]
+        places = [origin_of(name, origins) for name in names]
         others: list[RelatedPlace] = [
             (f"`{name}` is here", place, "key")
             for name, place in zip(names[1:], places[1:], strict=True)
@@ -131,7 +131,7 @@ def _where(worst: Finding, group: list[Finding], *, several_seeds: bool) -> str:
     return f"in {scenes}; {word} in {one}"
 
 
-def _origin_of(name: str, origins: Mapping[str, Origin | None]) -> Origin | None:
+def origin_of(name: str, origins: Mapping[str, Origin | None]) -> Origin | None:
     """Returns the origin of an entity or ENTITY/LINK, by the longest entity name that matches."""
     while name not in origins and "/" in name:
         name = name.rpartition("/")[0]

@@ -15,8 +15,8 @@ from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut
 from scenecc.errors import SceneError
 from scenecc.files import replace_all
-from scenecc.options import CompileOptions, Options, check_types, integer, path_argument
-from scenecc.pipeline import as_plan, build_batch, compile_or_raise, read_input
+from scenecc.options import CompileOptions, Options, check_types, path_argument
+from scenecc.pipeline import as_plan, build_batch, compile_or_raise, read_input, run_seeds
 from scenecc.plan.expect import Condition, NoOverlap
 from scenecc.plan.starts import start_parts
 from scenecc.simulation.bodies import moving_bodies, velocities
@@ -154,16 +154,16 @@ def settle_scene(
     Raises:
         SceneError: the scene has errors, or the engine or machine failed.
         TypeError: an argument has the wrong type.
-        ValueError: an argument is out of range.
+        ValueError: an argument is out of range, or `seed` is combined with `seeds`.
     """
     asked = replace(Options.of_call(settle_scene, options), starts=None, at_starts=False)
     check_types(settle_scene, {"seeds": seeds, "seconds": seconds, "progress": progress}, FREEZE_TYPES)
     if not 0 < seconds < math.inf:
         raise ValueError(f"seconds must be positive and finite, not {seconds!r}")
-    chosen = [None] if seeds is None else list(dict.fromkeys(integer(seed, "seeds", 0) for seed in seeds))
-    if not chosen:
+    runs = run_seeds(asked, None if seeds is None else dict.fromkeys(seeds))
+    if not runs:
         raise ValueError("seeds must not be empty")
-    return _Settling(_document(source, asked), asked, seconds, progress).run(chosen)
+    return _Settling(_document(source, asked), seconds, progress).run(runs)
 
 
 def _document(source: Source, options: Options) -> Source:
@@ -181,34 +181,30 @@ def _document(source: Source, options: Options) -> Source:
 class _Settling:
     """Settles a scene seed by seed. Arguments are those of `settle_scene`."""
 
-    def __init__(
-        self, source: Source, options: Options, seconds: float, progress: Callable[[int, int], None] | None
-    ) -> None:
+    def __init__(self, source: Source, seconds: float, progress: Callable[[int, int], None] | None) -> None:
         self._source = source
-        self._options = options
         self._seconds = seconds
         self._progress = progress
         self._rows: list[StartRecord] = []
         self._dropped: list[Drop] = []
         self._diagnostics: dict[Diagnostic, None] = {}
 
-    def run(self, seeds: Sequence[int | None]) -> SettledScenes:
-        """Returns the starts with these seeds. None: the seed of the options or the file."""
+    def run(self, runs: Sequence[Options]) -> SettledScenes:
+        """Returns the starts with each of these options, which differ in their seeds."""
         first: CompileResult | None = None
         failures: list[tuple[int, SceneError]] = []
-        for number, seed in enumerate(seeds):
+        for number, options in enumerate(runs):
             sink = Sink()
             try:
-                options = self._options if seed is None else replace(self._options, seed=seed)
                 result = compile_or_raise(self._source, options, sink)
             except SceneError as error:
-                if seed is None or len(failures) + 1 == len(seeds):
+                if len(failures) + 1 == len(runs):
                     raise
-                failures.append((seed, error))
+                failures.append((options.seed or 0, error))
                 continue
             first = first or result
             self._diagnostics |= dict.fromkeys(sink.diagnostics())
-            self._settle(result, sink, number, len(seeds))
+            self._settle(result, sink, number, len(runs))
         assert first is not None
         assert first.document is not None
         for seed, error in failures:
@@ -252,8 +248,8 @@ class _Settling:
         conditions = {
             expectation_key(one.name): one.that.text for one in plan.expectations if isinstance(one, Condition)
         }
-        for scene in sorted({one.scene for one in broken}):
-            finding = next(one for one in broken if one.scene == scene)
+        first = {one.scene: one for one in reversed(broken)}
+        for scene, finding in sorted(first.items()):
             own, origin = sink.another(), origins_of(plan).get(finding.names[0])
             if origin is not None:
                 own.report(finding.code, finding.message, origin)

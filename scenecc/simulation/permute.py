@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -25,20 +26,6 @@ SECONDS: Final = 1.0
 
 _UNITS: Final = {"linear_velocity": " m/s", "angular_velocity": " rad/s", "qpos": " m or rad", "qvel": " m/s or rad/s"}
 """Units of the arrays of a state."""
-
-
-class _Difference(NamedTuple):
-    """The first array that differs between two states of a body or joint, and the largest difference in it."""
-
-    name: str
-    array: str
-    amount: float
-
-    @property
-    def message(self) -> str:
-        """The difference in words."""
-        amount = f"{self.amount:.3g}{_UNITS.get(self.array, '')}"
-        return f"`{self.name}` differs from itself in another batch: `{self.array}` by {amount} after {SECONDS:g} s"
 
 
 def permuted_findings(plan: ScenePlan, scene_idxs: Sequence[int], sink: Sink) -> Iterator[Finding]:
@@ -64,9 +51,7 @@ def permuted_findings(plan: ScenePlan, scene_idxs: Sequence[int], sink: Sink) ->
         parts = [_simulated(batch) for batch in batches]
     for part in sorted(parts, key=lambda one: one.scene_idxs):
         for scene in part.scene_idxs:
-            found = _first_difference(whole, part, scene, joints)
-            if found is not None:
-                yield Finding("SC867", (found.name,), scene, found.amount, found.message)
+            yield from islice(_differences(whole, part, scene, joints), 1)
 
 
 def _build(plan: ScenePlan, scene_idxs: Sequence[int], sink: Sink) -> SceneBatch:
@@ -85,10 +70,10 @@ def _joint_names(batch: SceneBatch, name: str) -> dict[int, list[str]]:
     return dict(zip(articulation.scene_idxs, joints, strict=True))
 
 
-def _first_difference(
+def _differences(
     whole: SceneState, part: SceneState, scene: int, joints: dict[str, dict[int, list[str]]]
-) -> _Difference | None:
-    """Returns the first body or joint of a scene that differs, in build order of bodies, then articulations."""
+) -> Iterator[Finding]:
+    """Yields bodies and joints of a scene that differ, in build order of bodies, then articulations."""
     for name, state in part.all.items():
         if scene not in state.scene_idxs:
             continue
@@ -98,9 +83,10 @@ def _first_difference(
             x, y = (row[array][: min(len(a[array]), len(b[array]))] for row in (a, b))
             if x.tobytes() != y.tobytes():
                 column, amount = _largest_difference(x, y)
-                joint = "" if width >= 0 else f"/{joints[name][scene][column]}"
-                return _Difference(f"{name}{joint}", array, amount)
-    return None
+                who = name if width >= 0 else f"{name}/{joints[name][scene][column]}"
+                by = f"{amount:.3g}{_UNITS.get(array, '')}"
+                message = f"`{who}` differs from itself in another batch: `{array}` by {by} after {SECONDS:g} s"
+                yield Finding("SC867", (who,), scene, amount, message)
 
 
 def _row(state: AnyState, scene: int) -> dict[str, NDArray[Any]]:

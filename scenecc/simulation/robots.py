@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.checks.physics import constrained_entities
 from scenecc.plan import ArticulationStructure
-from scenecc.simulation.bodies import constrained_entities, up_of
+from scenecc.simulation.bodies import up_of
 from scenecc.simulation.bounds import bounding_boxes
 from scenecc.simulation.findings import Finding, amount_text
 

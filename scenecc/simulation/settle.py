@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from scenecc.checks.physics import constrained_entities
 from scenecc.geometry.rotation_arrays import rotate
-from scenecc.simulation.bodies import constrained_entities, poses, up_of
+from scenecc.simulation.bodies import poses, up_of
 from scenecc.simulation.bounds import scenes_in_doubt
-from scenecc.simulation.extent import undrawn_supports
 from scenecc.simulation.findings import Finding, length_text
 from scenecc.simulation.loads import beyond_limits
 from scenecc.simulation.start import articulation_names, fixed_bodies, owner, unsupported_bodies
@@ -89,7 +89,6 @@ def simulate(
             yield from _find_toppled(batch, seconds, moving, start, unmoved)
             yield from energy.findings()
             yield from robots.findings(seconds)
-            yield from undrawn_supports(batch, {(body.scene, body.entity) for body in moving if body.moves_at_start})
             yield from _find_sunk(batch, rules, deep)
             yield from beyond_limits(batch, seconds)
             yield from _find_fallen(batch, [body for body in moving if not body.moves_at_start], seconds)

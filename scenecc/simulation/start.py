@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.checks.physics import constrained_entities
 from scenecc.plan import BodyStructure
 from scenecc.plan.body import groups_collide
 from scenecc.plan.constraint import Connection, Distance, Drive, Weld
-from scenecc.simulation.bodies import constrained_entities, up_of
+from scenecc.simulation.bodies import up_of
 from scenecc.simulation.bounds import bounding_boxes, is_plane, solid_components
 from scenecc.simulation.findings import Finding, length_text
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut, index_ranges
+from scenecc.errors import SceneError
 from scenecc.plan.articulation import VELOCITY_FIELDS, ArticulationStructure
 from scenecc.plan.properties import Quantity
 from scenecc.plan.scene import Entity, SettledStart
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
     from scenecc.source.paths import AssetScope
     from scenecc.starts.file import StartRecord
     from scenecc.variation.nodes import Node
+
+    _Rows = dict[tuple[str, str | None], NDArray[np.float64]]
+    """The poses of entities (joint None), and joint positions, by entity and joint."""
 
 _SHOWN = 5
 """Most differences in one message."""
@@ -135,7 +139,7 @@ def compare_starts(starts: KnownStarts, now: dict[str, Any], num_scenes: int, na
 def apply_starts(plan: ScenePlan, starts: KnownStarts, sink: Sink) -> ScenePlan | None:
     """Returns a plan that begins at the starts of its seed; None if there are none, which is reported."""
     rows = starts.content.rows
-    if has_built_draws(plan):
+    if _has_built_draws(plan):
         rows = [row for row in rows if row.seed == plan.seed]
     if not rows:
         seeds = sorted({row.seed for row in starts.content.rows})
@@ -156,7 +160,7 @@ def apply_starts(plan: ScenePlan, starts: KnownStarts, sink: Sink) -> ScenePlan 
             sink.report("SC935", f"`{starts.name}`: {message}", starts.place)
             return None
         made += [SettledStart(row.seed, scene, state.tobytes()) for row, state in zip(records, states, strict=True)]
-    return begin_at_starts(replace(plan, starts=tuple(made)))
+    return _begin_at_starts(replace(plan, starts=tuple(made)))
 
 
 def _states(parts: Sequence[StartPart], records: Sequence[StartRecord]) -> NDArray[np.float32] | None:
@@ -179,18 +183,18 @@ def _states(parts: Sequence[StartPart], records: Sequence[StartRecord]) -> NDArr
         return np.array(numbers, np.float64).astype("<f4")
 
 
-def report_lacking(plan: ScenePlan, scene_idxs: Sequence[int] | None, sink: Sink) -> None:
-    """Reports scenes to build that have no start, in a plan with starts. `scene_idxs`: None: all."""
-    if plan.starts:
-        lacking = StartTable(plan).lacks(range(plan.num_scenes) if scene_idxs is None else scene_idxs)
-        if lacking:
-            are = "scene {} has" if len(lacking) == 1 else "scenes {} have"
-            message = f"{are.format(index_ranges(lacking))} no start: they did not rest, or broke `expect`"
-            hint = "build only the other scenes, or settle more seeds with `--seeds`"
-            sink.report("SC937", message, plan.origin.child("starts") if plan.origin else Location(None), hint=hint)
+def require_starts(plan: ScenePlan, scene_idxs: Sequence[int] | None, sink: Sink) -> None:
+    """Raises SceneError if scenes to build have no start, in a plan with starts. `scene_idxs`: None: all."""
+    lacking = StartTable(plan).lacks(range(plan.num_scenes) if scene_idxs is None else scene_idxs)
+    if lacking:
+        are = "scene {} has" if len(lacking) == 1 else "scenes {} have"
+        message = f"{are.format(index_ranges(lacking))} no start: they did not rest, or broke `expect`"
+        hint = "build only the other scenes, or settle more seeds with `--seeds`"
+        sink.report("SC937", message, plan.origin.child("starts") if plan.origin else Location(None), hint=hint)
+        raise SceneError(sink.diagnostics())
 
 
-def has_built_draws(plan: ScenePlan) -> bool:
+def _has_built_draws(plan: ScenePlan) -> bool:
     """Returns whether anything that is simulated is drawn from the seed and kept by a reset, such as a size."""
     holders = (*plan.entities, *plan.constraints, *plan.physical_materials)
     return any(
@@ -201,7 +205,7 @@ def has_built_draws(plan: ScenePlan) -> bool:
     )
 
 
-def begin_at_starts(plan: ScenePlan) -> ScenePlan:
+def _begin_at_starts(plan: ScenePlan) -> ScenePlan:
     """Returns a plan whose values are those of its starts: everything that a reset draws, then poses and joints."""
     table = StartTable(plan)
     lacking = {*table.lacks(range(plan.num_scenes))}
@@ -209,29 +213,26 @@ def begin_at_starts(plan: ScenePlan) -> ScenePlan:
     seeds = table.seeds(scenes, [plan.seed] * len(scenes))
     if any(seed != plan.seed for seed in seeds):
         plan = _redrawn(plan, Batch(np.array(scenes), tuple(seeds), plan.num_scenes, dict(plan.draws), {}))
-    poses: dict[str, NDArray[np.float64]] = {}
-    joints: dict[tuple[str, str], NDArray[np.float64]] = {}
+    rows: _Rows = {}
     for scene, seed in zip(scenes, seeds, strict=True):
         for (entity, row, active), pose, qpos in table.states(scene, seed):
-            _rows_of(poses, entity.name, entity, entity.pose)[row] = pose
+            _rows_of(rows, entity, None, entity.pose)[row] = pose
             for joint, position in zip(active, qpos, strict=True):
-                _rows_of(joints, (entity.name, joint.name), entity, joint.qpos)[row] = position
-    return replace(plan, entities=tuple(_placed(entity, poses, joints) for entity in plan.entities))
+                _rows_of(rows, entity, joint.name, joint.qpos)[row] = position
+    return replace(plan, entities=tuple(_placed(entity, rows) for entity in plan.entities))
 
 
-def _rows_of(found: dict[Any, NDArray[np.float64]], key: Any, entity: Entity, value: Value | None) -> Any:
+def _rows_of(rows: _Rows, entity: Entity, joint: str | None, value: Value | None) -> NDArray[np.float64]:
     """Returns the rows of a value, one for each scene of the entity; 0 for a joint position that is not set."""
-    if key not in found:
+    if (entity.name, joint) not in rows:
         data = np.zeros(1) if value is None else value.data
-        found[key] = np.repeat(data, len(entity.scene_idxs), axis=0) if len(data) == 1 else data.copy()
-    return found[key]
+        rows[entity.name, joint] = np.repeat(data, len(entity.scene_idxs) // len(data), axis=0)
+    return rows[entity.name, joint]
 
 
-def _placed(
-    entity: Entity, poses: dict[str, NDArray[np.float64]], joints: dict[tuple[str, str], NDArray[np.float64]]
-) -> Entity:
+def _placed(entity: Entity, rows: _Rows) -> Entity:
     """Returns an entity with these poses and joint positions, at rest."""
-    if entity.name not in poses:
+    if (entity.name, None) not in rows:
         return entity
     structures: list[Any] = []
     for structure in entity.structures:
@@ -241,17 +242,17 @@ def _placed(
             if (value := getattr(structure, name)) is not None
         }
         if isinstance(structure, ArticulationStructure):
-            still["links"] = tuple(_with_position(entity.name, link, joints) for link in structure.links)
+            still["links"] = tuple(_with_position(entity.name, link, rows) for link in structure.links)
         structures.append(replace(structure, **still) if still else structure)
-    return replace(entity, pose=entity.pose.with_data(poses[entity.name]), structures=tuple(structures))
+    return replace(entity, pose=entity.pose.with_data(rows[entity.name, None]), structures=tuple(structures))
 
 
-def _with_position(entity: str, link: Link, joints: dict[tuple[str, str], NDArray[np.float64]]) -> Link:
+def _with_position(entity: str, link: Link, rows: _Rows) -> Link:
     """Returns a link whose joint begins at its position."""
     joint = link.joint
-    if joint is None or (entity, joint.name) not in joints:
+    if joint is None or (entity, joint.name) not in rows:
         return link
-    data = joints[entity, joint.name]
+    data = rows[entity, joint.name]
     return replace(
         link, joint=replace(joint, qpos=per_scene(data) if joint.qpos is None else joint.qpos.with_data(data))
     )

@@ -189,27 +189,18 @@ def _digest(text: bytes) -> bytes:
 
 
 def _table_bytes(rows: Sequence[dict[str, Any]]) -> bytes:
-    """Returns the rows as a Parquet table: poses and joint positions as lists of float32, draws as JSON."""
+    """Returns the rows as a Parquet table: poses and joint positions as maps to float32, draws as JSON."""
     pa, pq = import_module("pyarrow"), import_module("pyarrow.parquet")
-    number = pa.float32()
-    pose = pa.struct([("name", pa.string()), ("pose", pa.list_(number, 7))])
-    joint = pa.struct([("name", pa.string()), ("joint", pa.string()), ("position", number)])
+    text, number = pa.string(), pa.float32()
     columns = {
-        "seed": pa.array([str(row["seed"]) for row in rows], pa.string()),
+        "seed": pa.array([str(row["seed"]) for row in rows], text),
         "scene": pa.array([row["scene"] for row in rows], pa.int32()),
-        "poses": pa.array([[{"name": n, "pose": p} for n, p in row["poses"].items()] for row in rows], pa.list_(pose)),
+        "poses": pa.array([[*row["poses"].items()] for row in rows], pa.map_(text, pa.list_(number))),
         "joints": pa.array(
-            [
-                [
-                    {"name": name, "joint": one, "position": position}
-                    for name, positions in row["joints"].items()
-                    for one, position in positions.items()
-                ]
-                for row in rows
-            ],
-            pa.list_(joint),
+            [[(name, [*positions.items()]) for name, positions in row["joints"].items()] for row in rows],
+            pa.map_(text, pa.map_(text, number)),
         ),
-        "draws": pa.array([json.dumps(row["draws"]) for row in rows], pa.string()),
+        "draws": pa.array([json.dumps(row["draws"]) for row in rows], text),
     }
     stream = io.BytesIO()
     pq.write_table(pa.table(columns), stream, version="2.6", compression="zstd")
@@ -221,11 +212,12 @@ def _table_rows(content: bytes) -> list[dict[str, Any]]:
         pq: Any = import_module("pyarrow.parquet")
     except ImportError:
         raise InvalidStartsError("its table needs pyarrow: pip install 'scenecc[sweep]'") from None
-    rows: list[dict[str, Any]] = []
-    for row in pq.read_table(io.BytesIO(content)).to_pylist():
-        joints: dict[str, dict[str, float]] = {}
-        for one in row["joints"]:
-            joints.setdefault(one["name"], {})[one["joint"]] = one["position"]
-        poses = {one["name"]: one["pose"] for one in row["poses"]}
-        rows.append({"seed": int(row["seed"]), "scene": row["scene"], "poses": poses, "joints": joints})
-    return rows
+    return [
+        {
+            "seed": int(row["seed"]),
+            "scene": row["scene"],
+            "poses": dict(row["poses"]),
+            "joints": {name: dict(positions) for name, positions in row["joints"]},
+        }
+        for row in pq.read_table(io.BytesIO(content)).to_pylist()
+    ]

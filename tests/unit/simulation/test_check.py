@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -234,3 +235,32 @@ def test_without_gravity_nothing_topples() -> None:
     }
     ball = {"pose": [0.5, 0, 1.15], "linear_velocity": [-2, 0, 0], "shapes": [{"type": "sphere", "radius": 0.05}]}
     assert found({"pole": pole, "ball": ball}, physics={"gravity": [0, 0, 0]}) == []
+
+
+def arm(**drive: float) -> dict[str, Any]:
+    joint = {"name": "j", "type": "revolute", "axis": [0, 1, 0], "limits": [-1.6, 1.6]}
+    shape = {"type": "box", "half_size": [0.2, 0.05, 0.05], "pose": [0.3, 0, 0]}
+    root = {"name": "base", **BOX, "children": [{"name": "beam", "joint": joint, "shapes": [shape]}]}
+    return {"fix_root_link": True, "pose": [0, 0, 1], "root": root, "drives": {"j": drive}}
+
+
+@pytest.mark.parametrize(
+    ("entities", "code"),
+    [
+        ({"arm": arm(stiffness=50, target=0.5)}, "SC537"),
+        ({"arm": arm(stiffness=50, velocity_target=1)}, "SC537"),
+        ({"arm": arm(stiffness=500, damping=50, target=10)}, "SC523"),
+        ({"floor": GROUND}, "SC546"),
+        ({"floor": {**GROUND, "pose": [0, 0, -1]}}, "SC576"),
+        ({"box": {"pose": [12, 0, 0.1], **BOX}}, "SC577"),
+        ({"box": {"pose": [0, 0, 6000], **BOX}}, "SC534"),
+    ],
+)
+def test_a_mistake_is_reported_once(entities: dict[str, Any], code: str) -> None:
+    assert codes(found(entities)) == [code]
+
+
+def test_the_undamped_drive_of_a_prefab_is_found_by_simulation(tmp_path: Path) -> None:
+    (tmp_path / "arm.yaml").write_text(json.dumps(scene({"arm": arm(stiffness=50, target=0.5)})))
+    (tmp_path / "scene.yaml").write_text("scenecc: 1\nentities:\n  robot: {use: arm.yaml}\n")
+    assert codes(check_scene(tmp_path / "scene.yaml")) == ["SC858"]
