@@ -215,9 +215,10 @@ class DrawnValues:
 
     def _parts(self) -> Iterator[tuple[str, _Part, bool]]:
         """Yields names and values, and whether a value is one of several that a scene has."""
-        plan, materials = self._plan, _Materials()
+        plan, materials, taken = self._plan, _Materials(), set[str]()
         for entity in plan.entities:
             for name, kind, value, rows in _entity_fields(entity):
+                taken.add(name)
                 if kind.table in {None, "files"}:
                     yield name, self._part(kind, value, rows), False
                 else:
@@ -226,10 +227,13 @@ class DrawnValues:
             for path, kind, value in _quantities(walk_fields(getattr(plan, table)[index])):
                 yield f"{name}.{path}", self._part(kind, value, rows), is_choice
         sections = (("constraints", plan.constraints), ("lights", plan.lights), ("cameras", plan.cameras))
-        for who, node in ((f"{section}/{node.name}", node) for section, nodes in sections for node in nodes):
+        for section, node in ((section, node) for section, nodes in sections for node in nodes):
             rows = {scene: row for row, scene in enumerate(node.scene_idxs)}
             for path, kind, value in _quantities(walk_fields(node)):
-                yield f"{who}.{_component_path(path, node)}", self._part(kind, value, rows), False
+                name = f"{node.name}.{_component_path(path, node)}"
+                # An instance may be called `lights`, and have an entity with the name of a light.
+                divider = ":" if f"{section}/{name}" in taken else "/"
+                yield f"{section}{divider}{name}", self._part(kind, value, rows), False
         if plan.environment is not None:
             rows = {scene: scene for scene in range(plan.num_scenes)}
             for path, kind, value in _quantities(walk_fields(plan.environment)):

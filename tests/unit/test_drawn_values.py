@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -211,3 +213,16 @@ def test_values_keep_their_shape_in_scenes_without_them() -> None:
     (values,) = found.values.values()
     assert values.shape == (1, 3)
     assert np.isnan(values).all()
+
+
+def test_an_instance_may_have_the_name_of_a_section(tmp_path: Path) -> None:
+    low, high = ({"p": [0, 0, {"uniform": where}]} for where in ([1, 2], [3, 4]))
+    ball = {"body_type": "kinematic", "shapes": [{"type": "sphere", "radius": 0.1}], "pose": low}
+    (tmp_path / "lamp.yaml").write_text(json.dumps({"scenecc": 1, "entities": {"lamp": ball}}))
+    scene = {"scenecc": 1, "num_scenes": 2, "entities": {"lights": {"use": "lamp.yaml"}}}
+    light = {"type": "point", "pose": high, "color": [1, 1, 1]}
+    (tmp_path / "scene.yaml").write_text(json.dumps({**scene, "lights": {"lamp": light}}))
+    (found,) = scenecc.scene_draws(tmp_path / "scene.yaml")
+    heights = {name: rows[:, 2].tolist() for name, rows in found.values.items()}
+    assert {*heights} == {"lights/lamp.pose", "lights:lamp.pose"}
+    assert max(heights["lights/lamp.pose"]) < min(heights["lights:lamp.pose"])
