@@ -6,15 +6,17 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import repeat
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.plan.articulation import ArticulationStructure
+from scenecc.plan.articulation import VELOCITY_FIELDS, ArticulationStructure
 from scenecc.plan.display import SPEC_FIELD_NAMES, item_path
 from scenecc.plan.properties import Quantity
 from scenecc.plan.scene import is_unnamed_draw
 from scenecc.plan.schema import plan_fields
+from scenecc.plan.starts import StartTable
 from scenecc.plan.walk import walk_fields
 from scenecc.variation.evaluation import Batch, row_array, rows_with_value, to_field_rows
 
@@ -76,10 +78,17 @@ class DrawnRow(Mapping[str, Any]):
 
 
 class _Group(NamedTuple):
-    """Scenes that were last reset together, each with its row in the result. `drawing`: None if they are as built."""
+    """Scenes that were last reset together, each with its row in the result.
+
+    Attributes:
+        drawing: None if they are as built.
+        numbers: scene → row.
+        states: scene → values by name that its start sets, instead of those that are drawn; none without starts.
+    """
 
     drawing: Batch | None
     numbers: dict[int, int]
+    states: Mapping[int, Mapping[str, NDArray[np.float64]]]
 
 
 class _Part(NamedTuple):
@@ -130,7 +139,9 @@ class DrawnValues:
         """
         groups: dict[int, _Group] = {}
         for number, drawing in enumerate(drawings or [None] * len(scene_idxs)):
-            groups.setdefault(id(drawing), _Group(drawing, {})).numbers[scene_idxs[number]] = number
+            if id(drawing) not in groups:
+                groups[id(drawing)] = _Group(drawing, {}, self._states(drawing))
+            groups[id(drawing)].numbers[scene_idxs[number]] = number
         count, found = len(scene_idxs), dict[str, "NDArray[Any]"]()
         for name, _ in self._plan.draws:
             if not is_unnamed_draw(name):
@@ -154,14 +165,44 @@ class DrawnValues:
         for part in self._fields[name]:
             for group in groups:
                 if scenes := sorted(group.numbers.keys() & part.rows.keys()):
-                    rows = part.read(scenes, None if name in self._kept else group.drawing)
+                    if name in self._kept:
+                        rows = part.read(scenes, None)
+                    elif all(name in group.states.get(scene, {}) for scene in scenes):
+                        rows = np.array([group.states[scene][name] for scene in scenes])
+                    else:
+                        rows = part.read(scenes, group.drawing)
                     pieces.append(([group.numbers[scene] for scene in scenes], rows))
         return _merge(pieces, count)
+
+    def _states(self, drawing: Batch | None) -> dict[int, dict[str, NDArray[np.float64]]]:
+        """Returns what the starts of a reset set: poses, velocities and joint positions by scene and name."""
+        found: dict[int, dict[str, NDArray[np.float64]]] = {}
+        if drawing is None or self._starts is None:
+            return found
+        seeds = repeat(drawing.seed) if isinstance(drawing.seed, int) else drawing.seed
+        for scene, seed in zip(drawing.scenes.tolist(), seeds, strict=False):
+            of_scene = found[scene] = {}
+            for (entity, _, joints), pose, qpos in self._starts.states(scene, seed):
+                of_scene[f"{entity.name}.pose"] = pose.astype(np.float64)
+                of_scene |= {f"{entity.name}.{field}": np.zeros(3) for field in VELOCITY_FIELDS}
+                for joint, position in zip(joints, qpos.astype(np.float64), strict=True):
+                    of_scene[f"{entity.name}/{joint.name}.qpos"] = position
+        return found
+
+    @cached_property
+    def _starts(self) -> StartTable | None:
+        return StartTable(self._plan) if self._plan.starts else None
 
     @cached_property
     def _as_built(self) -> Batch:
         plan = self._plan
-        return Batch(np.arange(plan.num_scenes), plan.seed, plan.num_scenes, dict(plan.draws), {})
+        seeds: int | tuple[int, ...] = plan.seed
+        if self._starts is not None:
+            lacking = {*self._starts.lacks(range(plan.num_scenes))}
+            seed_of = self._starts.seeds
+            every = range(plan.num_scenes)
+            seeds = tuple(plan.seed if scene in lacking else seed_of([scene], [plan.seed])[0] for scene in every)
+        return Batch(np.arange(plan.num_scenes), seeds, plan.num_scenes, dict(plan.draws), {})
 
     @cached_property
     def _fields(self) -> dict[str, list[_Part]]:
