@@ -92,6 +92,29 @@ def test_builds_and_resets_begin_at_the_starts_to_the_bit(settled: SettledScenes
         assert_at_start(batch, settled, 7)
 
 
+def test_drawn_values_are_those_of_the_start_after_a_build_and_a_reset(starts: Path) -> None:
+    with scenecc.load_scene(SCENE, starts=starts, seed=2, render=False) as batch:  # its start is that of 7
+        built = batch.drawn()
+        batch.reset(4)
+        batch.reset(7)
+        again = batch.drawn()
+        assert again.keys() == built.keys() >= {"cube.pose", "cube.mass", "door/hinge.qpos"}
+        assert all(again[name].tolist() == rows.tolist() for name, rows in built.items())
+        assert again["cube.pose"].astype(np.float32).tolist() == batch.entities["cube"].pose.tolist()
+        assert again["door/hinge.qpos"].astype(np.float32).tolist() == batch.articulations["door"].qpos[:, 0].tolist()
+
+
+def test_placed_bodies_can_be_read_after_a_reset_to_a_start(tmp_path: Path) -> None:
+    floor = {"body_type": "static", "shapes": [{"type": "box", "half_size": [1, 1, 0.1]}]}
+    cube = {"shapes": [{"type": "box", "half_size": [0.05, 0.05, 0.05]}], "place": {"on": "floor"}}
+    placed = {"scenecc": 1, "num_scenes": 2, "entities": {"floor": floor, "cube": cube}}
+    scenecc.settle_scene(placed, seeds=(0, 1)).write(tmp_path / "starts.json")
+    with scenecc.load_scene(placed, starts=tmp_path / "starts.json", render=False) as batch:
+        batch.reset(1)
+        poses = batch.drawn_rows()[1]["cube.pose"]
+        assert np.asarray(poses, np.float32).tolist() == batch.entities["cube"].pose[1].tolist()
+
+
 def test_two_loads_and_a_reset_move_in_the_same_way(starts: Path) -> None:
     plan = scenecc.compile_scene(SCENE, starts=starts)
     text = scenecc.plan_text(plan)
