@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import repeat
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -78,26 +77,13 @@ class DrawnRow(Mapping[str, Any]):
 
 
 class _Group(NamedTuple):
-<<<<<<< HEAD
     """Scenes that were last reset together, each with its row in the result. `drawing`: None if they are as built.
     `begun`: name → scene → value of what their starts set.
-=======
-    """Scenes that were last reset together, each with its row in the result.
-
-    Attributes:
-        drawing: None if they are as built.
-        numbers: scene → row.
-        states: scene → values by name that its start sets, instead of those that are drawn; none without starts.
->>>>>>> acdd434c85f78b35ae9142f8da9e0b7758a983b0
     """
 
     drawing: Batch | None
     numbers: dict[int, int]
-<<<<<<< HEAD
     begun: dict[str, dict[int, Any]]
-=======
-    states: Mapping[int, Mapping[str, NDArray[np.float64]]]
->>>>>>> acdd434c85f78b35ae9142f8da9e0b7758a983b0
 
 
 class _Part(NamedTuple):
@@ -148,16 +134,10 @@ class DrawnValues:
         """
         groups: dict[int, _Group] = {}
         for number, drawing in enumerate(drawings or [None] * len(scene_idxs)):
-<<<<<<< HEAD
             groups.setdefault(id(drawing), _Group(drawing, {}, {})).numbers[scene_idxs[number]] = number
         if self._plan.starts:
             for group in groups.values():
                 self._begin(group)
-=======
-            if id(drawing) not in groups:
-                groups[id(drawing)] = _Group(drawing, {}, self._states(drawing))
-            groups[id(drawing)].numbers[scene_idxs[number]] = number
->>>>>>> acdd434c85f78b35ae9142f8da9e0b7758a983b0
         count, found = len(scene_idxs), dict[str, "NDArray[Any]"]()
         for name, _ in self._plan.draws:
             if not is_unnamed_draw(name):
@@ -181,26 +161,16 @@ class DrawnValues:
         for part in self._fields[name]:
             for group in groups:
                 if scenes := sorted(group.numbers.keys() & part.rows.keys()):
-<<<<<<< HEAD
                     if name in group.begun:
                         rows = np.array([group.begun[name][scene] for scene in scenes], part.value.data.dtype)
                     else:
                         rows = part.read(scenes, None if name in self._kept else group.drawing)
-=======
-                    if name in self._kept:
-                        rows = part.read(scenes, None)
-                    elif all(name in group.states.get(scene, {}) for scene in scenes):
-                        rows = np.array([group.states[scene][name] for scene in scenes])
-                    else:
-                        rows = part.read(scenes, group.drawing)
->>>>>>> acdd434c85f78b35ae9142f8da9e0b7758a983b0
                     pieces.append(([group.numbers[scene] for scene in scenes], rows))
         if not pieces:  # none of these scenes has the value, but it keeps its shape
             part = self._fields[name][0]
             return _merge([([], part.read([*part.rows][:1], None)[:0])], count)
         return _merge(pieces, count)
 
-<<<<<<< HEAD
     def _begin(self, group: _Group) -> None:
         """Notes what the starts of scenes that were reset set: poses, joint positions, and velocities of 0."""
         if group.drawing is None:
@@ -218,47 +188,17 @@ class DrawnValues:
     @cached_property
     def _starts(self) -> StartTable:
         return StartTable(self._plan)
-=======
-    def _states(self, drawing: Batch | None) -> dict[int, dict[str, NDArray[np.float64]]]:
-        """Returns what the starts of a reset set: poses, velocities and joint positions by scene and name."""
-        found: dict[int, dict[str, NDArray[np.float64]]] = {}
-        if drawing is None or self._starts is None:
-            return found
-        seeds = repeat(drawing.seed) if isinstance(drawing.seed, int) else drawing.seed
-        for scene, seed in zip(drawing.scenes.tolist(), seeds, strict=False):
-            of_scene = found[scene] = {}
-            for (entity, _, joints), pose, qpos in self._starts.states(scene, seed):
-                of_scene[f"{entity.name}.pose"] = pose.astype(np.float64)
-                of_scene |= {f"{entity.name}.{field}": np.zeros(3) for field in VELOCITY_FIELDS}
-                for joint, position in zip(joints, qpos.astype(np.float64), strict=True):
-                    of_scene[f"{entity.name}/{joint.name}.qpos"] = position
-        return found
-
-    @cached_property
-    def _starts(self) -> StartTable | None:
-        return StartTable(self._plan) if self._plan.starts else None
->>>>>>> acdd434c85f78b35ae9142f8da9e0b7758a983b0
 
     @cached_property
     def _as_built(self) -> Batch:
         """The batch that a build draws from. A scene that begins at a start has the seed of this start."""
         plan = self._plan
-<<<<<<< HEAD
         seeds = dict.fromkeys(range(plan.num_scenes), plan.seed)
         if plan.starts:
             begun = sorted({*seeds} - {*self._starts.lacks([*seeds])})
             seeds |= zip(begun, self._starts.seeds(begun, [plan.seed] * len(begun)), strict=True)
         one = tuple(seeds.values()) if len({*seeds.values()}) > 1 else seeds[0]
         return Batch(np.arange(plan.num_scenes), one, plan.num_scenes, dict(plan.draws), {})
-=======
-        seeds: int | tuple[int, ...] = plan.seed
-        if self._starts is not None:
-            lacking = {*self._starts.lacks(range(plan.num_scenes))}
-            seed_of = self._starts.seeds
-            every = range(plan.num_scenes)
-            seeds = tuple(plan.seed if scene in lacking else seed_of([scene], [plan.seed])[0] for scene in every)
-        return Batch(np.arange(plan.num_scenes), seeds, plan.num_scenes, dict(plan.draws), {})
->>>>>>> acdd434c85f78b35ae9142f8da9e0b7758a983b0
 
     @cached_property
     def _fields(self) -> dict[str, list[_Part]]:
@@ -394,7 +334,7 @@ class _Materials:
     """The materials that the shapes of entities use."""
 
     def __init__(self) -> None:
-        self._named: list[tuple[str, str, Value, Mapping[int, int]]] = []
+        self._chosen: list[tuple[str, str, Value, Mapping[int, int]]] = []
         self._owners: dict[tuple[str, int], str] = {}
         self._rows: dict[tuple[str, int], dict[int, int]] = {}
 
@@ -403,16 +343,14 @@ class _Materials:
         for index, some in _rows_by_item(value, rows).items():
             if self._owners.setdefault((table, index), entity) == entity:
                 self._rows.setdefault((table, index), {}).update(some)
-        self._named.append((name, table, value, rows))
+        if not value.is_constant:
+            self._chosen.append((name, table, value, rows))
 
     def users(self) -> Iterator[tuple[str, str, int, Mapping[int, int], bool]]:
-        """Yields name, table, index and rows of each material, and whether it is one of several that a shape has.
-
-        A material has the names of the shapes that use it, and that of `SceneBatch.state`.
-        """
-        for name, table, value, rows in self._named:
+        """Yields name, table, index and rows of each material, and whether it is one of several that a shape has."""
+        for name, table, value, rows in self._chosen:
             for index, some in _rows_by_item(value, rows).items():
-                yield name, table, index, some, not value.is_constant
+                yield name, table, index, some, True
         for (table, index), entity in self._owners.items():
             kind = table.removesuffix("_materials")
             yield f"{entity}/{kind} material {index}", table, index, self._rows[table, index], False
@@ -420,8 +358,6 @@ class _Materials:
 
 def _rows_by_item(value: Value, rows: Mapping[int, int]) -> dict[int, dict[int, int]]:
     """Returns the rows of each item of a table that a value selects."""
-    if len(value.data) == 1:
-        return {int(value.row(0)): dict(rows)}
     found: dict[int, dict[int, int]] = {}
     for scene, row in rows.items():
         found.setdefault(int(value.row(row)), {})[scene] = row
