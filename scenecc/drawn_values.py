@@ -334,7 +334,7 @@ class _Materials:
     """The materials that the shapes of entities use."""
 
     def __init__(self) -> None:
-        self._chosen: list[tuple[str, str, Value, Mapping[int, int]]] = []
+        self._named: list[tuple[str, str, Value, Mapping[int, int]]] = []
         self._owners: dict[tuple[str, int], str] = {}
         self._rows: dict[tuple[str, int], dict[int, int]] = {}
 
@@ -343,14 +343,16 @@ class _Materials:
         for index, some in _rows_by_item(value, rows).items():
             if self._owners.setdefault((table, index), entity) == entity:
                 self._rows.setdefault((table, index), {}).update(some)
-        if not value.is_constant:
-            self._chosen.append((name, table, value, rows))
+        self._named.append((name, table, value, rows))
 
     def users(self) -> Iterator[tuple[str, str, int, Mapping[int, int], bool]]:
-        """Yields name, table, index and rows of each material, and whether it is one of several that a shape has."""
-        for name, table, value, rows in self._chosen:
+        """Yields name, table, index and rows of each material, and whether it is one of several that a shape has.
+
+        A material has the names of the shapes that use it, and that of `SceneBatch.state`.
+        """
+        for name, table, value, rows in self._named:
             for index, some in _rows_by_item(value, rows).items():
-                yield name, table, index, some, True
+                yield name, table, index, some, not value.is_constant
         for (table, index), entity in self._owners.items():
             kind = table.removesuffix("_materials")
             yield f"{entity}/{kind} material {index}", table, index, self._rows[table, index], False
@@ -358,6 +360,8 @@ class _Materials:
 
 def _rows_by_item(value: Value, rows: Mapping[int, int]) -> dict[int, dict[int, int]]:
     """Returns the rows of each item of a table that a value selects."""
+    if len(value.data) == 1:
+        return {int(value.row(0)): dict(rows)}
     found: dict[int, dict[int, int]] = {}
     for scene, row in rows.items():
         found.setdefault(int(value.row(row)), {})[scene] = row
