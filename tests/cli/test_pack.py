@@ -16,7 +16,7 @@ from scenecc.diagnostics.codes import CODES
 
 SCENES = Path(__file__).parents[2] / "scenes"
 LISTED = """\
-ad10bd58ed88a2dfeebecf949cf224d6f568268817f22bf7d3c3b6977be38463  tray.yaml
+d194e7c0ec46f80e4b344d10385d600dd4426db917cd3b800e73d5d6dd7b4d40  tray.yaml
 c08c8259aa8171669323672cf7e8d437ab1ca2cd22c43bdd6b04c5e46c2073ee  assets/mug.obj
 """
 
