@@ -191,6 +191,8 @@ def _read_passport(
         data: Any = json.loads(text, object_pairs_hook=_unique)
     except RecursionError:
         data, fault = None, "it is nested too deeply"
+    except json.JSONDecodeError as error:
+        data, fault = None, f"it is not JSON: {error}"
     except ValueError as error:
         data, fault = None, str(error)
     else:
@@ -298,8 +300,14 @@ def _compare(known: PassportContent, found: CompileResult, sink: Sink, *, any_ve
 
 def _compare_digest(what: str, was: str | None, now: str | None, place: Location, sink: Sink) -> None:
     now = now and now[:32]
+    if not was and now:
+        message = f"{what} is new: its SHA-256 is {now}, and the passport does not have it"
+    elif was and not now:
+        message = f"{what} is missing, or the scene no longer uses it: its SHA-256 was {was}"
+    else:
+        message = f"{what} differs: its SHA-256 was {was}, but is {now}"
     if was != now:
-        sink.report("SC931", f"{what} differs: its SHA-256 {_format_change(was, now)}", place, hint=_FILE_HINT)
+        sink.report("SC931", message, place, hint=_FILE_HINT)
 
 
 def _format_change(was: object, now: object) -> str:

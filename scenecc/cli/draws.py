@@ -9,6 +9,7 @@ import sys
 from enum import Enum
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
@@ -47,7 +48,10 @@ def draws(
     output: Annotated[
         str | None, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")
     ] = None,
-    form: Annotated[_DrawsFormat, typer.Option("--format", help="Format of the values.")] = _DrawsFormat.text,
+    form: Annotated[
+        _DrawsFormat | None,
+        typer.Option("--format", help="Format of the values.", show_default="that of the suffix of -o, else text"),
+    ] = None,
     options: dict[str, Any],
 ) -> None:
     """Print the values that a scene draws.
@@ -66,6 +70,9 @@ def draws(
 
     if seeds is not None and options["seed"] is not None:
         raise typer.BadParameter("it cannot be combined with --seed", param_hint="'--seeds'")
+    if form is None:
+        suffix = Path(output or "").suffix.lower().removeprefix(".")
+        form = _DrawsFormat(suffix) if suffix in {*_DrawsFormat} else _DrawsFormat.text
     if form is _DrawsFormat.parquet and output in {None, STDOUT}:
         raise typer.BadParameter("Parquet is written to a file: -o FILE.parquet", param_hint="'--format'")
     if form is _DrawsFormat.parquet and find_spec("pyarrow") is None:

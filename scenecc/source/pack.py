@@ -260,20 +260,24 @@ def _blocks(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Iterator[bytes]:
 
 
 def _find_or_extract(archive: zipfile.ZipFile, manifest: Manifest, digest: str) -> Path:
-    """Returns the folder of an extracted pack, and extracts it if it is missing or incomplete."""
+    """Returns the folder of an extracted pack, and extracts it if it is missing or incomplete.
+
+    A changed archive with the manifest of another has other checksums, so it is not taken for that one.
+    """
     above = cache_folder(PACKS)
-    folder = above / digest
+    checksums = "".join(f"{one.CRC:08x}" for one in archive.infolist())
+    folder = above / hashlib.sha256(f"{digest}{checksums}".encode()).hexdigest()
     if not _is_whole(folder, archive):
         above.mkdir(parents=True, exist_ok=True)
         _prune(above)
         with temporary_folder(".", above) as name:
             part = Path(name)
-            _extract(archive, manifest, part / digest)
+            _extract(archive, manifest, part / folder.name)
             with interrupts_wait():
                 if folder.exists() and not _is_whole(folder, archive):
                     folder.rename(part / "old")
                 with suppress(OSError):  # another process made it meanwhile
-                    (part / digest).rename(folder)
+                    (part / folder.name).rename(folder)
     with suppress(OSError):
         os.utime(folder)
     return folder

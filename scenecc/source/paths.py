@@ -117,7 +117,7 @@ class NameSuggestions:
         folder = next((parent for parent in path.parents if parent.is_dir()), Path(path.anchor))
         missing, *rest = path.relative_to(folder).parts
         guess = self._guess(missing, self._listing(folder))
-        if guess is not None:
+        if guess is not None and (not rest or (folder / guess).is_dir()):
             parts = written.split("/")
             before = parts[: -len(rest) - 1] if parts[-len(rest) - 1 :] == [missing, *rest] else []
             return f"did you mean `{shorten_uri('/'.join([*before, guess, *rest]))}`?"

@@ -122,7 +122,8 @@ def compare_starts(starts: KnownStarts, now: dict[str, Any], num_scenes: int, na
     versions = ", ".join(other_versions(was, now))
     made_with = f"`{starts.name}` was made with {versions}"
     if found and starts.content.scene != name and is_unrelated(was, now):
-        sink.report("SC936", f"`{starts.name}` has starts of another scene (`{of}`)", starts.place)
+        hint = "name the starts of this scene; `scenecc settle` makes them"
+        sink.report("SC936", f"`{starts.name}` has starts of another scene (`{of}`)", starts.place, hint=hint)
     elif found:
         shown = "; ".join([*found[:_SHOWN], *(["…"] if len(found) > _SHOWN else [])])
         hint = "settle the scene again, or restore what changed" + (f"; {made_with}" if versions else "")

@@ -69,6 +69,12 @@ def test_csv_has_a_column_for_each_number(run, scene: Path) -> None:
     assert [row["word"] for row in rows] == [one["word"] for one in wanted]
 
 
+def test_the_suffix_of_the_output_chooses_the_format(run, scene: Path) -> None:
+    for name, start in {"x.csv": "seed,scene,", "x.json": "{", "x.txt": "seed  scene  name"}.items():
+        assert run("draws", scene, "-o", name).returncode == 0
+        assert (scene.parent / name).read_text().startswith(start)
+
+
 def test_parquet_has_lists(run, scene: Path) -> None:
     done = run("draws", scene, "--seeds", "2:4", "--format", "parquet", "-o", "draws.parquet")
     assert (done.returncode, done.stdout) == (0, "")

@@ -208,6 +208,14 @@ def test_a_pack_is_extracted_once_and_repaired_if_files_are_missing_or_changed(t
     assert list(cache.iterdir()) == [folder]
 
 
+def test_a_changed_pack_is_refused_although_the_original_was_extracted(tmp_path: Path, cache: Path) -> None:
+    assert not found(tmp_path, archive())
+    changed = remade(lambda info, data: (info, data[::-1] if info.filename == "scene.yaml" else data))
+    (diagnostic,) = found(tmp_path, changed)
+    assert (diagnostic.code, "does not match the manifest" in diagnostic.message) == ("SC019", True)
+    assert len(list(cache.iterdir())) == 1
+
+
 def test_unused_packs_are_removed_from_the_cache(tmp_path: Path, cache: Path) -> None:
     import os
 

@@ -159,6 +159,12 @@ def test_file_suggestions_compare_stems(missing: str, there: str, tmp_path: Path
     assert (found.code, found.hint) == ("SC401", None)
 
 
+def test_a_missing_folder_is_never_meant_to_be_a_file(tmp_path: Path) -> None:
+    (tmp_path / "tray.json").touch()
+    found = refused(resolve_path("tray.assets/mug.obj", base=tmp_path, scope=AssetScope(root=tmp_path)))
+    assert found.hint == f"there is no folder {tmp_path / 'tray.assets'}"
+
+
 def test_file_suggestions_prefer_the_same_suffix(tmp_path: Path) -> None:
     for name in ("wood.jpg", "wood.obj", "wood.png"):
         (tmp_path / name).touch()
