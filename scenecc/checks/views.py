@@ -188,13 +188,18 @@ def _pixels(camera: Camera, pose: Floats, centre: Floats, radius: Floats) -> Flo
 
 def _focal_length(camera: Camera) -> float:
     """Returns the largest focal length of a camera with perspective [pixels]."""
-    if isinstance(camera.lens, Intrinsic):
-        return float(camera.lens.fy.data.max())
-    assert isinstance(camera.lens, Perspective)
-    given = camera.lens.fovy or camera.lens.fovx
-    assert given is not None
-    side = camera.height if camera.lens.fovy is not None else camera.width
-    return float(side / 2 / np.tan(given.data.min() / 2))
+    if isinstance(camera.lens, Perspective):
+        angles, side = _fields_of_view(camera.lens, camera.width, camera.height)
+        return float(side / 2 / np.tan(angles.min() / 2))
+    return float(camera.lens.fy.data.max()) if isinstance(camera.lens, Intrinsic) else np.inf
+
+
+def _fields_of_view(lens: Perspective, width: int, height: int) -> tuple[Floats, int]:
+    """Returns the angles of view [rad] in all scenes, and the pixels across them."""
+    if lens.fovy is not None:
+        return lens.fovy.data, height
+    assert lens.fovx is not None
+    return lens.fovx.data, width
 
 
 def _blocker(
@@ -211,19 +216,19 @@ def _blocker(
             continue
         others = [other for other in bodies if other.entity != each.entity]
         ways = np.array([other.pose[scene, :3] - pose[:3] for other in others])
-        near = _distance_to_box(each, scene, pose, rays)
-        hidden = _distance_to_box(each, scene, pose, ways)
+        half, back = _sizes(each.shape.geometry, each.row[[scene]])[:, 0], invert(each.pose[[scene]])
+        near = _distance_to_box(half, back, pose, rays)
+        hidden = _distance_to_box(half, back, pose, ways)
         if np.isfinite(near).all() and others and (hidden < 1 - 1e-6).all():
             return each.entity
     return None
 
 
-def _distance_to_box(box: _VisibleShape, scene: int, pose: Floats, rays: Floats) -> Floats:
-    """Returns where rays (n, 3) from a camera enter a box, in their lengths (n,); infinity where they miss it."""
-    assert box.shape is not None
-    assert isinstance(box.shape.geometry, Box)
-    half = _sizes(box.shape.geometry, box.row[[scene]])[:, 0]
-    back = invert(box.pose[[scene]])
+def _distance_to_box(half: Floats, back: Floats, pose: Floats, rays: Floats) -> Floats:
+    """Returns where rays (n, 3) from a camera enter a box, in their lengths (n,); infinity where they miss it.
+
+    `half`: (3,) of the box; `back`: (1, 7), the inverse of its pose.
+    """
     start = compose(back, pose[None])[0, :3]
     local = np.asarray(rotate(np.broadcast_to(back[0, 3:], (len(rays), 4)), rays))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -424,10 +429,8 @@ def _half_fov(lens: Perspective | Intrinsic, width: int, height: int) -> float:
     """Returns at least half of the largest angle between two pixels [rad]."""
     if not isinstance(lens, Perspective):
         return MAX_HALF_FOV
-    given = lens.fovy or lens.fovx
-    assert given is not None
-    side = height if lens.fovy is not None else width
-    return float(np.arctan(np.tan(given.data.max() / 2) * np.hypot(width, height) / side))
+    angles, side = _fields_of_view(lens, width, height)
+    return float(np.arctan(np.tan(angles.max() / 2) * np.hypot(width, height) / side))
 
 
 def _is_inside(visible: _VisibleShape, scenes: NDArray[np.int64], pose: Floats) -> Any:
