@@ -5,10 +5,12 @@ If a format needs numbers that only an engine knows, the scene is built without 
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from typing_extensions import TypedDict, Unpack
@@ -24,8 +26,6 @@ from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Source, build_batch, compile_or_raise, select_scenes
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from scenecc.plan import ScenePlan
     from scenecc.plan.snapshot import EngineSnapshot
 
@@ -174,6 +174,7 @@ def emit_text(plan: ScenePlan, target: str, stem: str, sink: Sink, *, base: Path
     from scenecc.emit.python.files import unused_files
 
     unread = unused_files(plan) if target == "python" else frozenset[int]()
+    base = None if base is None else Path(os.path.realpath(base))  # paths through a link would leave its target by `..`
     copies: dict[str, bytes] = {}
     if base is not None and copy:
         try:

@@ -67,6 +67,9 @@ def replace_set(target: Path, files: Mapping[str, bytes], *, folder: bool) -> li
     """
     top, names = Path(os.path.realpath(target)), list(files)
     paths = [top / name for name in names] if folder else [top, *(top.parent / name for name in names[1:])]
+    for path in paths:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise OSError(errno.EINVAL, "it is a device or a pipe, and this needs files beside it", str(path))
     folders = {top} if folder else set[Path]()
     below = {each for path in paths for each in path.parents if each.is_relative_to(top if folder else top.parent)}
     missing = [each for each in sorted(folders | below) if not each.exists()]

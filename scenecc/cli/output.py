@@ -107,8 +107,11 @@ def _refused_in(path: Path, target: str) -> str | None:
 
 
 def base_folder(target: str) -> Path | None:
-    """Returns the folder to which paths in the output are relative; None for standard output."""
-    return None if target == STDOUT else Path(target).parent
+    """Returns the folder to which paths in the output are relative, which is that of the file if `target` is a link to
+    it; None for standard output, a device or a pipe.
+    """
+    path = Path(os.path.realpath(target))
+    return None if target == STDOUT or (path.exists() and not path.is_file()) else path.parent
 
 
 def write_output(target: str, content: str | bytes) -> Unwritten | None:

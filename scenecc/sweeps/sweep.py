@@ -137,7 +137,7 @@ def sweep(
     units = work.units()
     mine = _select_part(units, shard)
     jobs = integer(jobs, "jobs", 1)
-    start = partial(on_ray, address=ray_address) if ray or ray_address else on_processes
+    start = partial(on_ray, address=ray_address) if ray or ray_address is not None else on_processes
     with undoing() as undo:
         folder = SweepFolder(path_argument(sweep, "output", output), work, shard, undo)
         _run_units(work, folder, mine, lambda left: start(do_unit, work, left, jobs), progress)

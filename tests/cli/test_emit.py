@@ -2,10 +2,15 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 from pathlib import Path
 
+import pytest
 from cli.running import CUBE
 from jsonschema.validators import validator_for
+
+from scenecc.cli.output import base_folder
+from scenecc.files import replace_set
 
 
 def test_emitted_python_is_valid(run, cube: Path) -> None:
@@ -39,10 +44,24 @@ def test_a_plan_written_to_another_folder_gets_copies_of_its_files(run, tmp_path
     assert (done.returncode, done.stderr) == (0, "out/built.json needs `built.assets/` (2 files copied)\n")
     plan = (tmp_path / "out" / "plan.json").read_text()
     assert plan == (tmp_path / "out" / "built.json").read_text().replace("built.assets", "plan.assets")
+    (tmp_path / "link").symlink_to("out")
+    done = run("emit", "scene.yaml", "--to", "json", "-o", "link/linked.json")
+    assert (done.returncode, done.stderr) == (0, "link/linked.json needs `linked.assets/` (2 files copied)\n")
+    assert (tmp_path / "out" / "linked.json").read_text() == plan.replace("plan.assets", "linked.assets")
     (tmp_path / "out").rename(tmp_path / "moved")
     (tmp_path / "parts" / "part.obj").unlink()
     done = run("build", "moved/plan.json")
     assert done.returncode == 0, done.stderr
+
+
+def test_nothing_is_written_beside_a_pipe(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    assert base_folder(str(pipe)) is None
+    with pytest.raises(OSError, match="a device or a pipe"):
+        replace_set(pipe, {"a.xml": b"", "a.assets/b.obj": b""}, folder=False)
+    assert [one.name for one in tmp_path.iterdir()] == ["pipe"]
+    assert pipe.is_fifo()
 
 
 def test_the_files_that_an_output_needs_are_listed(run, tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def test_an_address_without_a_cluster_is_refused_at_once(tmp_path: Path, monkeyp
         port = server.getsockname()[1]
         with pytest.raises(scenecc.SceneError, match="is not a Ray cluster"):
             scenecc.sweep("scene.yaml", output="swept", ray_address=f"127.0.0.1:{port}")
-    for address in (f"127.0.0.1:{port}", "auto", "127.0.0.1:99999"):
+    for address in (f"127.0.0.1:{port}", "auto", "127.0.0.1:99999", ""):
         with pytest.raises(scenecc.SceneError, match="no Ray cluster answers"):
             scenecc.sweep("scene.yaml", output="swept", ray_address=address)
 
