@@ -307,7 +307,8 @@ def _compare_digest(what: str, was: str | None, now: str | None, place: Location
     else:
         message = f"{what} differs: its SHA-256 was {was}, but is {now}"
     if was != now:
-        sink.report("SC931", message, place, hint=_FILE_HINT)
+        of_starts = ", or the starts with --starts" if not now and what.endswith(".json`") else ""
+        sink.report("SC931", message, place, hint=_FILE_HINT + of_starts)
 
 
 def _format_change(was: object, now: object) -> str:

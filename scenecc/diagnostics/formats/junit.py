@@ -46,8 +46,15 @@ def _case(file: str, found: list[Diagnostic]) -> str:
 
 
 def _lines(found: list[Diagnostic]) -> str:
-    texts = (f"{one}; hint: {one.hint}" if one.hint else str(one) for one in found)
-    return escape("\n".join(map(_clean, texts)))
+    return escape("\n".join(_clean(_line(one)) for one in found))
+
+
+def _line(diagnostic: Diagnostic) -> str:
+    parts = [str(diagnostic), *([f"hint: {diagnostic.hint}"] if diagnostic.hint else [])]
+    for related in diagnostic.related:
+        where = (related.location.file, related.location.line, related.location.column)
+        parts.append("note: " + ":".join(str(part) for part in (*where, f" {related.message}") if part is not None))
+    return "; ".join(parts)
 
 
 def _attribute(text: str) -> str:

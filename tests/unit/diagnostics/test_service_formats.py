@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 import jsonschema
 
 from scenecc.diagnostics import Diagnostic
-from scenecc.diagnostics.diagnostic import Location
+from scenecc.diagnostics.diagnostic import Location, Related
 from scenecc.diagnostics.formats import render
 
 FOUND = Diagnostic("SC526", "warning", "90 radians", Location("a/s.yaml", 7, 3), "entities.b", "write `rpy_deg`")
@@ -69,3 +69,5 @@ def test_junit_has_one_case_per_file() -> None:
     assert (failure.tag, failure.get("type")) == ("failure", "warning")
     assert "a/s.yaml:7:3: warning SC526: 90 radians" in (failure.text or "")
     assert [part.tag for part in noted] == ["system-out"]
+    placed = replace(FOUND, related=(Related("the place in the prefab", Location("scenecc:cube", 12, 3)),))
+    assert "; note: scenecc:cube:12:3: the place in the prefab</failure>" in render([placed], "junit")
