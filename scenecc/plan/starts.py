@@ -100,11 +100,14 @@ def places_followers(plan: ScenePlan) -> bool:
 
 
 def start_faults(plan: ScenePlan) -> Iterator[int]:
-    """Yields the numbers of starts that the plan's scenes cannot have."""
+    """Yields the numbers of starts that the plan's scenes cannot have, or have already with the same seed."""
+    known: set[tuple[int, int]] = set()
     parts = {scene: list(start_parts(plan, scene)) for scene in {start.scene for start in plan.starts}}
     for number, start in enumerate(plan.starts):
         is_whole = start.scene < plan.num_scenes and len(start.state) % 4 == 0
-        if not is_whole or not are_states(parts[start.scene], np.frombuffer(start.state, "<f4")[None]):
+        is_again = (start.scene, start.seed) in known
+        known.add((start.scene, start.seed))
+        if is_again or not is_whole or not are_states(parts[start.scene], np.frombuffer(start.state, "<f4")[None]):
             yield number
 
 

@@ -188,8 +188,8 @@ def require_starts(plan: ScenePlan, scene_idxs: Sequence[int] | None, sink: Sink
     """Raises SceneError if scenes to build have no start, in a plan with starts. `scene_idxs`: None: all."""
     lacking = StartTable(plan).lacks(range(plan.num_scenes) if scene_idxs is None else scene_idxs)
     if lacking:
-        are = "scene {} has" if len(lacking) == 1 else "scenes {} have"
-        message = f"{are.format(index_ranges(lacking))} no start: they did not rest, or broke `expect`"
+        are, who = ("scene {} has", "it") if len(lacking) == 1 else ("scenes {} have", "they")
+        message = f"{are.format(index_ranges(lacking))} no start: {who} did not rest, or broke `expect`"
         hint = "build only the other scenes, or settle more seeds with `--seeds`"
         sink.report("SC937", message, plan.origin.child("starts") if plan.origin else Location(None), hint=hint)
         raise SceneError(sink.diagnostics())

@@ -174,6 +174,10 @@ def test_starts_are_in_the_plan(starts: Path) -> None:
     state = json.loads(text)["starts"][0]["state"]
     (fault,) = scenecc.validate(text.replace(state, state[:-8]))
     assert (fault.code, fault.path) == ("SC701", "starts[0]")
+    twice = json.loads(text)
+    twice["starts"] *= 2
+    (fault,) = scenecc.validate(json.dumps(twice))
+    assert (fault.code, fault.path) == ("SC701", "starts[1]")
 
 
 def test_versions_may_name_other_programs() -> None:
