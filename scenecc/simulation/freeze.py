@@ -21,8 +21,10 @@ from scenecc.plan.expect import Condition, NoOverlap
 from scenecc.plan.starts import start_parts
 from scenecc.simulation.bodies import moving_bodies, velocities
 from scenecc.simulation.check import SCENES_AT_ONCE, origins_of
+from scenecc.simulation.energy import EnergyWatch
 from scenecc.simulation.expect import ExpectationChecker, expectation_key, overlap_rules
 from scenecc.simulation.observe import Observer
+from scenecc.simulation.robots import RobotWatch
 from scenecc.simulation.settle import SUNK, simulate
 from scenecc.simulation.start import overlaps
 from scenecc.starts.file import StartRecord, StartsFile, short_floats, starts_files
@@ -321,11 +323,12 @@ def _broken_expectations(batch: SceneBatch, moving: list[MovingBody], observer: 
     """Simulates a batch from its starts, and returns what breaks an expectation. `tilt` refers to the build."""
     checker = ExpectationChecker(batch, moving, set(), observer)
     rules = overlap_rules(batch.plan, set(), SUNK)
+    watches = EnergyWatch(batch), RobotWatch(batch)
     batch.step(1)
     found: list[Finding] = []
     if any(isinstance(one, NoOverlap) for one in batch.plan.expectations):
         found += overlaps(batch.contacts(), batch.plan, rules)
-    return [*found, *simulate(batch, moving, 0.0, rules, checker)]
+    return [*found, *simulate(batch, moving, watches, 0.0, rules, checker)]
 
 
 def _record(batch: SceneBatch, scene: int) -> StartRecord:

@@ -82,8 +82,8 @@ def test_a_row_describes_its_scene(scene: Path) -> None:
         assert np.array_equal(np.array(row["poses"][1]["pose"], np.float32), poses[row["scene"]])
         draws = json.loads(row["draws"])
         assert np.allclose(draws["cube.pose"], poses[row["scene"]])
-        assert draws["cube.shapes[0].material.base_color"] in ([1, 0, 0, 1], [0, 1, 0, 1])
-        assert set(draws) == {"cube.pose", "cube.shapes[0].material.base_color"}
+        assert draws["cube/visual material 0.base_color"] in ([1, 0, 0, 1], [0, 1, 0, 1])
+        assert set(draws) == {"cube.pose", "cube/visual material 0.base_color"}
 
 
 def test_draws_have_the_names_of_the_file() -> None:
