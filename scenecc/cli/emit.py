@@ -112,7 +112,8 @@ def emit(
     print_asides(made.diagnostics)
     if reason is not None:
         end([usage_error(*reason, file=output)])
-    print_needs(output, made)
+    if target in _TEXTS:
+        print_needs(output, made)
 
 
 def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:

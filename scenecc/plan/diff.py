@@ -11,6 +11,7 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 import numpy as np
@@ -464,7 +465,7 @@ def diff_plans(a: ScenePlan, b: ScenePlan) -> list[Difference]:
         found += _compare_sections(section, pair)
     found += _compare_expectations(a, b)
     if a.starts != b.starts:
-        x, y = (f"{len(plan.starts)} starts" for plan in (a, b))
+        x, y = (f"{len(plan.starts)} ({sha256(repr(plan.starts).encode()).hexdigest()[:12]})" for plan in (a, b))
         found.append(Difference("changed", "plan", "", "starts", x, y))
     return found
 
