@@ -11,7 +11,7 @@ import re
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.diagnostic import Origin, dotted
-from scenecc.plan import ArticulationStructure
+from scenecc.plan import BodyStructure
 from scenecc.spec.nodes import is_mapping, is_sequence
 
 if TYPE_CHECKING:
@@ -60,10 +60,9 @@ def check_written_angles(document: Document, plan: ScenePlan, sink: Sink) -> Non
         sink: collects diagnostics.
     """
     names = _named_values(document)
-    structures = (
-        one for entity in plan.entities for one in entity.structures if isinstance(one, ArticulationStructure)
-    )
-    slides = {joint.name for one in structures for joint in one.active_joints if joint.type == "prismatic"}
+    structures = (one for entity in plan.entities for one in entity.structures)
+    robots = (one for one in structures if not isinstance(one, BodyStructure))  # their class is loaded with the first
+    slides = {joint.name for one in robots for joint in one.active_joints if joint.type == "prismatic"}
     for mapping, origin in _mappings(document):
         _check_degrees(_without_slides(mapping, origin, slides), origin, names, sink)
         _check_radians(mapping, origin, names, sink)
