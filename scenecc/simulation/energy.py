@@ -101,7 +101,7 @@ class EnergyWatch:
             inside = np.flatnonzero(self._scenes == scene)
             for island, stored in self._islands(inside, scene):
                 allowed = _speed(np.full(len(island), budget[island].sum() + stored), self._mass[island])
-                driven = [number for number in island.tolist() if self._parts[number].driven]
+                driven = [int(number) for number in island if self._parts[int(number)].driven]
                 if driven:
                     # The work of the drives is unknown, so what they push may be as fast as after a fall of its way.
                     # What they strike may be four times as fast as a link's centre: the end of a link that turns moves
