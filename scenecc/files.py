@@ -9,7 +9,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import Any, BinaryIO, Final
 
 from scenecc.interrupt import interrupts_wait, undoing
 
@@ -258,6 +258,14 @@ def read_checked(path: str | os.PathLike[str], digest: str | None) -> bytes:
     if digest is not None and sha256(data).hexdigest() != digest:
         raise ChangedError(errno.ESTALE, "it changed while the scene was built", os.fspath(path))
     return data
+
+
+def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Returns an object of a JSON file, as `object_pairs_hook` of `json`. Raises ValueError if a key occurs twice."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a key occurs twice")
+    return found
 
 
 def state_of(status: os.stat_result) -> State:

@@ -16,6 +16,7 @@ from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut, show
 from scenecc.errors import SceneError
+from scenecc.files import unique_keys
 from scenecc.options import Options, check_keywords, check_types
 from scenecc.pipeline import BUILD_TYPES, CompiledSource, CompileResult, Source, build_batch, read_input
 from scenecc.source.paths import AssetScope, Refusal, check_uri, resolve_path
@@ -188,7 +189,7 @@ def _read_passport(
     if text is None:
         return None
     try:
-        data: Any = json.loads(text, object_pairs_hook=_unique)
+        data: Any = json.loads(text, object_pairs_hook=unique_keys)
     except RecursionError:
         data, fault = None, "it is nested too deeply"
     except json.JSONDecodeError as error:
@@ -223,13 +224,6 @@ def _check_content(data: Any, name: str, limits: Limits, sink: Sink) -> Passport
         sink.report("SC930", f"`file`: {show(file)} is not a path below the current folder", Location(name))
         return None
     return known
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise ValueError("a key occurs twice")
-    return found
 
 
 def _source(known: PassportContent, file: Source | None, sink: Sink) -> Source | None:

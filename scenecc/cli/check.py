@@ -33,6 +33,12 @@ def parse_seeds(text: str | range) -> range:
     return range(int(found[1]), int(found[2]))
 
 
+def refuse_seed_beside(seeds: range | None, options: Mapping[str, Any]) -> None:
+    """Raises typer.BadParameter if both `--seeds` and `--seed` are given."""
+    if seeds is not None and options["seed"] is not None:
+        raise typer.BadParameter("it cannot be combined with --seed", param_hint="'--seeds'")
+
+
 def parse_seconds(text: str | float) -> float:
     """Parses `2.5`. Raises typer.BadParameter for anything else."""
     if not _SECONDS.fullmatch(str(text)):
@@ -88,8 +94,7 @@ def check(
     from scenecc.options import Options
     from scenecc.simulation.check import check_source
 
-    if seeds is not None and options["seed"] is not None:
-        raise typer.BadParameter("it cannot be combined with --seed", param_hint="'--seeds'")
+    refuse_seed_beside(seeds, options)
     asked = Options.of(**options)
     found = find_files(paths, scenes_only=scenes_only)
     # Many files get a separate process: SAPIEN keeps some memory of every scene, and can crash its process.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.check import parse_seeds
+from scenecc.cli.check import parse_seeds, refuse_seed_beside
 from scenecc.cli.options import SceneArgument, takes_compile_options
 from scenecc.cli.output import STDOUT, end, of_settings, print_out, progress, usage_error, write_output
 from scenecc.cli.paths import checked_source
@@ -68,8 +68,7 @@ def draws(
     """
     import scenecc
 
-    if seeds is not None and options["seed"] is not None:
-        raise typer.BadParameter("it cannot be combined with --seed", param_hint="'--seeds'")
+    refuse_seed_beside(seeds, options)
     if form is None:
         suffix = Path(output or "").suffix.lower().removeprefix(".")
         form = _DrawsFormat(suffix) if suffix in {*_DrawsFormat} else _DrawsFormat.text

@@ -106,22 +106,12 @@ def render(
       scenecc render scenes/recipes --size 320x240 -o pictures --jobs 2
       scenecc render scenes --changed-since main --shard 1/4 -o pictures
     """
-    import scenecc
     from scenecc.options import Options
 
     many = are_many(paths, shard, changed_since)
     kind = _choose_kind(output, video, steps, every, many=many)
     choices = picture_choices(others, steps=steps, video=kind, every=every, collision=show is Show.collision)
-
-    def picture(scene: str, output: str | None, told: Any = None) -> tuple[list[Diagnostic], str]:
-        try:
-            result = scenecc.render_scene(
-                source_of(scene), **choices, **options, estimate=_tell_estimate, progress=told
-            )
-        except scenecc.SceneError as error:
-            return of_settings(error.diagnostics, options["params"], scenes="--scene"), ""
-        return _write(result, output, video, form)
-
+    picture = partial(_render, {**choices, **options}, video, form)
     if many:
         used = partial(files_used, options=Options.of(**options))
         choose = partial(choose_files, changed_since=changed_since, shard=shard, files_of=used)
@@ -134,6 +124,19 @@ def render(
         diagnostics, text = picture(paths[0], output, told)
     (print_err if STDOUT in {output, video} else print_out)(text)
     end(diagnostics, form)
+
+
+def _render(
+    asked: dict[str, Any], video: str | None, form: Format, scene: str, output: str | None, told: Any = None
+) -> tuple[list[Diagnostic], str]:
+    """Renders a scene and writes the result. Returns diagnostics and a text. `asked`: arguments of `render_scene`."""
+    import scenecc
+
+    try:
+        result = scenecc.render_scene(source_of(scene), **asked, estimate=_tell_estimate, progress=told)
+    except scenecc.SceneError as error:
+        return of_settings(error.diagnostics, asked["params"], scenes="--scene"), ""
+    return _write(result, output, video, form)
 
 
 def _choose_kind(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.check import parse_seconds, parse_seeds
+from scenecc.cli.check import parse_seconds, parse_seeds, refuse_seed_beside
 from scenecc.cli.options import Format, FormatOption, SceneArgument, takes_compile_options
 from scenecc.cli.output import STDOUT, end, print_out, progress, scene_errors, usage_error, write_files
 from scenecc.cli.paths import checked_source
@@ -49,8 +49,7 @@ def settle(
     """
     import scenecc
 
-    if seeds is not None and options["seed"] is not None:
-        raise typer.BadParameter("it cannot be combined with --seed", param_hint="'--seeds'")
+    refuse_seed_beside(seeds, options)
     if seconds <= 0:
         raise typer.BadParameter("it must be above 0", param_hint="'--seconds'")
     if output == STDOUT or not output.lower().endswith(".json"):

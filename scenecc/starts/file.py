@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from scenecc.diagnostics.messages import show
-from scenecc.files import TooLongError, read_at_most
+from scenecc.files import TooLongError, read_at_most, unique_keys
 from scenecc.version import VERSION
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def _read(path: Path, most: int) -> bytes:
 
 def _parse(text: bytes) -> dict[str, Any]:
     try:
-        data: Any = json.loads(text, object_pairs_hook=_unique, parse_constant=_refuse)
+        data: Any = json.loads(text, object_pairs_hook=unique_keys, parse_constant=_refuse)
     except (ValueError, RecursionError):
         raise InvalidStartsError("it is not JSON that `scenecc settle` wrote") from None
     if not isinstance(data, dict) or "scenecc_starts" not in data:
@@ -163,13 +163,6 @@ def _parse(text: bytes) -> dict[str, Any]:
     if type(number) is not int or number != 1:
         raise InvalidStartsError(f"it has version {show(number)}, and scenecc {VERSION} reads version 1")
     return known
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise ValueError("a key occurs twice")
-    return found
 
 
 def _refuse(word: str) -> None:
