@@ -41,6 +41,9 @@ def import_(
         list[str] | None,
         typer.Option("--allow", metavar="LOSS", help="Accept a loss that changes the mechanics; may be repeated."),
     ] = None,
+    keep_file: Annotated[
+        bool, typer.Option("--keep-file", help="Let the scene name an MJCF, instead of writing its bodies and robots.")
+    ] = False,
     options: dict[str, Any],
 ) -> None:
     """Convert a world or robot in another format to a scene file.
@@ -61,11 +64,12 @@ def import_(
       scenecc import world.sdf -o scene.yaml --allow screw-joints
       scenecc import stage.usd -o scene.yaml
       scenecc import world.xml -o scene.yaml
+      scenecc import robot.xml -o scene.yaml --keep-file
       scenecc import robot.urdf -o scene.yaml
       scenecc import worlds robots/*.urdf -o scenes --jobs 2
     """
     _check_arguments(paths, output, allow or ())
-    accepted = {"allow": allow or (), **options}
+    accepted = {"allow": allow or (), "keep_file": keep_file, **options}
     if are_many(paths, shard):
 
         def make(file: str, scene: str) -> tuple[list[Diagnostic], str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -15,10 +14,9 @@ from scenecc.decompiler.values import FileNamer, Node, pose_value, same_single, 
 from scenecc.geometry.rotations import EXACT_UNIT_TOLERANCE, normalized
 from scenecc.names import UniqueNames
 from scenecc.plan.properties import properties_of
+from scenecc.scene_file.patterns import group_by_pattern
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from scenecc.decompiler.names import SceneNames
     from scenecc.decompiler.record import Recording, RobotSource
 
@@ -338,61 +336,3 @@ def _is_near(first: Any, second: Any) -> bool:
         for name in ("p", "q")
         for a, b in zip(getattr(first, name), getattr(second, name), strict=True)
     )
-
-
-def group_by_pattern(settings: Mapping[str, Node], names: Sequence[str]) -> Node:
-    """Groups settings as pattern → keys; names with the same value share a pattern.
-
-    Args:
-        settings: name → keys, for names with any.
-        names: all names that a pattern could match.
-    """
-    holders: dict[tuple[str, ...], Node] = {}
-    values: dict[str, list[tuple[Any, list[str]]]] = {}
-    for name, keys in settings.items():
-        for key, value in keys.items():
-            groups = values.setdefault(key, [])
-            group = next((members for other, members in groups if other == value), None)
-            if group is None:
-                groups.append((value, [name]))
-            else:
-                group.append(name)
-    for key, groups in values.items():
-        for value, members in groups:
-            holders.setdefault(tuple(members), {})[key] = value
-    ordered = sorted(holders.items(), key=lambda entry: -len(entry[0]))
-    return {pattern_of(members, names): keys for members, keys in ordered}
-
-
-def pattern_of(members: Sequence[str], names: Sequence[str]) -> str:
-    """Returns a regular expression that matches these names and no others."""
-    if set(members) == set(names) and len(members) > 1:
-        return ".*"
-    start = _trim_to_words(_common_start(list(members)), members)
-    rest = [name[len(start) :][::-1] for name in members]
-    end = _trim_to_words(_common_start(rest), rest)[::-1]
-    for middle in (".*", ".", "[0-9]+"):
-        pattern = f"{re.escape(start)}{middle}{re.escape(end)}".replace(r"\-", "-")
-        found = {name for name in names if re.fullmatch(pattern, name)}
-        if len(members) > 1 and (start or end) and found == set(members):
-            return pattern
-    inner = "|".join(re.escape(name[len(start) : len(name) - len(end)]).replace(r"\-", "-") for name in members)
-    if len(members) > 1 and len(start) + len(end) > _WORTH_FACTORING:
-        return f"{re.escape(start)}({inner}){re.escape(end)}".replace(r"\-", "-")
-    return "|".join(re.escape(name).replace(r"\-", "-") for name in members)
-
-
-def _common_start(texts: list[str]) -> str:
-    first, last = min(texts), max(texts)
-    return first[: next((i for i, letter in enumerate(first) if last[i : i + 1] != letter), len(first))]
-
-
-def _trim_to_words(start: str, names: Sequence[str]) -> str:
-    """Shortens a common prefix to whole words."""
-    while start and start[-1].isalpha() and any(name[len(start) : len(start) + 1].isalpha() for name in names):
-        start = start[:-1]
-    return start
-
-
-_WORTH_FACTORING = 4
-"""Minimum length of common parts that are worth factoring out."""

@@ -71,6 +71,7 @@ def import_scene(
     allow: Iterable[str] = (),
     asset_roots: Iterable[str | PathLike[str]] = (),
     allow_outside_assets: bool = False,
+    keep_file: bool = False,
     limits: Mapping[str, int] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Imported:
@@ -83,6 +84,7 @@ def import_scene(
         allow: losses that may change the dynamics; keys of `scenecc.importers.imported_scene.LOSSES`.
         asset_roots: as for `validate`; the file and the scene may read them.
         allow_outside_assets: as for `validate`.
+        keep_file: whether the scene names an MJCF, whose bodies and robots otherwise become entities.
         limits: as for `validate`.
         progress: called with (steps done, total steps): read, compile and write, build.
 
@@ -92,7 +94,7 @@ def import_scene(
         TypeError: an argument has the wrong type.
         ValueError: unknown loss or limit, or the output's name cannot be part of a path in a scene file.
     """
-    check_types(import_scene, {"allow": allow, "progress": progress}, _TYPES)
+    check_types(import_scene, {"allow": allow, "keep_file": keep_file, "progress": progress}, _TYPES)
     allow = {allow} if isinstance(allow, str) else {*allow}
     source, target = (path_argument(import_scene, key, path) for key, path in (("file", file), ("output", output)))
     unknown = next((kind for kind in allow if kind not in LOSSES), None)
@@ -103,7 +105,7 @@ def import_scene(
         raise ValueError(f"import_scene(): output: {fault}")
     sink, target = Sink(), target.absolute()
     scope = AssetScope(_root_of(source), options.asset_roots, options.allow_outside_assets)
-    context = ImportContext(sink, scope, options.limits, frozenset(allow))
+    context = ImportContext(sink, scope, options.limits, frozenset(allow), keep_file)
     _report_progress(progress, 0)
     found = _read(source, context)
     if found is None or sink.failed:
@@ -146,7 +148,11 @@ def _encode_files(
     return {**{path: text.encode("utf-8") for path, text in texts.items()}, **names.copies}, prefabs
 
 
-_TYPES: Final[Mapping[str, Any]] = {"allow": Iterable[str], "progress": Callable[[int, int], None] | None}
+_TYPES: Final[Mapping[str, Any]] = {
+    "allow": Iterable[str],
+    "keep_file": bool,
+    "progress": Callable[[int, int], None] | None,
+}
 
 _FILE_MARK: Final = "\0"
 """Marks a path relative to the scene's folder, or a URI."""

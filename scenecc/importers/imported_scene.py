@@ -189,12 +189,14 @@ class ImportContext:
         scope: files that may be read: the file's folder and the asset roots.
         limits: size limits.
         allow: kinds of losses that the user allows.
+        keep_file: whether an MJCF stays a file that the scene names.
     """
 
     sink: Sink
     scope: AssetScope
     limits: Limits
     allow: frozenset[str] = frozenset()
+    keep_file: bool = False
 
     def resolve(self, path: Path) -> ResolvedFile | None:
         """Returns the imported file, displayed by the user's path; None after an error."""

@@ -1,23 +1,36 @@
-"""Imports an MJCF as an entity that refers to the file, with time step, gravity, lights and cameras."""
+"""Imports the bodies and robots of an MJCF, with time step, gravity, constraints, lights and cameras."""
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from scenecc.geometry.rotations import Pose7, compose, rotate
-from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss, ReferencePose
-from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.geometry.rotations import Pose7, compose, rotate, to_vector
+from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss, ReferencePose
+from scenecc.importers.meshes import MeshError, load_mesh, mesh_as_obj
+from scenecc.importers.numbers import LOOK, Names
+from scenecc.importers.writer import write_world
+from scenecc.robots.description import IN_WORLD, DescribedCollision, DescribedConstraint, DescribedRobot, MeshGeometry
 from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import ReadModel, read_model
+from scenecc.robots.world import (
+    DescribedCamera,
+    DescribedEntity,
+    DescribedLight,
+    DescribedPhysics,
+    DescribedWorld,
+    RobotFile,
+)
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics.diagnostic import Location
+    from scenecc.source.paths import ResolvedFile
 
 _SLIDE: Final = 2
 """`mjJNT_SLIDE`; the only larger type is `mjJNT_HINGE`."""
@@ -56,7 +69,7 @@ _BUILT: Final = frozenset({"camera", "light", "option"})
 
 _READ_OPTIONS: Final = frozenset({"timestep", "gravity", "density", "viscosity"})
 
-_LIGHT_TYPES: Final = {0: "spot", 1: "directional", 2: "point"}
+_LIGHT_TYPES: Final[dict[int, Literal["spot", "directional", "point"]]] = {0: "spot", 1: "directional", 2: "point"}
 """`mjtLightType`; the fourth is an environment image."""
 
 _FIXED: Final = 0
@@ -73,7 +86,7 @@ def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
     if read is None:
         read_model(found, scope=context.scope, sink=context.sink, limits=context.limits)
         return None
-    made = _Importer(path, read).scene()
+    made = _Importer(path, found, read, context).scene()
     # Paths of included files are relative to the root of the scope.
     root = context.scope.root or Path.cwd()
     base = root if path.is_absolute() else Path(os.path.relpath(root))
@@ -85,15 +98,19 @@ def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
     return replace(made, losses=losses)
 
 
+_FRICTION: Final = (1.0, 1.0, 0.0)
+"""MuJoCo's default friction; SAPIEN's static and dynamic friction, and restitution."""
+
+
 class _Importer:
-    def __init__(self, path: Path, read: ReadModel) -> None:
+    def __init__(self, path: Path, file: ResolvedFile, read: ReadModel, context: ImportContext) -> None:
         self._path = path
+        self._context = context
         self._model = read.model
-        self._robots = read.description.robots
         self._links = read.links
         self._name = Names().new(path.stem)
         self._constraints = self._world_constraints({place for kind, _, place in read.losses if kind == WORLD_EQUALITY})
-        built = {place for place, _ in self._constraints}
+        built = {constraint.location for constraint in self._constraints}
         losses = [(kind.partition("/")[0], words, place) for kind, words, place in read.losses if place not in built]
         self._losses = [Loss(_KINDS[kind], message, place) for kind, message, place in losses if kind not in _BUILT]
         for element in self._model.source.elements:
@@ -101,72 +118,128 @@ class _Importer:
                 unread = [f"`{name}`" for name in element.attributes if name not in _READ_OPTIONS]
                 unread += [f"<{child.tag}>" for child in element.children]
                 self._losses += [Loss("settings", f"{name} of <option>", element.location) for name in unread]
+        self._keyframe = self._find_keyframe()
+        self._description = read.description
+        if self._keyframe and not context.keep_file:
+            again = read_model(
+                file,
+                scope=context.scope,
+                sink=context.sink.another(),
+                limits=context.limits,
+                keyframe=(self._keyframe, None),
+            )
+            self._description = read.description if again is None else again.description
 
     def scene(self) -> ImportedScene:
         """Returns the scene."""
         header = self._model.header
-        gravity = [0.0, 0.0, 0.0] if "GRAVITY" in header["disabled"] else header["option"]["gravity"]
-        document: dict[str, Any] = {
-            "scenecc": 1,
-            "name": self._name,
-            "physics": {"timestep": plain_number(header["option"]["timestep"]), "gravity": plain_numbers(gravity)},
-            "entities": {self._name: {"mjcf": Asset(self._path.name, self._path.absolute()), **self._keyframe()}},
-        }
-        if self._constraints:
-            names = Names()
-            document["constraints"] = {names.new(keys.pop("name")): keys for _, keys in self._constraints}
-        if any(header["ambient"]):
-            document["environment"] = {"ambient_light": plain_numbers(header["ambient"])}
-        sections = {"lights": self._lights(), "cameras": self._cameras()}
-        document |= {section: made for section, made in sections.items() if made}
-        bodies = {self._mount(body): self._model.body_name(body) for body in self._links if body != WORLD}
+        gravity = (0.0, 0.0, 0.0) if "GRAVITY" in header["disabled"] else to_vector(header["option"]["gravity"])
+        keeps = self._context.keep_file
+        world = DescribedWorld(
+            self._name,
+            self._kept_file() if keeps else tuple(map(self._entity, self._description.robots)),
+            DescribedPhysics(header["option"]["timestep"], gravity, None if keeps else _FRICTION),
+            (*(() if keeps else map(self._between_entities, self._description.constraints)), *self._constraints),
+            self._lights(),
+            self._cameras(),
+            ambient=to_vector(header["ambient"]),
+        )
+        written = write_world(world)
+        self._losses += [
+            Loss("collision-filters", f"`{first}` and `{second}` would collide", Location(str(self._path)))
+            for first, second in written.unwritten
+        ]
         return ImportedScene(
-            document,
+            written.document,
             tuple(self._losses),
-            bodies,
+            written.bodies,
             self._reference(),
             engine="MuJoCo",
+            places={} if keeps else written.places,
             codes_of_losses=frozenset({"SC484", "SC490"}),
         )
 
-    def _keyframe(self) -> dict[str, str]:
-        """Returns the key `keyframe`, if one adds drive targets to the file's own initial positions."""
-        model, used = self._model, dict[str, str]()
+    def _kept_file(self) -> tuple[DescribedEntity, ...]:
+        keys = (("keyframe", self._keyframe),) if self._keyframe else ()
+        file = RobotFile("mjcf", self._path.absolute(), keys=keys, robots=self._description.robots)
+        return (DescribedEntity(self._name, file, Location(str(self._path))),)
+
+    def _entity(self, robot: DescribedRobot) -> DescribedEntity:
+        """Returns a robot or body as an entity, which has the name of its first body."""
+        root, *others = robot.links
+        is_added = bool(others) and root.name not in self._model.names("body")
+        wish = others[0].name if is_added and robot.fixed else root.name
+        links = tuple(
+            replace(
+                link,
+                collisions=tuple(map(self._plain_mesh, link.collisions)),
+                visuals=tuple(map(self._plain_mesh, link.visuals)),
+            )
+            for link in robot.links
+        )
+        return DescribedEntity(root.name, replace(robot, links=links), robot.location or root.location, wish)
+
+    def _plain_mesh(self, shape: Any) -> Any:
+        """Returns a shape whose mesh the scene can name: without missing files, and unmirrored if it collides."""
+        mesh = shape.geometry
+        if not isinstance(mesh, MeshGeometry) or mesh.data is not None:
+            return shape
+        is_mirrored = isinstance(shape, DescribedCollision) and min(mesh.scale) < 0
+        try:
+            file = load_mesh(mesh.path, self._context)
+            if not (file.missing or is_mirrored):
+                return shape
+            data = mesh_as_obj(file, submesh="", scale=[*mesh.scale], center=False)
+        except MeshError:  # reported when the scene is compiled
+            return shape
+        baked = replace(mesh, uri=f"{mesh.path.stem}.obj", data=data, scale=(1.0, 1.0, 1.0))
+        return replace(shape, geometry=baked)
+
+    def _between_entities(self, constraint: DescribedConstraint) -> DescribedConstraint:
+        """Returns a constraint of the file with the world instead of a fixed root, and a child that moves."""
+        parent, child = constraint.parent, constraint.child
+        if parent == self._links.get(WORLD):
+            return replace(constraint, parent=IN_WORLD)
+        still = {robot.links[0].name for robot in self._description.robots if robot.body_type == "static"}
+        if child[0] not in still:
+            return constraint
+        frames = {"pose_in_parent": constraint.pose_in_child, "pose_in_child": constraint.pose_in_parent}
+        return replace(constraint, parent=child, child=parent, **frames)
+
+    def _find_keyframe(self) -> str:
+        """Returns the keyframe that adds drive targets to the file's own initial positions; "" for none."""
+        model, used = self._model, ""
         # Without a keyframe drives hold the initial positions; with one they go to its controls.
         starts = model["qpos0"][model["jnt_qposadr"][model["jnt_type"] >= _SLIDE]]
+        is_found = False
         for number, qpos in enumerate(model["key_qpos"]):
             name, place = model.name("key", number), model.location("key", number)
-            if not used and name and np.allclose(qpos, model["qpos0"], rtol=0, atol=1e-6):
-                controls = model["key_ctrl"][number]
-                used = {"keyframe": name} if controls.any() or (controls.size and starts.any()) else {}
+            if not is_found and name and np.allclose(qpos, model["qpos0"], rtol=0, atol=1e-6):
+                controls, is_found = model["key_ctrl"][number], True
+                used = name if controls.any() or (controls.size and starts.any()) else ""
                 if model["key_qvel"][number].any():
                     self._losses.append(Loss("saved-states", f"the velocities of the keyframe `{name}`", place))
             else:
-                hint = f"; set `keyframe: {name}` to start there" if name else ""
+                hint = f"; set `keyframe: {name}` to start there" if name and self._context.keep_file else ""
                 self._losses.append(Loss("saved-states", f"the keyframe `{name}`{hint}", place))
         return used
 
-    def _world_constraints(self, lost: set[Location]) -> list[tuple[Location, dict[str, Any]]]:
+    def _world_constraints(self, lost: set[Location]) -> tuple[DescribedConstraint, ...]:
         """Returns constraints between moving bodies and the world. `lost`: locations of these equalities."""
         model = self._model
-        made: list[tuple[Location, dict[str, Any]]] = []
+        made: list[DescribedConstraint] = []
         for number, kind in enumerate(model["eq_type"].tolist()):
-            if model.location("eq", number) not in lost:
+            place = model.location("eq", number)
+            if place not in lost:
                 continue
             ends = equality_frames(model, number, kind)
             (first, in_world), (body, in_body) = ends if ends[0][0] == WORLD else ends[::-1]
             if first != WORLD or body not in self._links or not model["body_weldid"][body]:
                 continue
-            keys: dict[str, Any] = {
-                "name": model.name("eq", number) or f"equality_{number}",
-                "type": "weld" if kind == WELD_EQUALITY else "connection",
-                "parent": "world",
-                "child": self._mount(body),
-                "pose_in_parent": plain_pose(in_world),
-                "pose_in_child": plain_pose(in_body),
-            }
-            made.append((model.location("eq", number), keys))
-        return made
+            name = model.name("eq", number) or f"equality_{number}"
+            word = "weld" if kind == WELD_EQUALITY else "connection"
+            made.append(DescribedConstraint(name, word, IN_WORLD, self._links[body], in_world, in_body, place))
+        return tuple(made)
 
     def _reference(self) -> dict[str, ReferencePose]:
         """Returns masses and body poses from MuJoCo's kinematics, with joints within their limits."""
@@ -177,24 +250,12 @@ class _Importer:
             if body != WORLD
         }
 
-    def _mount(self, body: int) -> str:
-        root, link = self._links[body]
-        entity = self._name if len(self._robots) == 1 else f"{self._name}/{root}"
-        robot = next(robot for robot in self._robots if robot.links[0].name == root)
-        return entity if robot.body_type is not None else f"{entity}/{link}"
-
     def _world_pose(self, body: int) -> Pose7:
         return (*self._model["xpos"][body].tolist(), *self._model["xquat"][body].tolist())
 
-    def _mount_and_pose(self, body: int, local: Pose7) -> tuple[dict[str, Any], Pose7]:
-        """Returns the key `mount` if something moves with a body, and its pose there or in the world."""
-        if body != WORLD and body in self._links:
-            return {"mount": self._mount(body)}, local
-        return {}, compose(self._world_pose(body), local)
-
-    def _lights(self) -> dict[str, Any]:
-        model, names = self._model, Names()
-        made: dict[str, Any] = {}
+    def _lights(self) -> tuple[DescribedLight, ...]:
+        model = self._model
+        made: list[DescribedLight] = []
         for number, kind in enumerate(model["light_type"].tolist()):
             place, label = model.location("light", number), model.name("light", number) or "light"
             if not model["light_active"][number]:
@@ -202,44 +263,34 @@ class _Importer:
             if kind not in _LIGHT_TYPES:
                 self._losses.append(Loss("lights", f"the environment image `{label}`", place))
                 continue
-            keys: dict[str, Any] = {
-                "type": _LIGHT_TYPES[kind],
-                "color": plain_numbers(model["light_diffuse"][number].tolist()),
-            }
-            if keys["type"] == "spot":
-                angle = min(2 * float(model["light_cutoff"][number]), 179.0)
-                keys |= {"inner_fov_deg": plain_number(angle), "outer_fov_deg": plain_number(angle)}
-            if model["light_castshadow"][number]:
-                keys["shadow"] = True
+            angle = math.radians(min(2 * float(model["light_cutoff"][number]), 179.0))
             local: Pose7 = (*model["light_pos"][number].tolist(), 1.0, 0.0, 0.0, 0.0)
-            direction = model["light_dir"][number].tolist()
             body = int(model["light_bodyid"][number])
             pose = compose(self._world_pose(body), local)
             if body != WORLD and body in self._links:
                 self._losses.append(Loss("lights", f"the mount of the light `{label}`, which stays in place", place))
-            if keys["type"] != "directional":
+            if _LIGHT_TYPES[kind] != "directional":
                 self._losses.append(Loss("light-falloff", f"the falloff of the light `{label}`", place))
-            shines = rotate(self._world_pose(body)[3:], tuple(direction))
-            made[names.new(label)] = {**keys, **light_place(keys["type"], pose[:3], shines)}
-        return made
+            shines = rotate(self._world_pose(body)[3:], tuple(model["light_dir"][number].tolist()))
+            color, shadow = to_vector(model["light_diffuse"][number].tolist()), bool(model["light_castshadow"][number])
+            made.append(
+                DescribedLight(label, _LIGHT_TYPES[kind], color, pose[:3], shines, place, (angle, angle), shadow)
+            )
+        return tuple(made)
 
-    def _cameras(self) -> dict[str, Any]:
-        model, names = self._model, Names()
-        made: dict[str, Any] = {}
+    def _cameras(self) -> tuple[DescribedCamera, ...]:
+        model = self._model
+        made: list[DescribedCamera] = []
         for number, body in enumerate(model["cam_bodyid"].tolist()):
-            label = model.name("camera", number) or "camera"
+            label, place = model.name("camera", number) or "camera", model.location("camera", number)
             if model["cam_mode"][number] != _FIXED:
-                words = f"the tracking mode of the camera `{label}`"
-                self._losses.append(Loss("camera-modes", words, model.location("camera", number)))
+                self._losses.append(Loss("camera-modes", f"the tracking mode of the camera `{label}`", place))
             own: Pose7 = (*model["cam_pos"][number].tolist(), *model["cam_quat"][number].tolist())
-            mount, pose = self._mount_and_pose(body, compose(own, LOOK))
-            keys: dict[str, Any] = {
-                **mount,
-                "pose": plain_pose(pose),
-                "fovy_deg": plain_number(model["cam_fovy"][number]),
-            }
+            pose, mount = compose(own, LOOK), self._links.get(body) if body != WORLD else None
+            if mount is None:
+                pose = compose(self._world_pose(body), pose)
             width, height = model["cam_resolution"][number].tolist()
-            if width > 1 and height > 1:
-                keys |= {"width": width, "height": height}
-            made[names.new(label)] = keys
-        return made
+            size = (width, height) if width > 1 and height > 1 else None
+            lens = ("fovy", math.radians(model["cam_fovy"][number]))
+            made.append(DescribedCamera(label, pose, lens, place, size, mount=mount))
+        return tuple(made)

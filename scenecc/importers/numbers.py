@@ -16,6 +16,7 @@ from scenecc.geometry.rotations import (
     Vec3,
     compose,
     from_matrix,
+    from_rpy,
     invert,
     rotate,
     shortest_from_x,
@@ -24,6 +25,9 @@ from scenecc.names import UniqueNames
 
 _NOISE = 1e-9
 """Smaller numbers in poses and directions are rounding noise [m, or quaternion]."""
+
+SINGLE: Final = 2e-7
+"""Rounding error of a quaternion or a direction in single precision."""
 
 LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0))))
 """SAPIEN's x (forward), y (left), z (up) in a MuJoCo or USD camera frame, which looks along -z with y up."""
@@ -51,6 +55,21 @@ def plain_pose(pose: Pose7) -> Any:
     return {"p": p, **turned} if any(p) else turned
 
 
+def clean_pose(pose: Pose7) -> Pose7:
+    """Returns a pose without the rounding errors of single precision: whole degrees where it is that near to them."""
+    w, x, y, z = pose[3:]
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    near = from_rpy(*(math.radians(round(math.degrees(angle))) for angle in (roll, pitch, yaw)))
+    sign = math.copysign(1.0, sum(a * b for a, b in zip(near, pose[3:], strict=True)))
+    near = (near[0] * sign, near[1] * sign, near[2] * sign, near[3] * sign)
+    is_near = max(abs(a - b) for a, b in zip(near, pose[3:], strict=True)) < SINGLE
+    reach = max(map(abs, pose[:3])) * SINGLE
+    p = [0.0 if abs(each) <= reach else each for each in pose[:3]]
+    return (p[0], p[1], p[2], *(near if is_near else pose[3:]))
+
+
 def is_identity(pose: Pose7) -> bool:
     """Returns whether a pose, as written, is the identity."""
     return plain_pose(pose) == [0, 0, 0]
@@ -76,7 +95,8 @@ def _plain_rotation(q: Quat, rotation: list[float]) -> dict[str, Any]:
 def plain_axis(axis: Vec3) -> Any:
     """Returns a direction: a letter for an axis, else a unit vector."""
     length = math.sqrt(sum(each * each for each in axis))
-    unit = plain_numbers([each / length for each in axis], _NOISE)
+    unit = plain_numbers([each / length for each in axis], SINGLE)
+    unit = [round(each) + 0.0 if abs(each - round(each)) < SINGLE else each for each in unit]
     return _AXES.get((unit[0], unit[1], unit[2]), unit)
 
 
@@ -125,7 +145,7 @@ def joint_frames(in_parent: Pose7, in_child: Pose7, axis: Vec3 | None) -> dict[s
         in_child: the same frame in the child link, at position 0.
         axis: axis of motion in the joint's frame; None: fixed.
     """
-    origin = pose_key(compose(in_parent, invert(in_child)), "origin")
+    origin = pose_key(clean_pose(compose(in_parent, invert(in_child))), "origin")
     if axis is None:
         return origin
     if max(map(abs, in_child[:3])) < _NEAR:

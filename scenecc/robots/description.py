@@ -1,13 +1,14 @@
-"""Robots as described by a URDF or MJCF file.
+"""Robots and bodies as described by a file of another format.
 
 Numbers are those for the engine: for a URDF exactly those that SAPIEN's loader would pass, for an MJCF those of
-MuJoCo's compiled model. The file's scale is applied. Poses are seven numbers: p [m], then q (wxyz).
+MuJoCo's compiled model. The file's scale is applied. Poses are seven numbers: p [m], then q (wxyz). A value that the
+file omits is None. `scenecc.robots.world` adds the rest of a world.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, Vec3
@@ -19,10 +20,19 @@ if TYPE_CHECKING:
 
 SapienJointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
 
+MeshCollision = Literal["hull", "parts", "coacd", "triangles", "sdf"]
+"""How a mesh collides: as its convex hull, the hulls of its connected parts, convex parts by CoACD, its triangles, or
+its triangles with a signed distance field."""
+
+MotionAxis = Literal["x", "y", "z", "rx", "ry", "rz"]
+
 
 @frozen
 class SolidGeometry:
-    """A primitive. `kind`: one of `plan.geometry.SOLIDS`; `sizes` in m."""
+    """A primitive: a box, sphere, capsule, cylinder or cone with the `sizes` of `plan.geometry` [m].
+
+    Round solids lie along x of the shape's pose.
+    """
 
     kind: str
     sizes: tuple[float, ...]
@@ -44,28 +54,39 @@ class MeshGeometry:
             top scene's folder, else an absolute path.
         path: path on this machine.
         scale: factors of the vertices, nonzero; negative factors mirror.
-        parts: whether each connected part is a collision shape, instead of the convex hull; None: an option decides.
+        collision: None: an option of the scene decides between "hull" and "parts".
         optional_names: whether files that the mesh names may be missing.
-        data: content of a mesh that has no file of its own, see `numeric_mesh`.
+        data: content of a mesh that has no file of its own, see `numeric_mesh`; the name of a copy is that of `uri`.
     """
 
     uri: str
     path: Path
     scale: Vec3
-    parts: bool | None = None
+    collision: MeshCollision | None = None
     optional_names: bool = False
     data: bytes | None = None
 
 
 @frozen
 class HeightfieldGeometry:
-    """Terrain. `size` and `heights` are as in `plan.geometry.Heightfield`, the same in every scene."""
+    """Terrain. `size` and `heights` are as in `plan.geometry.Heightfield`; `image`: a grey PNG instead of `heights`."""
 
     size: Vec3
-    heights: tuple[tuple[float, ...], ...]
+    heights: tuple[tuple[float, ...], ...] = ()
+    image: Path | None = None
 
 
 Geometry = SolidGeometry | PlaneGeometry | MeshGeometry | HeightfieldGeometry
+
+
+@frozen
+class DescribedTexture:
+    """An image. `uri`: for a scene; `srgb`, `address_mode`: as in the scene language, None: its default."""
+
+    uri: str
+    path: Path
+    srgb: bool | None = None
+    address_mode: Literal["border", "edge", "mirror"] | None = None
 
 
 @frozen
@@ -74,16 +95,19 @@ class DescribedMaterial:
 
     Attributes:
         base_color: linear RGBA, as in SAPIEN.
-        texture, texture_uri: path and URI of the base colour texture.
+        emission: linear RGB or RGBA.
     """
 
     base_color: tuple[float, float, float, float] | None = None
-    texture: Path | None = None
-    texture_uri: str | None = None
-    emission: tuple[float, float, float, float] | None = None
+    emission: tuple[float, ...] | None = None
     specular: float | None = None
     roughness: float | None = None
     metallic: float | None = None
+    base_color_texture: DescribedTexture | None = None
+    normal_texture: DescribedTexture | None = None
+    roughness_texture: DescribedTexture | None = None
+    metallic_texture: DescribedTexture | None = None
+    emission_texture: DescribedTexture | None = None
 
 
 @frozen
@@ -96,6 +120,7 @@ class DescribedCollision:
         density: [kg/m³]; None: not in the file.
         bits: the first two of SAPIEN's collision integers; None: not in the file.
         location: the line that names the geometry.
+        contact_offset, rest_offset: [m].
     """
 
     geometry: Geometry
@@ -104,6 +129,8 @@ class DescribedCollision:
     friction: tuple[float, float, float] | None = None
     density: float | None = None
     bits: tuple[int, int] | None = None
+    contact_offset: float | None = None
+    rest_offset: float | None = None
 
 
 @frozen
@@ -154,13 +181,16 @@ class DescribedMimic:
 class DescribedDrive:
     """A drive: stiffness and damping per metre or radian, force limit [N, N·m] (None: unlimited), target [m, rad].
 
-    `target` None: the joint's initial position.
+    `target` None: the joint's initial position. `mode`: whether stiffness and damping scale a force or an acceleration.
+    `velocity_target`: [m/s, rad/s].
     """
 
     stiffness: float
     damping: float
     force_limit: float | None = None
     target: float | None = None
+    mode: Literal["force", "acceleration"] = "force"
+    velocity_target: float = 0.0
 
 
 @frozen
@@ -173,8 +203,9 @@ class DescribedJoint:
         friction, armature: None: not in the file.
         damping: 0 if not in the file.
         effort, velocity: limits of the actuator, above 0; None: not in the file.
-        qpos: initial position [m, rad], within the limits; None: not in the file.
+        qpos: initial position [m, rad], within the limits for a robot's file; None: not in the file.
         drive: None: the joint has only its damping.
+        qvel: initial velocity [m/s, rad/s]; None: not in the file.
     """
 
     name: str
@@ -191,6 +222,19 @@ class DescribedJoint:
     mimic: DescribedMimic | None = None
     qpos: float | None = None
     drive: DescribedDrive | None = None
+    qvel: float | None = None
+
+
+@frozen
+class DescribedMotion:
+    """Damping [1/s] and limits of the motion of a body or link [m/s, rad/s, N·s]."""
+
+    linear_damping: float | None = None
+    angular_damping: float | None = None
+    max_linear_velocity: float | None = None
+    max_angular_velocity: float | None = None
+    max_depenetration_velocity: float | None = None
+    max_contact_impulse: float | None = None
 
 
 @frozen
@@ -203,6 +247,8 @@ class DescribedLink:
         ignore_bits: ignore bits (SAPIEN's third collision integer) of its shapes; links that share a bit do not
             collide.
         disable_gravity: whether gravity is off.
+        motion: None: not in the file.
+        source: name in the source's own library, to compare poses and masses; "": its name.
     """
 
     name: str
@@ -214,6 +260,25 @@ class DescribedLink:
     inertial: DescribedInertial | None = None
     ignore_bits: int = 0
     disable_gravity: bool = False
+    motion: DescribedMotion | None = None
+    source: str = ""
+
+
+@frozen
+class DescribedDynamics:
+    """Initial velocities in the world frame [m/s, rad/s], and settings of the solver, of a body or an articulation.
+
+    Attributes:
+        locked_axes: of a body only.
+        sleep_threshold: energy per mass [m²/s²].
+    """
+
+    linear_velocity: Vec3 | None = None
+    angular_velocity: Vec3 | None = None
+    locked_axes: tuple[MotionAxis, ...] = ()
+    sleep_threshold: float | None = None
+    solver_position_iterations: int | None = None
+    solver_velocity_iterations: int | None = None
 
 
 @frozen
@@ -226,6 +291,8 @@ class DescribedRobot:
         fixed: whether the root is fixed to the world; None: the scene decides.
         pose: pose of the root in the file's frame.
         ignored: SRDF pair of each bit of `DescribedLink.ignore_bits`.
+        self_collisions: whether its links collide with one another.
+        dynamics: None: not in the file.
     """
 
     links: tuple[DescribedLink, ...]
@@ -234,23 +301,47 @@ class DescribedRobot:
     pose: Pose7 = IDENTITY_POSE
     location: Location | None = None
     ignored: tuple[Location, ...] = ()
+    self_collisions: bool = True
+    dynamics: DescribedDynamics | None = None
 
 
 LinkName = tuple[str, str]
-"""Names of a robot's or body's root and of one of its links."""
+"""Names of a robot's or body's root (in a world: of its entity) and of one of its links."""
+
+IN_WORLD: Final[LinkName] = ("world", "")
+"""Stands for the world itself, as the parent of a constraint."""
+
+LimitAxis = Literal["x", "y", "z", "twist"]
+
+DriveAxis = Literal["x", "y", "z", "twist", "swing", "slerp"]
 
 
 @frozen
 class DescribedConstraint:
-    """A constraint between frames of two links: the whole pose (weld) or only the origin (connection)."""
+    """A constraint between frames of two links. A robot's file has only welds and connections.
+
+    Attributes:
+        type: as in the section `constraints` of a scene: "weld" holds the whole pose, "connection" the origin.
+        parent: `IN_WORLD` is possible.
+        span: of "distance" [m], "hinge" [rad] and "slider" [m]; infinite: no limit. None: no limits.
+        limits: of "drive": axis, lowest and highest position [m, rad]; other axes are free.
+        drives: of "drive"; of "hinge" and "slider" one, under "twist" or "x".
+        target: of "drive": pose of the child's frame in the parent's frame.
+        velocity_target: of "drive": linear [m/s] and angular [rad/s].
+    """
 
     name: str
-    type: Literal["weld", "connection"]
+    type: Literal["weld", "connection", "distance", "drive", "hinge", "slider"]
     parent: LinkName
     child: LinkName
     pose_in_parent: Pose7
     pose_in_child: Pose7
     location: Location
+    span: tuple[float, float] | None = None
+    limits: tuple[tuple[LimitAxis, float, float], ...] = ()
+    drives: tuple[tuple[DriveAxis, DescribedDrive], ...] = ()
+    target: Pose7 = IDENTITY_POSE
+    velocity_target: tuple[Vec3, Vec3] | None = None
 
 
 @frozen

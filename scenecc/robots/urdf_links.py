@@ -13,6 +13,7 @@ from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.robots.description import (
     DescribedInertial,
     DescribedMaterial,
+    DescribedTexture,
     Geometry,
     MeshGeometry,
     SolidGeometry,
@@ -404,7 +405,7 @@ class UrdfMaterials:
         file = self._files.find(reference, place, self._findings, repaired="the texture is left out")
         if file is None:
             return DescribedMaterial() if self._findings.errors == before else None
-        return DescribedMaterial(texture=file.path, texture_uri=file.uri)
+        return DescribedMaterial(base_color_texture=DescribedTexture(file.uri, file.path))
 
 
 def _material_key(element: SourceElement) -> tuple[str | None, str | None]:

@@ -194,7 +194,7 @@ def _shape(shape: DescribedCollision | DescribedVisual) -> tuple[Any, ...]:
 def _look(shape: DescribedVisual) -> Any:
     if shape.look is None:
         return None
-    return shape.look.base_color, None if shape.look.texture is None else str(shape.look.texture)
+    return shape.look.base_color, None if (image := shape.look.base_color_texture) is None else str(image.path)
 
 
 def _pose_bits(pose: sapien.Pose) -> tuple[int, ...]:

@@ -145,7 +145,7 @@ class RobotDrafter:
         if isinstance(geometry, robots.MeshGeometry):
             file = self._mesh_file(geometry, place)
             scale = self._tables.size(geometry.scale)
-            parts = meshes.parts if geometry.parts is None else geometry.parts
+            parts = meshes.parts if geometry.collision is None else geometry.collision == "parts"
             return plan.ConvexParts(file, scale, meshes.coacd) if parts else plan.ConvexMesh(file, scale)
         if isinstance(geometry, robots.PlaneGeometry):
             return plan.Plane()
@@ -180,9 +180,9 @@ class RobotDrafter:
         known = self._looks.get(id(look))
         if known is not None:
             return known[1]
-        texture = None
-        if look.texture is not None:
-            file = AssetFile(look.texture_uri or str(look.texture), look.texture)
+        texture, image = None, look.base_color_texture
+        if image is not None:
+            file = AssetFile(image.uri, image.path)
             texture = Texture(self._file(file, origin.into(location)))
         numbers: dict[str, Any] = {
             name: literal(item)

@@ -16,6 +16,7 @@ from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedMaterial,
+    DescribedTexture,
     DescribedVisual,
     Geometry,
     HeightfieldGeometry,
@@ -191,7 +192,7 @@ class MjcfShapeReader:
             return self._compiled_mesh(mesh), pose
         moved = (*model["mesh_pos"][mesh].tolist(), *model["mesh_quat"][mesh].tolist())
         # MuJoCo ignores materials in mesh files.
-        geometry = MeshGeometry(found.uri, found.path, tuple(scale), parts=False, optional_names=True)
+        geometry = MeshGeometry(found.uri, found.path, tuple(scale), collision="hull", optional_names=True)
         return geometry, compose_poses(pose, invert_pose(moved))
 
     def _compiled_mesh(self, mesh: int) -> MeshGeometry:
@@ -259,8 +260,7 @@ class MjcfShapeReader:
             self._report.leave_out("texture", message, model.location("tex", texture), "save the texture to a file")
         return DescribedMaterial(
             base_color=color,
-            texture=None if file is None else file.path,
-            texture_uri=None if file is None else file.uri,
+            base_color_texture=None if file is None else DescribedTexture(file.uri, file.path),
             emission=(color[0] * emission, color[1] * emission, color[2] * emission, 1.0) if emission else None,
             specular=specular,
             roughness=roughness if roughness >= 0 else 1 - shininess,

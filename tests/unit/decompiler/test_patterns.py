@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from scenecc.decompiler.articulations import group_by_pattern, pattern_of
+from scenecc.scene_file.patterns import group_by_pattern, pattern_of
 
 ARM = [*(f"panda_joint{i}" for i in range(1, 8)), "panda_finger_joint1", "panda_finger_joint2"]
 

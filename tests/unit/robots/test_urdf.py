@@ -12,7 +12,13 @@ from plugins.nightly import assert_took
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan.articulation import MAX_LINKS
-from scenecc.robots.description import DescribedMaterial, DescribedRobot, MeshGeometry, RobotDescription
+from scenecc.robots.description import (
+    DescribedMaterial,
+    DescribedRobot,
+    DescribedTexture,
+    MeshGeometry,
+    RobotDescription,
+)
 from scenecc.robots.urdf import MAX_SHAPES, read_urdf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
@@ -164,7 +170,7 @@ def test_files_are_listed_with_the_place_that_names_them(folder: Folder) -> None
     assert {(file.uri, file.location.line) for file in found.files} == {("a.obj", 2), ("b.png", 2), ("robot.srdf", 1)}
     (shape,) = found.robots[0].links[0].visuals
     assert shape.geometry == MeshGeometry("a.obj", folder.path / "a.obj", (1.0, 1.0, 1.0))
-    assert shape.look == DescribedMaterial(texture=folder.path / "b.png", texture_uri="b.png")
+    assert shape.look == DescribedMaterial(base_color_texture=DescribedTexture("b.png", folder.path / "b.png"))
 
 
 def test_collision_is_visual_adds_visuals(folder: Folder) -> None:

@@ -1,0 +1,207 @@
+"""Pairs of links and bodies that never collide, as collision groups of a scene document."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import TYPE_CHECKING, Final
+
+from scenecc.importers.numbers import Names
+from scenecc.robots.ignored_sets import MAX_SETS, cover_pairs, order_pair
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from scenecc.robots.ignored_sets import Pairs
+    from scenecc.scene_file import Node
+
+_MAX_GROUPS: Final = 31
+"""`scenecc.lower.collision_groups.GROUPS`."""
+
+_ID: Final = 1000
+"""Fourth collision integer, which separates the third from those of other entities."""
+
+
+@dataclass(slots=True)
+class Collider:
+    """A link or body that collides.
+
+    Attributes:
+        node: its keys in the document.
+        shapes: the entries of its shapes that collide.
+        bits: the first two collision integers of each shape.
+        name: in the scene.
+        entity: index of its entity.
+        link: index of the link, and that of its parent; None: it has none.
+        ignore_bits: links that share a bit do not collide.
+        is_static: whether it cannot move.
+    """
+
+    node: Node
+    shapes: Sequence[Node]
+    bits: tuple[tuple[int, int], ...]
+    name: str
+    entity: int
+    link: int
+    parent: int | None
+    ignore_bits: int = 0
+    is_static: bool = False
+
+    def touches(self, other: Collider) -> set[bool]:
+        """Returns whether its shapes and those of another collide by their bits; both where only some do."""
+        return {bool(a[0] & b[1] or b[0] & a[1]) for a in set(self.bits) for b in set(other.bits)}
+
+    def is_never_tested(self, other: Collider) -> bool:
+        """Returns whether PhysX never tests the pair."""
+        near = self.entity == other.entity and (self.parent == other.link or other.parent == self.link)
+        return near or (self.is_static and other.is_static)
+
+
+@dataclass(slots=True)
+class IgnoredPairs:
+    """Finds the ignored pairs of a world, and writes them.
+
+    Attributes:
+        colliders: all that collide.
+        entities: keys of each entity.
+        named: ignored pairs of the world, by name in the scene.
+        closed: indices of entities whose links never collide with one another.
+        groups: section `collision_groups`.
+        unwritten: pairs that a scene cannot ignore, since there are too many.
+    """
+
+    colliders: list[Collider]
+    entities: Sequence[Node]
+    named: frozenset[frozenset[str]]
+    closed: frozenset[int]
+    groups: dict[str, Node] = field(default_factory=dict[str, "Node"])
+    unwritten: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
+
+    def write(self) -> None:
+        """Sets `disable_self_collisions`, and `collision_group` or `collision_bits`, where a pair is ignored."""
+        for index in self.closed:
+            if any(collider.entity == index for collider in self.colliders):
+                self.entities[index]["disable_self_collisions"] = True
+        if self._all_collide():
+            return
+        ignored, mixed = self._pairs()
+        if not mixed:
+            ignored = self._within_entities(ignored)
+            classes = _find_classes(ignored, len(self.colliders))
+            if len({*classes.values()}) <= _MAX_GROUPS:
+                self._write_groups(ignored, classes)
+                return
+        self._write_bits()
+
+    def _all_collide(self) -> bool:
+        """Returns whether no pair is ignored, from the distinct bits only."""
+        bits = {each for collider in self.colliders for each in collider.bits}
+        ignoring = self.named or any(collider.ignore_bits for collider in self.colliders)
+        return not ignoring and all(a[0] & b[1] or b[0] & a[1] for a in bits for b in bits)
+
+    def _pairs(self) -> tuple[Pairs, bool]:
+        """Returns the ignored pairs that PhysX would test, and whether bits separate only some shapes of a pair."""
+        ignored: Pairs = set()
+        mixed = False
+        for (i, first), (j, second) in combinations(enumerate(self.colliders), 2):
+            if first.is_never_tested(second) or (first.entity == second.entity and first.entity in self.closed):
+                continue
+            touches = first.touches(second)
+            if self._ignores(first, second) or touches == {False}:
+                ignored.add((i, j))
+            else:
+                mixed = mixed or len(touches) > 1
+        return ignored, mixed
+
+    def _ignores(self, first: Collider, second: Collider) -> bool:
+        """Returns whether two colliders ignore one another for another reason than their bits."""
+        closed = first.entity == second.entity and first.entity in self.closed
+        return (
+            bool(first.ignore_bits & second.ignore_bits) or closed or frozenset((first.name, second.name)) in self.named
+        )
+
+    def _within_entities(self, ignored: Pairs) -> Pairs:
+        """Returns the pairs without those of entities whose links all ignore one another."""
+        tested: dict[int, set[tuple[int, int]]] = {}
+        for (i, first), (j, second) in combinations(enumerate(self.colliders), 2):
+            if first.entity == second.entity and not first.is_never_tested(second):
+                tested.setdefault(first.entity, set()).add((i, j))
+        for index, pairs in tested.items():
+            if pairs <= ignored and index not in self.closed:
+                self.entities[index]["disable_self_collisions"] = True
+                ignored = ignored - pairs
+        return ignored
+
+    def _write_groups(self, ignored: Pairs, classes: Mapping[int, int]) -> None:
+        names, called = Names(), dict[int, str]()
+        for first in dict.fromkeys(classes.values()):
+            called[first] = names.new(self.colliders[first].name.rpartition("/")[2])
+        for first, name in called.items():
+            ignores = {called[classes[i]]: None for i in classes if order_pair(i, first) in ignored and i != first}
+            twins = [i for i in classes if classes[i] == first]
+            if any(pair in ignored for pair in combinations(twins, 2)):
+                ignores[name] = None
+            self.groups[name] = {"ignore": list(ignores)}
+        members: dict[int, set[str | None]] = {}
+        for number, collider in enumerate(self.colliders):
+            members.setdefault(collider.entity, set()).add(called.get(classes.get(number, -1)))
+        for number in classes:
+            collider = self.colliders[number]
+            whole = len(members[collider.entity]) == 1
+            node = self.entities[collider.entity] if whole else collider.node
+            node["collision_group"] = called[classes[number]]
+
+    def _third_bits(self) -> list[int]:
+        """Returns the third collision integer of each collider, which covers the ignored pairs."""
+        wanted: Pairs = set()
+        free: Pairs = set()
+        for (i, first), (j, second) in combinations(enumerate(self.colliders), 2):
+            apart = first.is_never_tested(second) or first.touches(second) == {False}
+            ignores = self._ignores(first, second)
+            if apart or ignores:
+                free.add((i, j))
+            if ignores and not apart:
+                wanted.add((i, j))
+        sets = cover_pairs(wanted, free, len(self.colliders))
+        for left in sets[MAX_SETS:]:
+            for i, j in combinations(left, 2):
+                if order_pair(i, j) in wanted:
+                    self.unwritten.append((self.colliders[i].name, self.colliders[j].name))
+        third = [0] * len(self.colliders)
+        for bit, together in enumerate(sets[:MAX_SETS]):
+            for number in together:
+                third[number] |= 1 << bit
+        return third
+
+    def _write_bits(self) -> None:
+        """Writes SAPIEN's integers, the first two from the file."""
+        third = self._third_bits()
+        for index in self.closed:
+            self.entities[index].pop("disable_self_collisions", None)
+        for number, collider in enumerate(self.colliders):
+            last = [third[number], _ID if third[number] else 0]
+            rows = [[*bits, *last] for bits in collider.bits]
+            if all(row == rows[0] for row in rows):
+                collider.node["collision_bits"] = rows[0]
+                continue
+            for entry, row in zip(collider.shapes, rows, strict=True):
+                entry["collision_bits"] = row
+
+
+def _find_classes(ignored: Pairs, count: int) -> dict[int, int]:
+    """Returns collider → first collider that ignores the same others, whether or not the two ignore one another."""
+    neighbours: dict[int, set[int]] = {}
+    for i, j in ignored:
+        neighbours.setdefault(i, set()).add(j)
+        neighbours.setdefault(j, set()).add(i)
+    near: dict[frozenset[int], list[int]] = {}
+    far: dict[frozenset[int], list[int]] = {}
+    for number in range(count):
+        if number in neighbours:
+            near.setdefault(frozenset(neighbours[number] | {number}), []).append(number)
+            far.setdefault(frozenset(neighbours[number]), []).append(number)
+    found: dict[int, int] = {}
+    for members in (*(each for each in near.values() if len(each) > 1), *far.values()):
+        free = [number for number in members if number not in found]
+        found |= dict.fromkeys(free, free[0]) if free else {}
+    return {number: found[number] for number in sorted(found)}

@@ -1,0 +1,240 @@
+"""Shapes of a link or body as entries of a scene document."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.geometry.rotations import IDENTITY, Pose7, multiply_quaternions, rotate, shortest_from_x
+from scenecc.importers.imported_scene import Asset
+from scenecc.importers.numbers import SINGLE, clean_pose, plain_axis, plain_number, plain_numbers, pose_key
+from scenecc.robots.description import (
+    DescribedCollision,
+    DescribedMaterial,
+    DescribedTexture,
+    DescribedVisual,
+    Geometry,
+    HeightfieldGeometry,
+    MeshGeometry,
+    PlaneGeometry,
+    SolidGeometry,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scenecc.geometry.rotations import Quat, Vec3
+    from scenecc.scene_file import Node
+
+_LETTERS: Final[dict[str, Vec3]] = {"x": (1.0, 0.0, 0.0), "z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
+
+_FRICTION: Final = ("static_friction", "dynamic_friction", "restitution")
+
+_MESH_TYPES: Final[dict[str, Node]] = {
+    "hull": {"type": "convex_mesh"},
+    "parts": {"type": "convex_parts"},
+    "coacd": {"type": "convex_parts", "decomposition": "coacd"},
+    "triangles": {"type": "triangle_mesh"},
+    "sdf": {"type": "triangle_mesh", "sdf": True},
+}
+
+
+def shape_lists(
+    collisions: Sequence[DescribedCollision],
+    visuals: Sequence[DescribedVisual],
+    friction: tuple[float, float, float] | None,
+    *,
+    weighs: bool,
+) -> tuple[Node, list[Node]]:
+    """Returns `shapes`, `collisions` and `visuals`, and the entry of each collision shape, in their order.
+
+    Args:
+        collisions: of one link.
+        visuals: of the same link. A visual with the geometry of a collision becomes one shape with it.
+        friction: default of the scene, which is not written.
+        weighs: whether the mass follows from the densities.
+    """
+    left: dict[Any, list[DescribedVisual]] = {}
+    for visual in visuals:
+        left.setdefault(_form(visual), []).append(visual)
+    found: dict[str, list[Node]] = {"shapes": [], "collisions": [], "visuals": []}
+    entries: list[Node] = []
+    shared: set[int] = set()
+    for collision in collisions:
+        twins = left.get(_form(collision), [])
+        twin = twins.pop(0) if twins else None
+        if twin is not None:
+            shared.add(id(twin))
+        entry = _collision_entry(collision, twin, friction, weighs=weighs)
+        entries.append(entry)
+        found["collisions" if twin is None else "shapes"].append(entry)
+    for visual in visuals:
+        if id(visual) not in shared:
+            entry = _geometry_keys(visual.geometry, visual.pose, {"type": "mesh"})
+            found["visuals"].append(entry | _visual_keys(visual, {}))
+    return {key: value for key, value in found.items() if value}, entries
+
+
+def move_up(node: Node, entries: Sequence[Node], *, is_link: bool) -> Node:
+    """Moves keys that all shapes share to their body or link.
+
+    Args:
+        node: with lists of shapes.
+        entries: its shapes that collide.
+        is_link: of an articulation, which has no key `color`.
+    """
+    visible = [entry for key in ("shapes", "visuals") for entry in node.get(key, ())]
+    shared: Node = {}
+    for key, owners in (("material", entries), ("density", entries), ("color", () if is_link else visible)):
+        value = owners[0].get(key) if owners else None
+        if value is None or any(entry.get(key) != value for entry in owners):
+            continue
+        others = [entry for entry in visible if all(entry is not one for one in owners)]
+        if key == "material" and (others or "visual" in value):
+            # A material of the body would also be that of its visual shapes.
+            continue
+        shared[key] = value
+        for entry in owners:
+            del entry[key]
+    return {**node, **shared}
+
+
+def _form(shape: DescribedCollision | DescribedVisual) -> Any:
+    """Returns what a collision and a visual of one shape have in common."""
+    geometry = shape.geometry
+    if isinstance(geometry, PlaneGeometry):
+        geometry = PlaneGeometry()
+    elif isinstance(geometry, MeshGeometry):
+        geometry = replace(geometry, collision=None, optional_names=False)
+    return geometry, shape.pose
+
+
+def _collision_entry(
+    shape: DescribedCollision,
+    twin: DescribedVisual | None,
+    friction: tuple[float, float, float] | None,
+    *,
+    weighs: bool,
+) -> Node:
+    geometry = shape.geometry
+    if isinstance(geometry, PlaneGeometry) and twin is not None:
+        geometry = twin.geometry
+    kind = geometry.collision or "hull" if isinstance(geometry, MeshGeometry) else "hull"
+    entry = _geometry_keys(geometry, shape.pose, _MESH_TYPES[kind])
+    if shape.density is not None and weighs:
+        entry["density"] = plain_number(shape.density)
+    for key in ("contact_offset", "rest_offset"):
+        if (offset := getattr(shape, key)) is not None:
+            entry[key] = plain_number(offset)
+    physical: Node = {}
+    if shape.friction is not None and shape.friction != friction:
+        physical = {"physical": dict(zip(_FRICTION, plain_numbers(shape.friction), strict=True))}
+    if twin is not None:
+        return entry | _visual_keys(twin, physical)
+    return {**entry, "material": physical} if physical else entry
+
+
+def _visual_keys(visual: DescribedVisual, physical: Node) -> Node:
+    """Returns name, colour and material of a visible shape. `physical`: a material to merge with."""
+    keys: Node = {"name": visual.name} if visual.name else {}
+    look = None if visual.look is None else _look_keys(visual.look)
+    if look is not None and set(look) == {"base_color"}:
+        keys["color"] = look["base_color"]
+    elif look or (look is not None and isinstance(visual.geometry, MeshGeometry)):
+        physical = {**physical, "visual": look}
+    return {**keys, "material": physical} if physical else keys
+
+
+def _look_keys(look: DescribedMaterial) -> Node:
+    keys: Node = {}
+    for name in ("base_color", "emission"):
+        color = getattr(look, name)
+        if color is not None:
+            keys[name] = plain_numbers(color[:3] if color[3:] in {(), (1.0,)} else color)
+    for name in ("specular", "roughness", "metallic"):
+        if (number := getattr(look, name)) is not None:
+            keys[name] = plain_number(number)
+    for name in ("base_color", "normal", "roughness", "metallic", "emission"):
+        if (image := getattr(look, f"{name}_texture")) is not None:
+            keys[f"{name}_texture"] = texture_value(image)
+    return keys
+
+
+def texture_value(image: DescribedTexture) -> Any:
+    """Returns a texture as a value of a key."""
+    asset = Asset(image.path.name, image.path)
+    keys = {"srgb": image.srgb, "address_mode": image.address_mode}
+    given = {key: value for key, value in keys.items() if value is not None}
+    return {"file": asset, **given} if given else asset
+
+
+def _geometry_keys(geometry: Geometry, pose: Pose7, mesh: Node) -> Node:
+    """Returns type, sizes and pose of a shape. `mesh`: keys of a mesh."""
+    match geometry:
+        case SolidGeometry():
+            return _solid_keys(geometry, pose)
+        case PlaneGeometry(half_size):
+            size = {} if half_size is None else {"half_size": plain_numbers(half_size)}
+            return {"type": "plane", **size, **_plane_place(pose)}
+        case MeshGeometry():
+            return {**mesh, **_mesh_keys(geometry), **pose_key(clean_pose(pose))}
+        case HeightfieldGeometry(size, heights, image):
+            keys: Node = {"type": "heightfield", "size": plain_numbers(size)}
+            terrain = {"file": Asset(image.name, image)} if image else {"heights": [plain_numbers(r) for r in heights]}
+            return {**keys, **terrain, **pose_key(clean_pose(pose))}
+
+
+def _mesh_keys(mesh: MeshGeometry) -> Node:
+    name = PurePath(mesh.uri).name or mesh.path.name
+    keys: Node = {"file": Asset(name, mesh.path if mesh.data is None else mesh.data)}
+    if mesh.scale == (1.0, 1.0, 1.0):
+        return keys
+    row = plain_numbers(mesh.scale)
+    return {**keys, "scale": row[0] if len({*row}) == 1 else row}
+
+
+def _solid_keys(solid: SolidGeometry, pose: Pose7) -> Node:
+    if solid.kind == "box":
+        return {"type": "box", "half_size": plain_numbers(solid.sizes), **pose_key(clean_pose(pose))}
+    radius, *half = plain_numbers(solid.sizes)
+    keys: Node = {"type": solid.kind, "radius": radius}
+    if not half:
+        return {**keys, **pose_key(clean_pose(pose))}
+    axis, place = lying_axis(pose)
+    lies = {} if axis == "x" else {"axis": axis}
+    return {**keys, "half_length": half[0], **lies, **pose_key(place)}
+
+
+def lying_axis(pose: Pose7) -> tuple[str, Pose7]:
+    """Returns the axis and the pose of a round solid along x of `pose`: those with the plainest rotation."""
+    places = {name: clean_pose(_unturned(pose, shortest_from_x(axis))) for name, axis in _LETTERS.items()}
+    return min(places.items(), key=lambda place: _complexity(place[1]))
+
+
+def _plane_place(pose: Pose7) -> Node:
+    """Returns normal and pose of a plane, whose normal is x of `pose`."""
+    upright = clean_pose(_unturned(pose, shortest_from_x((0.0, 0.0, 1.0))))
+    normal = rotate(pose[3:], (1.0, 0.0, 0.0))
+    turned = clean_pose(_unturned(pose, shortest_from_x(normal)))
+    if _complexity(turned) < _complexity(upright):
+        return {"normal": plain_axis_vector(normal), **pose_key(turned)}
+    return pose_key(upright)
+
+
+def plain_axis_vector(axis: Vec3) -> list[float]:
+    """Returns a direction as numbers."""
+    plain = plain_axis(axis)
+    return list(_LETTERS[plain]) if isinstance(plain, str) else plain
+
+
+def _unturned(pose: Pose7, turn: Quat) -> Pose7:
+    w, x, y, z = turn
+    return (*pose[:3], *multiply_quaternions(pose[3:], (w, -x, -y, -z)))
+
+
+def _complexity(pose: Pose7) -> int:
+    q = pose[3:]
+    if max(abs(abs(a) - b) for a, b in zip(q, IDENTITY, strict=True)) < SINGLE:
+        return 0
+    return 1 if "rpy_deg" in pose_key(pose)["pose"] else 2
