@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -98,6 +99,8 @@ def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
     return replace(made, losses=losses)
 
 
+_MATERIAL_LINE: Final = re.compile(rb"^[ \t]*(?:mtllib|usemtl)\b.*$", re.MULTILINE)
+
 _FRICTION: Final = (1.0, 1.0, 0.0)
 """MuJoCo's default friction; SAPIEN's static and dynamic friction, and restitution."""
 
@@ -180,20 +183,26 @@ class _Importer:
         return DescribedEntity(root.name, replace(robot, links=links), robot.location or root.location, wish)
 
     def _plain_mesh(self, shape: Any) -> Any:
-        """Returns a shape whose mesh the scene can name: without missing files, and unmirrored if it collides."""
+        """Returns a shape whose mesh a scene can name: unmirrored if it collides, and without materials.
+
+        MuJoCo ignores the materials of a mesh file, which may be missing.
+        """
         mesh = shape.geometry
         if not isinstance(mesh, MeshGeometry) or mesh.data is not None:
             return shape
         is_mirrored = isinstance(shape, DescribedCollision) and min(mesh.scale) < 0
+        data, scale = None, mesh.scale
         try:
             file = load_mesh(mesh.path, self._context)
-            if not (file.missing or is_mirrored):
-                return shape
-            data = mesh_as_obj(file, submesh="", scale=[*mesh.scale], center=False)
+            if is_mirrored:
+                data, scale = mesh_as_obj(file, submesh="", scale=[*mesh.scale], center=False), (1.0, 1.0, 1.0)
+            elif file.missing:
+                data = _MATERIAL_LINE.sub(b"", file.content)
         except MeshError:  # reported when the scene is compiled
             return shape
-        baked = replace(mesh, uri=f"{mesh.path.stem}.obj", data=data, scale=(1.0, 1.0, 1.0))
-        return replace(shape, geometry=baked)
+        if data is None:
+            return shape
+        return replace(shape, geometry=replace(mesh, uri=f"{mesh.path.stem}.obj", data=data, scale=scale))
 
     def _between_entities(self, constraint: DescribedConstraint) -> DescribedConstraint:
         """Returns a constraint of the file with the world instead of a fixed root, and a child that moves."""

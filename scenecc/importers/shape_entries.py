@@ -201,15 +201,21 @@ def _solid_keys(solid: SolidGeometry, pose: Pose7) -> Node:
     keys: Node = {"type": solid.kind, "radius": radius}
     if not half:
         return {**keys, **pose_key(clean_pose(pose))}
-    axis, place = lying_axis(pose)
+    axis, place = lying_axis(pose, is_symmetric=solid.kind != "cone")
     lies = {} if axis == "x" else {"axis": axis}
     return {**keys, "half_length": half[0], **lies, **pose_key(place)}
 
 
-def lying_axis(pose: Pose7) -> tuple[str, Pose7]:
-    """Returns the axis and the pose of a round solid along x of `pose`: those with the plainest rotation."""
-    places = {name: clean_pose(_unturned(pose, shortest_from_x(axis))) for name, axis in _LETTERS.items()}
-    return min(places.items(), key=lambda place: _complexity(place[1]))
+def lying_axis(pose: Pose7, *, is_symmetric: bool) -> tuple[str, Pose7]:
+    """Returns the axis and the pose of a round solid along x of `pose`: those with the plainest rotation.
+
+    `is_symmetric`: whether both ends are alike, so that it may be turned over.
+    """
+    ways = [pose, _unturned(pose, (0.0, 0.0, 1.0, 0.0))] if is_symmetric else [pose]
+    places = [
+        (name, clean_pose(_unturned(way, shortest_from_x(axis)))) for way in ways for name, axis in _LETTERS.items()
+    ]
+    return min(places, key=lambda place: _complexity(place[1]))
 
 
 def _plane_place(pose: Pose7) -> Node:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.importers.numbers import Names, clean_pose, joint_frames, plain_number, plain_numbers
+from scenecc.importers.numbers import SINGLE, Names, clean_pose, joint_frames, plain_number, plain_numbers
 from scenecc.scene_file.patterns import group_by_pattern
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def _joint_node(joint: DescribedJoint, name: str | None, numbers: Node, names: M
     if kind in {"fixed", "continuous"}:
         limits = _NO_LIMITS
     if limits != _NO_LIMITS:
-        node["limits"] = plain_numbers(limits)
+        node |= _limits_key(limits, turns=joint.type != "prismatic")
     if joint.damping and joint.drive is None:
         node["damping"] = plain_number(joint.damping)
     node |= numbers
@@ -89,6 +89,15 @@ def _joint_node(joint: DescribedJoint, name: str | None, numbers: Node, names: M
         if mimic.offset:
             node["mimic"]["offset"] = plain_number(mimic.offset)
     return node
+
+
+def _limits_key(limits: tuple[float, float], *, turns: bool) -> Node:
+    """Returns limits, those of a rotation in degrees if these have few digits."""
+    degrees = [round(math.degrees(limit), 2) if math.isfinite(limit) else limit for limit in limits]
+    is_whole = all(
+        a == b or abs(math.radians(a) - b) <= SINGLE * max(abs(b), 1e-3) for a, b in zip(degrees, limits, strict=True)
+    )
+    return {"limits_deg": plain_numbers(degrees)} if turns and is_whole else {"limits": plain_numbers(limits)}
 
 
 def drive_keys(drive: DescribedDrive, damping: float = 0.0) -> Node:

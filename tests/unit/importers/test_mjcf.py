@@ -30,11 +30,17 @@ def folder(tmp_path: Path) -> Path:
 def test_no_file_outside_the_folder_is_read_or_copied(folder: Path) -> None:
     (folder / "in/rock.obj").write_text("mtllib ../private/key.mtl\n" + TETRAHEDRON)
     (folder / "in/rock.xml").write_text(ROCK)
+    made = import_scene(folder / "in/rock.xml", folder / "out/rock.yaml")
+    assert all(b"private" not in path.read_bytes() for path in made.paths)
+    for path in made.paths:
+        path.unlink()
+    (folder / "out/rock_assets").rmdir()
     with pytest.raises(SceneError) as caught:
-        import_scene(folder / "in/rock.xml", folder / "out/rock.yaml")
+        import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", keep_file=True)
     assert any("key.mtl" in one.message for one in caught.value.diagnostics)
     assert not list((folder / "out").iterdir())
-    made = import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=[folder / "private"])
+    roots = [folder / "private"]
+    made = import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=roots, keep_file=True)
     assert any(path.name == "key.mtl" for path in made.paths)
 
 
