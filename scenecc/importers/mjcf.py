@@ -17,7 +17,16 @@ from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss,
 from scenecc.importers.meshes import MeshError, load_mesh, mesh_as_obj
 from scenecc.importers.numbers import LOOK, Names
 from scenecc.importers.writer import write_world
-from scenecc.robots.description import IN_WORLD, DescribedCollision, DescribedConstraint, DescribedRobot, MeshGeometry
+from scenecc.robots.description import (
+    IN_WORLD,
+    DescribedCollision,
+    DescribedConstraint,
+    DescribedJoint,
+    DescribedLink,
+    DescribedRobot,
+    LinkName,
+    MeshGeometry,
+)
 from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import ReadModel, read_model
@@ -101,6 +110,9 @@ def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
 
 _MATERIAL_LINE: Final = re.compile(rb"^[ \t]*(?:mtllib|usemtl)\b.*$", re.MULTILINE)
 
+_ADDED_ROOT: Final = "base"
+"""Name of the root that is added to a robot whose first body has joints."""
+
 _FRICTION: Final = (1.0, 1.0, 0.0)
 """MuJoCo's default friction; SAPIEN's static and dynamic friction, and restitution."""
 
@@ -111,6 +123,7 @@ class _Importer:
         self._context = context
         self._model = read.model
         self._links = read.links
+        self._called: dict[LinkName, LinkName] = {}
         self._name = Names().new(path.stem)
         self._constraints = self._world_constraints({place for kind, _, place in read.losses if kind == WORLD_EQUALITY})
         built = {constraint.location for constraint in self._constraints}
@@ -138,11 +151,16 @@ class _Importer:
         header = self._model.header
         gravity = (0.0, 0.0, 0.0) if "GRAVITY" in header["disabled"] else to_vector(header["option"]["gravity"])
         keeps = self._context.keep_file
+        entities = self._kept_file() if keeps else tuple(map(self._entity, self._description.robots))
+        constraints = (
+            *(() if keeps else map(self._between_entities, self._description.constraints)),
+            *self._constraints,
+        )
         world = DescribedWorld(
             self._name,
-            self._kept_file() if keeps else tuple(map(self._entity, self._description.robots)),
+            entities,
             DescribedPhysics(header["option"]["timestep"], gravity, None if keeps else _FRICTION),
-            (*(() if keeps else map(self._between_entities, self._description.constraints)), *self._constraints),
+            tuple(map(self._renamed, constraints)),
             self._lights(),
             self._cameras(),
             ambient=to_vector(header["ambient"]),
@@ -168,19 +186,26 @@ class _Importer:
         return (DescribedEntity(self._name, file, Location(str(self._path))),)
 
     def _entity(self, robot: DescribedRobot) -> DescribedEntity:
-        """Returns a robot or body as an entity, which has the name of its first body."""
+        """Returns a robot or body as an entity.
+
+        It has the name of its first body. A prefix that all its names share (`PREFIX/`) becomes the entity's name.
+        """
         root, *others = robot.links
         is_added = bool(others) and root.name not in self._model.names("body")
-        wish = others[0].name if is_added and robot.fixed else root.name
-        links = tuple(
-            replace(
-                link,
-                collisions=tuple(map(self._plain_mesh, link.collisions)),
-                visuals=tuple(map(self._plain_mesh, link.visuals)),
-            )
-            for link in robot.links
-        )
-        return DescribedEntity(root.name, replace(robot, links=links), robot.location or root.location, wish)
+        own = others if is_added else robot.links
+        prefix, slash, _ = own[0].name.partition("/")
+        shared = prefix + slash
+        is_shared = bool(slash) and bool(others) and all(link.name.startswith(shared) for link in own)
+        links: list[DescribedLink] = []
+        for link in robot.links:
+            name = link.name.removeprefix(shared) if is_shared else link.name
+            name = _ADDED_ROOT if is_added and link is root else name
+            self._called[root.name, link.name] = (root.name, name)
+            shapes = [tuple(map(self._plain_mesh, each)) for each in (link.collisions, link.visuals)]
+            made = replace(link, name=name, source=link.name, collisions=shapes[0], visuals=shapes[1])
+            links.append(replace(made, joint=_without_prefix(link.joint, shared)) if is_shared and link.joint else made)
+        wish = prefix if is_shared else own[0].name
+        return DescribedEntity(root.name, replace(robot, links=tuple(links)), robot.location or root.location, wish)
 
     def _plain_mesh(self, shape: Any) -> Any:
         """Returns a shape whose mesh a scene can name: unmirrored if it collides, and without materials.
@@ -214,6 +239,10 @@ class _Importer:
             return constraint
         frames = {"pose_in_parent": constraint.pose_in_child, "pose_in_child": constraint.pose_in_parent}
         return replace(constraint, parent=child, child=parent, **frames)
+
+    def _renamed(self, constraint: DescribedConstraint) -> DescribedConstraint:
+        parent, child = (self._called.get(end, end) for end in (constraint.parent, constraint.child))
+        return replace(constraint, parent=parent, child=child)
 
     def _find_keyframe(self) -> str:
         """Returns the keyframe that adds drive targets to the file's own initial positions; "" for none."""
@@ -296,6 +325,7 @@ class _Importer:
                 self._losses.append(Loss("camera-modes", f"the tracking mode of the camera `{label}`", place))
             own: Pose7 = (*model["cam_pos"][number].tolist(), *model["cam_quat"][number].tolist())
             pose, mount = compose(own, LOOK), self._links.get(body) if body != WORLD else None
+            mount = mount and self._called.get(mount, mount)
             if mount is None:
                 pose = compose(self._world_pose(body), pose)
             width, height = model["cam_resolution"][number].tolist()
@@ -303,3 +333,8 @@ class _Importer:
             lens = ("fovy", math.radians(model["cam_fovy"][number]))
             made.append(DescribedCamera(label, pose, lens, place, size, mount=mount))
         return tuple(made)
+
+
+def _without_prefix(joint: DescribedJoint, prefix: str) -> DescribedJoint:
+    mimic = joint.mimic and replace(joint.mimic, source=joint.mimic.source.removeprefix(prefix))
+    return replace(joint, name=joint.name.removeprefix(prefix), mimic=mimic)

@@ -29,6 +29,9 @@ _NOISE = 1e-9
 SINGLE: Final = 2e-7
 """Rounding error of a quaternion or a direction in single precision."""
 
+_HALF_DIGIT: Final = 6e-8
+"""Relative rounding error of a number in single precision."""
+
 LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0))))
 """SAPIEN's x (forward), y (left), z (up) in a MuJoCo or USD camera frame, which looks along -z with y up."""
 
@@ -65,9 +68,21 @@ def clean_pose(pose: Pose7) -> Pose7:
     sign = math.copysign(1.0, sum(a * b for a, b in zip(near, pose[3:], strict=True)))
     near = (near[0] * sign, near[1] * sign, near[2] * sign, near[3] * sign)
     is_near = max(abs(a - b) for a, b in zip(near, pose[3:], strict=True)) < SINGLE
-    reach = max(map(abs, pose[:3])) * SINGLE
-    p = [0.0 if abs(each) <= reach else each for each in pose[:3]]
-    return (p[0], p[1], p[2], *(near if is_near else pose[3:]))
+    reach = max(*map(abs, pose[:3]), 1.0) * _HALF_DIGIT
+    p = [_shortest(each, reach) for each in pose[:3]]
+    q = near if is_near else tuple(0.0 if abs(each) < SINGLE else each for each in pose[3:])
+    return (p[0], p[1], p[2], q[0], q[1], q[2], q[3])
+
+
+def short_number(value: float) -> float:
+    """Returns a computed number as the shortest decimal number within the rounding error of single precision."""
+    scale = 10.0 ** math.floor(math.log10(abs(value))) if value else 1.0
+    return plain_number(_shortest(value / scale, 2 * abs(value / scale) * _HALF_DIGIT) * scale)
+
+
+def _shortest(value: float, reach: float) -> float:
+    """Returns the number with the fewest decimals within a distance."""
+    return next((near for digits in range(9) if abs((near := round(value, digits)) - value) <= reach), value)
 
 
 def is_identity(pose: Pose7) -> bool:

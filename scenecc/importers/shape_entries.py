@@ -31,6 +31,9 @@ _LETTERS: Final[dict[str, Vec3]] = {"x": (1.0, 0.0, 0.0), "z": (0.0, 0.0, 1.0), 
 
 _FRICTION: Final = ("static_friction", "dynamic_friction", "restitution")
 
+_USUAL_LOOK: Final = {"specular": 0.0, "roughness": 1.0, "metallic": 0.0}
+"""SAPIEN's defaults, which are not written."""
+
 _MESH_TYPES: Final[dict[str, Node]] = {
     "hull": {"type": "convex_mesh"},
     "parts": {"type": "convex_parts"},
@@ -152,8 +155,9 @@ def _look_keys(look: DescribedMaterial) -> Node:
         color = getattr(look, name)
         if color is not None:
             keys[name] = plain_numbers(color[:3] if color[3:] in {(), (1.0,)} else color)
-    for name in ("specular", "roughness", "metallic"):
-        if (number := getattr(look, name)) is not None:
+    for name in _USUAL_LOOK:
+        number = getattr(look, name)
+        if number is not None and number != _USUAL_LOOK[name]:
             keys[name] = plain_number(number)
     for name in ("base_color", "normal", "roughness", "metallic", "emission"):
         if (image := getattr(look, f"{name}_texture")) is not None:

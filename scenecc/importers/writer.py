@@ -39,6 +39,7 @@ from scenecc.importers.numbers import (
     plain_numbers,
     plain_pose,
     pose_key,
+    short_number,
 )
 from scenecc.importers.shape_entries import move_up, shape_lists, texture_value
 from scenecc.importers.tree_entries import drive_keys, joint_names, tree_of
@@ -189,6 +190,12 @@ class _WorldWriter:
             self._note((wish, link.name), link, f"{name}/{own}")
             keys: Node = {"name": own, **self._link_keys(link, moves=True)}
             links.append(self._with_shapes(keys, link, f"{name}/{own}", index, number, is_link=True))
+        colliding = [keys for keys, link in zip(links, robot.links, strict=True) if link.collisions]
+        materials = [keys.get("material") for keys in colliding]
+        if len(materials) > 1 and materials[0] is not None and all(one == materials[0] for one in materials):
+            entity["material"] = materials[0]
+            for keys in colliding:
+                del keys["material"]
         if all(link.disable_gravity for link in robot.links):
             entity["gravity"] = False
             for keys in links:
@@ -304,7 +311,7 @@ def _motor_keys(drive: DescribedDrive) -> Node:
 
 def _mass_keys(inertial: DescribedInertial) -> Node:
     """Returns `mass` or `inertial`. Axes along those of the link are not written: the moments are in their order."""
-    mass = plain_number(inertial.mass)
+    mass = short_number(inertial.mass)
     if inertial.inertia is None:
         return {"mass": mass}
     com, inertia = clean_pose(inertial.com), inertial.inertia
@@ -313,7 +320,7 @@ def _mass_keys(inertial: DescribedInertial) -> Node:
         com = (*com[:3], *IDENTITY)
     elif np.abs(turn - np.round(turn)).max() < 1e-6:
         com, inertia = (*com[:3], *IDENTITY), tuple((turn**2 @ np.array(inertia)).tolist())
-    return {"inertial": {"mass": mass, **pose_key(com, "com"), "inertia": plain_numbers(inertia)}}
+    return {"inertial": {"mass": mass, **pose_key(com, "com"), "inertia": [short_number(each) for each in inertia]}}
 
 
 def _given(described: Any) -> Node:

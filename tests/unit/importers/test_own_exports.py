@@ -38,8 +38,10 @@ def measured_bodies(scene: Scene, *, imported: bool = False) -> dict[str, Measur
     for entity in found.entities:
         name = entity.entity.name.removeprefix("out/")
         for body in entity.bodies:
-            own = body.name if imported and "/" in body.name else f"{name}/{body.name}"
-            bodies[own if len(entity.bodies) > 1 else name] = body
+            # A slash in a name of MuJoCo's becomes an underscore; prefabs add a second name.
+            prefab = imported and len(entity.bodies) == 1 and name.count("/")
+            own = f"{name}/{body.name}" if len(entity.bodies) > 1 else name
+            bodies[name.partition("/")[0] if prefab else own.replace("/", "_")] = body
     return bodies
 
 
