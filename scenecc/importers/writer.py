@@ -99,7 +99,7 @@ class _WorldWriter:
 
     def write(self) -> WrittenWorld:
         """Returns the document with its names."""
-        world, free = self.world, Names()
+        world, free = self.world, Names("world")
         entities: dict[str, Node] = {}
         for entity in world.entities:
             name = free.new(entity.wish or entity.name)
