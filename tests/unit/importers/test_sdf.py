@@ -658,9 +658,7 @@ def test_an_included_urdf_in_a_model_is_jointed_to_the_links_beside_it(folder: P
 
 
 def test_an_included_urdf_of_one_link_is_free_or_welded(folder: Path) -> None:
-    (folder / "in/ball.urdf").write_text(
-        ARM.split("<joint", maxsplit=1)[0].split('<link name="tool0">', maxsplit=1)[0] + "</robot>"
-    )
+    (folder / "in/ball.urdf").write_text(BALL)
     found, _ = imported(folder, world(included(file="ball.urdf")))
     assert found["entities"]["robot"]["fix_root_link"] is False
     found, _ = imported(folder, world(included("<static>1</static><pose>0 0 1 0 0 0</pose>", file="ball.urdf")))
