@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 _DRAKE_SECONDS: Final = 120
 
+_SHOWN_NAMES: Final = 3
+
 _READ_BY_DRAKE: Final = frozenset({".sdf", ".world", ".urdf"})
 
 
@@ -39,6 +41,7 @@ class Certificate:
         engine: name of the reference engine or library; "" if there is none.
         why_no_engine: why an installed engine was not used; "" if none is installed.
         compared: number of bodies in both.
+        not_compared: names of the bodies built that the engine does not have, in the order of the scene.
         position: largest position difference [m].
         angle: largest rotation difference [rad].
         masses: number of masses compared, without kinematic bodies, whose mass has no effect.
@@ -49,6 +52,7 @@ class Certificate:
     mass: float
     engine: str = ""
     compared: int = 0
+    not_compared: tuple[str, ...] = ()
     position: float = 0.0
     angle: float = 0.0
     masses: int = 0
@@ -61,9 +65,14 @@ class Certificate:
         if not self.engine:
             why = self.why_no_engine or "no engine that reads the file is installed"
             return [*lines, f"not compared with another engine: {why}"]
-        lines.append(f"compared with {self.engine}: {_body_count_text(self.compared)}")
         if not self.compared:
-            return lines
+            why = f"none of the bodies has the name of a body in {self.engine}"
+            return [*lines, f"compared with {self.engine}: nothing: {why if self.bodies else 'no body is built'}"]
+        lines.append(f"compared with {self.engine}: {_body_count_text(self.compared)}")
+        if self.not_compared:
+            named = ", ".join(f"`{cut(name)}`" for name in self.not_compared[:_SHOWN_NAMES])
+            more = len(self.not_compared) - _SHOWN_NAMES
+            lines[-1] += f"; not compared: {named}" + (f" and {more} more" if more > 0 else "")
         lines.append(f"  poses differ by at most {self.position:.2g} m and {self.angle:.2g} rad")
         if self.masses:
             lines.append(f"  masses ({self.masses}) differ by at most {self.relative_mass:.2g} (relative)")
@@ -114,11 +123,13 @@ def _compare(
     reference: Mapping[str, ReferencePose],
 ) -> Certificate:
     pairs = [(built[mine], reference[own]) for mine, own in names.items() if mine in built and own in reference]
+    found = {mine for mine, own in names.items() if own in reference}
     weighed = [(a.mass, b.mass) for a, b in pairs if a.mass is not None and b.mass]
     return replace(
         certificate,
         engine=engine,
         compared=len(pairs),
+        not_compared=tuple(mine for mine in built if mine not in found),
         position=max((math.dist(a.pose[:3], b.pose[:3]) for a, b in pairs), default=0.0),
         angle=max((_angle(a.pose[3:], b.pose[3:]) for a, b in pairs), default=0.0),
         masses=len(weighed),

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
-from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss
+from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, light_place, plain_number, plain_numbers, pose_key
 from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find_element, read_sdf_file, text_of
 from scenecc.importers.sdf_joints import SdfJoint, hinges_of, joint_type, make_constraint
-from scenecc.importers.sdf_models import BuiltLink, SceneParts, SdfModelReader
+from scenecc.importers.sdf_models import BuiltLink, Crossing, SceneParts, SdfModelReader, add_robot
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope, ScopeReader
+from scenecc.importers.urdf import UNREAL_INERTIAS
 
 Node = dict[str, Any]
 
@@ -77,30 +78,33 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
     world = reader.world(top)
     parts = SceneParts()
     for model in world.models.values():
+        if model.robot is not None:
+            add_robot(model, world.model_pose(model), model.name, parts)
+            continue
         SdfModelReader(model, world.model_pose(model), parts).read()
         _report_losses(model)
     _apply_bitmasks(parts)
-    for name, robot, element in reader.robots:
-        place = pose_key(world.placed(element, world.base))
-        parts.entities[parts.names.new(name)] = {"urdf": Asset(robot.name, robot), **place}
-    for name, joint in world.joints.items():
-        _connect(world, name, joint, parts)
+    for joint in (*parts.crossings, *(Crossing(world, joint, name) for name, joint in world.joints.items())):
+        _connect(joint, parts)
     if not is_world and not world.models and not losses:
         file.error("there is nothing to import: the file has no world and no model", top)
-    return ImportedScene(
-        _document(path, file, world, parts, is_world=is_world), tuple(losses), parts.bodies, places=parts.locations
-    )
+    document = _document(path, file, world, parts, is_world=is_world)
+    return ImportedScene(document, tuple(losses), parts.bodies, places=parts.locations, codes_of_losses=UNREAL_INERTIAS)
 
 
-def _connect(world: Scope, name: str, element: SourceElement, parts: SceneParts) -> None:
-    kind, file = joint_type(element), world.file
+def _connect(crossing: Crossing, parts: SceneParts) -> None:
+    """Makes a joint between two entities a constraint. One that fixes the root of a robot to the world is its key."""
+    scope, element, name = crossing.scope, crossing.element, crossing.name
+    kind, file = joint_type(element), scope.file
     ends: list[tuple[str, Pose7, bool]] = []
+    paths: list[str] = []
     for tag in ("parent", "child"):
         word = text_of(element, tag)
-        path = "" if word == WORLD else world.link_of(word, element)
-        built = None if path is None else parts.links.get(path, BuiltLink(WORLD, IDENTITY_POSE, is_moved=False))
-        if built is None:
+        path = "" if word == WORLD else scope.link_of(word, element)
+        if path is None:
             return
+        paths.append(crossing.prefix + path if path else "")
+        built = parts.links.get(paths[-1], BuiltLink(WORLD, IDENTITY_POSE, is_moved=False))
         ends.append((built.name or WORLD, built.pose if built.name else IDENTITY_POSE, built.is_moved))
     if not kind:
         file.lose("joints", f"the joint `{name}` of type `{element.attributes.get('type', '')}`", element)
@@ -108,7 +112,12 @@ def _connect(world: Scope, name: str, element: SourceElement, parts: SceneParts)
     if ends[0][0] == ends[1][0]:
         file.error(f"the joint `{name}` connects a body to itself", element)
         return
-    joint = SdfJoint(world, element, name, kind, ends[0][0], ends[1][0], world.pose_of(name, element), IDENTITY_POSE)
+    fixed = parts.free_roots.get(next((path for path in paths if path), ""))
+    if kind == "fixed" and "" in paths and fixed is not None:
+        fixed.pop("fix_root_link", None)
+        return
+    pose = compose(crossing.turn, scope.pose_of(name, element))
+    joint = SdfJoint(scope, element, name, kind, ends[0][0], ends[1][0], pose, crossing.turn)
     hinges = hinges_of(joint)
     if not ends[1][2]:
         ends.reverse()

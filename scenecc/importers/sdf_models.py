@@ -90,6 +90,25 @@ class Bitmask:
     entity: str
 
 
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """A joint between two entities, or between an entity and the world.
+
+    Attributes:
+        scope: the scope that contains it.
+        element: the <joint>.
+        name: its name in the scope.
+        prefix: path from the world to the scope, with a separator at its end; "" for the world.
+        turn: pose of the scope's frame in the world.
+    """
+
+    scope: Scope
+    element: SourceElement
+    name: str
+    prefix: str = ""
+    turn: Pose7 = IDENTITY_POSE
+
+
 @dataclass(slots=True)
 class SceneParts:
     """Collects the converted models of a world.
@@ -98,6 +117,8 @@ class SceneParts:
         entities, constraints, groups: sections `entities`, `constraints` and `collision_groups` of the document.
         bodies: name in the scene → name in the source.
         links: path from the world → link in the scene.
+        free_roots: path from the world of the root of an included URDF → its entity, if it is free.
+        crossings: joints between an included URDF and something else, made when all links are built.
         locations: name of a body or entity in the scene → location in the file.
         bitmasks: of the links that collide.
         places: path from the world → placement of its shapes, lights and sensors.
@@ -110,6 +131,8 @@ class SceneParts:
     constraints: Node = field(default_factory=dict[str, Any])
     bodies: dict[str, str] = field(default_factory=dict[str, str])
     links: dict[str, BuiltLink] = field(default_factory=dict[str, BuiltLink])
+    free_roots: dict[str, Node] = field(default_factory=dict[str, Node])
+    crossings: list[Crossing] = field(default_factory=list["Crossing"])
     places: dict[str, tuple[SourceElement, LinkPlace]] = field(
         default_factory=dict[str, tuple["SourceElement", LinkPlace]]
     )
@@ -117,6 +140,45 @@ class SceneParts:
     bitmasks: list[Bitmask] = field(default_factory=list["Bitmask"])
     names: Names = field(default_factory=Names)
     constraint_names: Names = field(default_factory=Names)
+
+
+def add_robot(model: Scope, pose: Pose7, path: str, parts: SceneParts) -> None:
+    """Adds an included URDF. Its root is free, unless it is called `world`, as URDF writes a fixed base.
+
+    Args:
+        model: its scope.
+        pose: of the model in the world.
+        path: of the model from the world.
+        parts: receives the entity, and a constraint for each single body of a static model.
+    """
+    read = model.robot
+    if read is None:
+        return
+    model.file.losses.extend(read.losses)
+    shown = path.rpartition(SEPARATOR)[0] if model.is_merged else path
+    name = parts.names.new(shown.replace(SEPARATOR, "."))
+    entity: Node = {**read.entity(), **pose_key(pose)}
+    parts.entities[name], parts.locations[name] = entity, model.placing.location
+    if model.is_static and any(
+        link.joint and link.joint.type != "fixed" for robot in read.robots for link in robot.links
+    ):
+        entity["joints"] = {".*": {"limits": [0, 0]}}
+    names = {link: mine for mine, link in read.bodies(name).items()}
+    for robot in read.robots:
+        root = robot.links[0].name
+        is_free = not model.is_static and root != WORLD
+        for link in robot.links:
+            own, world = f"{path}{SEPARATOR}{link.name}", compose(pose, model.pose_of(link.name, model.placing))
+            parts.bodies[names[link.name]] = f"{shown}{SEPARATOR}{link.name}"
+            parts.links[own] = BuiltLink(names[link.name], world, is_moved=not model.is_static)
+        if is_free or len(robot.links) == 1:
+            entity["fix_root_link"] = False
+        if is_free and len(robot.links) > 1:
+            parts.free_roots[f"{path}{SEPARATOR}{root}"] = entity
+        elif not is_free and len(robot.links) == 1:
+            at = parts.links[f"{path}{SEPARATOR}{root}"].pose
+            weld = {"type": "weld", "parent": WORLD, "child": names[root], **pose_key(at, "pose_in_parent")}
+            parts.constraints[parts.constraint_names.new(name)] = weld
 
 
 class SdfModelReader:
@@ -135,6 +197,7 @@ class SdfModelReader:
         self._links: dict[str, SdfLink] = {}
         self._joints: list[SdfJoint] = []
         self._joint_names: dict[str, str] = {}
+        self._robots: list[str] = []
 
     def read(self) -> None:
         """Adds the model's entities and constraints."""
@@ -177,7 +240,12 @@ class SdfModelReader:
             pose = compose(turn, scope.pose_of(name, link))
             self._links[prefix + name] = SdfLink(scope, link, prefix + name, pose, turn)
         for name, model in scope.models.items():
-            self._collect(model, f"{prefix}{name}{SEPARATOR}", compose(turn, scope.model_pose(model)))
+            pose = compose(turn, scope.model_pose(model))
+            if model.robot is None:
+                self._collect(model, f"{prefix}{name}{SEPARATOR}", pose)
+            else:
+                self._robots.append(f"{prefix}{name}{SEPARATOR}")
+                add_robot(model, compose(self._pose, pose), f"{self._model.name}{SEPARATOR}{prefix}{name}", self._parts)
         for name, joint in scope.joints.items():
             made = self._joint(scope, joint, name, prefix, turn)
             if made is not None:
@@ -199,6 +267,10 @@ class SdfModelReader:
             ends.append(prefix + found if found else "")
         if ends[0] == ends[1]:
             file.error(f"the joint `{prefix}{name}` connects a link to itself", element)
+            return None
+        if any(end.startswith(robot) for end in ends for robot in self._robots):
+            above = f"{self._model.name}{SEPARATOR}{prefix}"
+            self._parts.crossings.append(Crossing(scope, element, name, above, compose(self._pose, turn)))
             return None
         pose = compose(turn, scope.pose_of(name, element))
         path, parent, child = prefix + name, ends[0], ends[1]

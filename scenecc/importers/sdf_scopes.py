@@ -9,6 +9,8 @@ from typing import Final
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.importers.numbers import Names
 from scenecc.importers.sdf_files import SdfFile, SourceElement, find_included_model, read_sdf_file, text_of
+from scenecc.importers.sdf_robots import robot_element
+from scenecc.importers.urdf import ReadUrdf, read_urdf
 
 WORLD = "world"
 MODEL = "__model__"
@@ -31,6 +33,7 @@ class Scope:
         is_merged: whether its names also belong to the enclosing scope.
         models: nested models, by name.
         missing: names of included models that are left out.
+        robot: the URDF that it is; None for an SDF.
         links, joints, frames: elements by name.
     """
 
@@ -43,6 +46,7 @@ class Scope:
     placement_frame: str = ""
     is_static: bool = False
     is_merged: bool = False
+    robot: ReadUrdf | None = None
     models: dict[str, Scope] = field(default_factory=dict[str, "Scope"])
     missing: set[str] = field(default_factory=set[str])
     links: dict[str, SourceElement] = field(default_factory=dict[str, "SourceElement"])
@@ -155,16 +159,12 @@ class ScopeReader:
 
     Args:
         file: the file to import.
-
-    Attributes:
-        robots: included URDFs: name, file, the <include>.
     """
 
     def __init__(self, file: SdfFile) -> None:
         self._top = file
         self._count = 0
         self._names: dict[int, Names] = {}
-        self.robots: list[tuple[str, Path, SourceElement]] = []
 
     def world(self, element: SourceElement) -> Scope:
         """Returns the scope of a <world>, or of an <sdf> without one."""
@@ -196,6 +196,14 @@ class ScopeReader:
         frame = element.attributes.get("placement_frame", "")
         return Scope(scope.file, element, name, MODEL, element, scope.file, frame, is_static)
 
+    def _robot(self, include: SourceElement, robot: ReadUrdf, scope: Scope) -> Scope:
+        """Returns the scope of an included URDF, with its links and joints as elements at the <include>."""
+        file, static = scope.file, scope.is_static or scope.file.flag(include, "static", default=False)
+        merge, frame = include.attributes.get("merge") in {"true", "1"}, text_of(include, "placement_frame")
+        element = robot_element(robot.robots, include)
+        name = text_of(include, "name") or robot.name or robot.path.stem
+        return Scope(file, element, name, MODEL, include, file, frame, static, merge, robot)
+
     def _add(self, model: Scope, scope: Scope, chain: tuple[Path, ...]) -> None:
         if not model.name or SEPARATOR in model.name or len(chain) > _MAX_DEPTH + 1:
             what = "is not a valid model name" if len(chain) <= _MAX_DEPTH + 1 else "is nested too deeply"
@@ -225,7 +233,9 @@ class ScopeReader:
             file.error(f"`{uri[:80]}` {why}", element)
             return
         if found.suffix.lower() == ".urdf":
-            self.robots.append((text_of(element, "name") or found.stem, found, element))
+            robot = read_urdf(found, file.context)
+            if robot is not None:
+                self._add(self._robot(element, robot, scope), scope, (*chain, found))
             return
         loaded = read_sdf_file(found, file.context, file.losses)
         if loaded is None:

@@ -2,45 +2,81 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.importers.imported_scene import REPAIRED, Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names
+from scenecc.robots.files import FileReport, read_robot_bytes
 from scenecc.robots.urdf import read_urdf as read_robots
+from scenecc.robots.xml import XmlBounds, parse_xml
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from scenecc.diagnostics import Diagnostic, Sink
-    from scenecc.robots.description import RobotDescription
+    from scenecc.robots.description import DescribedRobot, RobotDescription
     from scenecc.source.paths import ResolvedFile
 
 _REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "missing-files", "shapes": "colliders"}
 """Repair option of the scene → kind of loss."""
 
-_UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
+UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
 """Warnings about inertias that other programs read differently from SAPIEN."""
+
+
+@frozen
+class ReadUrdf:
+    """A URDF that can be built.
+
+    Attributes:
+        path: absolute.
+        name: of its <robot>; "" if it has none.
+        robots: its robots; several if its links are not connected.
+        losses: what the repairs replace or omit.
+        repair: value of the scene's key `repair`; empty if no repair is needed.
+    """
+
+    path: Path
+    name: str
+    robots: tuple[DescribedRobot, ...]
+    losses: tuple[Loss, ...]
+    repair: tuple[str, ...]
+
+    def entity(self) -> dict[str, Any]:
+        """Returns an entity that names the file."""
+        return {"urdf": Asset(self.path.name, self.path), **({"repair": [*self.repair]} if self.repair else {})}
+
+    def bodies(self, name: str) -> dict[str, str]:
+        """Returns body in the scene → link, for an entity of this name."""
+        found: dict[str, str] = {}
+        for robot in self.robots:
+            entity = name if len(self.robots) == 1 else f"{name}/{robot.links[0].name}"
+            is_body = len(robot.links) == 1
+            found |= {entity if is_body else f"{entity}/{link.name}": link.name for link in robot.links}
+        return found
 
 
 def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
     """Returns a scene with the robot of a URDF; None after an error. Repairs are listed as losses."""
-    found = context.resolve(path)
-    if found is None:
+    read = read_urdf(path, context)
+    if read is None:
         return None
-    described, losses, repair = _read(found, context)
+    name = Names().new(path.stem)
+    document = {"scenecc": 1, "name": name, "entities": {name: read.entity()}}
+    return ImportedScene(document, read.losses, read.bodies(name), codes_of_losses=UNREAL_INERTIAS)
+
+
+def read_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:
+    """Reads a URDF with as few repairs as necessary; returns None after an error."""
+    found = context.resolve(path)
+    described, losses, repair = (None, (), []) if found is None else _read(found, context)
     if described is None:
         return None
-    entities: dict[str, Any] = {}
-    bodies: dict[str, str] = {}
-    name = Names().new(path.stem)
-    entities[name] = {"urdf": Asset(path.name, path.absolute()), **({"repair": repair} if repair else {})}
-    for robot in described.robots:
-        entity = name if len(described.robots) == 1 else f"{name}/{robot.links[0].name}"
-        bodies |= {f"{entity}/{link.name}": link.name for link in robot.links}
-        if len(robot.links) == 1:
-            bodies[entity] = robot.links[0].name
-    document = {"scenecc": 1, "name": name, "entities": entities}
-    return ImportedScene(document, losses, bodies, codes_of_losses=_UNREAL_INERTIAS)
+    report = FileReport(context.sink.another())
+    data = read_robot_bytes(path, str(path), report, XmlBounds().size)
+    root = None if data is None else parse_xml(data, str(path), report)
+    name = "" if root is None else root.attributes.get("name", "")
+    return ReadUrdf(path.absolute(), name, described.robots, losses, tuple(repair))
 
 
 def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription | None, tuple[Loss, ...], list[str]]:
@@ -68,7 +104,7 @@ def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription 
 
 
 def _inertia_warnings(sink: Sink) -> list[Diagnostic]:
-    return [note for note in sink.diagnostics() if note.code in _UNREAL_INERTIAS]
+    return [note for note in sink.diagnostics() if note.code in UNREAL_INERTIAS]
 
 
 def _try_read(

@@ -10,6 +10,7 @@ import numpy as np
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.numbers import Names, plain_number, plain_numbers
+from scenecc.importers.usd_mdl import MdlMaterial
 from scenecc.source.paths import ResolvedFile
 
 if TYPE_CHECKING:
@@ -29,14 +30,6 @@ _PREVIEW: Final = {
     "normal": "normal",
 }
 """Inputs of `UsdPreviewSurface` → keys of a material."""
-
-_OMNI_PBR: Final = {
-    "diffuse_color_constant": "base_color",
-    "reflection_roughness_constant": "roughness",
-    "metallic_constant": "metallic",
-    "diffuse_texture": "base_color_texture",
-}
-"""Inputs of Omniverse's `OmniPBR`, the most common MDL material → keys of a material."""
 
 _GREY: Final = (0.18, 0.18, 0.18)
 """Default `diffuseColor` of a preview surface."""
@@ -166,28 +159,25 @@ class UsdMaterialReader:
         return self._visual[path]
 
     def _read_look(self, material: Any) -> dict[str, Any]:
-        surface = material.ComputeSurfaceSource()[0]
-        if not surface:
-            surface = material.ComputeSurfaceSource("mdl")[0]
-        if not surface:
+        """Returns the keys of a material: of a preview surface for any render context, else of an MDL material."""
+        surfaces: list[Any] = []
+        for output in material.GetSurfaceOutputs():
+            context = str(output.GetBaseName()).rpartition(":")[0]
+            surface = material.ComputeSurfaceSource(context)[0]
+            if surface:
+                surfaces.append((context, surface))
+        surfaces.sort(key=lambda each: each[0] not in {"", "mdl"})
+        preview = next((each for _, each in surfaces if _shader_id(each) == "UsdPreviewSurface"), None)
+        if preview is not None:
+            return self._read_preview(preview)
+        if not surfaces:
             return {}
-        if surface.GetIdAttr().Get() == "UsdPreviewSurface":
-            return self._read_preview(surface)
-        look: dict[str, Any] = {}
-        for name, key in _OMNI_PBR.items():
-            found = surface.GetInput(name)
-            value = found.Get() if found else None
-            if key.endswith("_texture"):
-                file = self.file(found.GetAttr(), value) if value is not None and value.path else None
-                if file is not None:
-                    look[key] = file
-            elif value is not None:
-                look[key] = _number(value)
-        self._stage.lose(
-            "material-looks",
-            "a material other than UsdPreviewSurface: only equivalent inputs are read",
-            material.GetPrim(),
-        )
+        mdl = MdlMaterial(surfaces[0][1], lambda shader, name: self._input(shader, name)[0], self.file)
+        look = mdl.look()
+        if mdl.unread or not look:
+            listed = ", ".join(f"`{name}`" for name in mdl.unread) or "the shader"
+            what = f"{listed} of a material of type `{mdl.name or surfaces[0][0]}`"
+            self._stage.lose("material-looks", what, material.GetPrim())
         return look
 
     def _read_preview(self, surface: Any) -> dict[str, Any]:
@@ -283,6 +273,10 @@ class UsdMaterialReader:
         if opacities is not None and len(opacities) and float(opacities[0]) < 1:
             color.append(plain_number(max(float(opacities[0]), 0.0)))
         entry["color"] = color
+
+
+def _shader_id(shader: Any) -> str:
+    return str(shader.GetIdAttr().Get() or "") if shader.GetImplementationSource() == "id" else ""
 
 
 def _number(value: Any) -> float | list[float]:

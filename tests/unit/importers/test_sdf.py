@@ -568,3 +568,123 @@ def test_prefabs_of_an_earlier_import_are_removed(folder: Path) -> None:
     assert {path.name for path in assets.iterdir()} == {"mine.yaml", "rack.yaml"}
     imported(folder, racks("shelf"))
     assert {path.name for path in assets.iterdir()} == {"mine.yaml", "shelf.yaml"}
+
+
+ARM = """<robot name="arm"><link name="base"><inertial><mass value="1"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="tool0"><inertial>
+<mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j" type="revolute"><parent link="base"/><child link="tool0"/><origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="10" velocity="1"/></joint></robot>"""
+
+
+BALL = """<robot name="ball"><link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+</robot>"""
+
+
+def included(rest: str = "", name: str = "robot", file: str = "arm.urdf", **attributes: str) -> str:
+    words = "".join(f' {key}="{value}"' for key, value in attributes.items())
+    named = f"<name>{name}</name>" if name else ""
+    return f"<include{words}>{named}<uri>{file}</uri>{rest}</include>"
+
+
+FIX = joint("fixed", "world", "robot::base")
+
+
+@pytest.mark.parametrize(
+    ("inside", "entity", "keys"),
+    [
+        (included("<pose>0 0 5 0 0 0</pose>"), "robot", {"pose": [0, 0, 5], "fix_root_link": False}),
+        (included(name=""), "arm", {"fix_root_link": False}),
+        (included("<static>true</static>"), "robot", {"joints": {".*": {"limits": [0, 0]}}}),
+        (included() + FIX, "robot", {}),
+        (included() + joint("fixed", "robot", "world"), "robot", {}),
+        (included(file="pole.urdf"), "robot", {}),
+        (
+            included("<placement_frame>tool0</placement_frame><pose>0 0 5 0 0 0</pose>"),
+            "robot",
+            {"pose": [0, 0, 4.5], "fix_root_link": False},
+        ),
+        (f'<model name="m"><pose>1 0 0 0 0 0</pose>{included()}</model>', "m.robot", {"pose": [1, 0, 0]}),
+        (f'<model name="m">{included()}{FIX}</model>', "m.robot", {}),
+        (f'<model name="m">{included(merge="true")}</model>', "m", {"fix_root_link": False}),
+        (f'<model name="m"><static>1</static>{included()}</model>', "m.robot", {"joints": {".*": {"limits": [0, 0]}}}),
+    ],
+)
+def test_the_root_of_an_included_urdf_is_free_unless_something_fixes_it(
+    folder: Path, inside: str, entity: str, keys: dict[str, Any]
+) -> None:
+    (folder / "in/arm.urdf").write_text(ARM)
+    (folder / "in/pole.urdf").write_text(ARM.replace('="base"', '="world"'))
+    found, _ = imported(folder, world(inside))
+    if entity == "m.robot" and "pose" in keys:
+        keys = {**keys, "fix_root_link": False}
+    made = found["entities"][entity]
+    assert {key: value for key, value in made.items() if key != "urdf"} == keys
+    assert "constraints" not in found
+
+
+def test_links_of_an_included_urdf_can_be_named(folder: Path) -> None:
+    (folder / "in/arm.urdf").write_text(ARM)
+    tool = link("l", mass=2)
+    found, made = imported(
+        folder,
+        world(
+            included("<pose>0 0 1 0 0 0</pose>")
+            + f'<model name="tool"><pose relative_to="robot::tool0">0.1 0 0 0 0 0</pose>{tool}</model>'
+            + joint("fixed", "robot::tool0", "tool::l", name="mount")
+            + '<frame name="f" attached_to="robot::tool0"><pose>0 0 1 0 0 0</pose></frame>'
+            + included('<pose relative_to="f"/>', name="two")
+            + joint("revolute", "f", "two", name="turn")
+        ),
+    )
+    mount = {"type": "weld", "parent": "robot/tool0", "child": "tool", "pose_in_parent": [0.1, 0, 0]}
+    assert found["constraints"]["mount"] == {**mount, "pose_in_child": [0, 0, 0]}
+    turn = found["constraints"]["turn"]
+    assert (turn["parent"], turn["child"]) == ("robot/tool0", "two/base")
+    assert turn["pose_in_parent"]["p"] == [0, 0, 1]
+    poses = body_poses(folder)
+    assert poses["tool"][0] == pytest.approx([0.1, 0, 1.5])
+    assert poses["two/base"][0] == pytest.approx([0, 0, 2.5])
+    assert made.losses == ()
+
+
+def test_an_included_urdf_in_a_model_is_jointed_to_the_links_beside_it(folder: Path) -> None:
+    (folder / "in/arm.urdf").write_text(ARM)
+    inside = link("l") + included("<pose>0 0 1 0 0 0</pose>") + joint("fixed", "l", "robot::base")
+    found, _ = imported(folder, model(inside, rest=""))
+    assert found["entities"]["m.robot"]["fix_root_link"] is False
+    expected = {"type": "weld", "parent": "m", "child": "m.robot/base", "pose_in_parent": [0, 0, 1]}
+    assert found["constraints"]["j"] == {**expected, "pose_in_child": [0, 0, 0]}
+
+
+def test_an_included_urdf_of_one_link_is_free_or_welded(folder: Path) -> None:
+    (folder / "in/ball.urdf").write_text(BALL)
+    found, _ = imported(folder, world(included(file="ball.urdf")))
+    assert found["entities"]["robot"]["fix_root_link"] is False
+    found, _ = imported(folder, world(included("<static>1</static><pose>0 0 1 0 0 0</pose>", file="ball.urdf")))
+    assert found["constraints"]["robot"]["pose_in_parent"] == [0, 0, 1]
+
+
+def test_a_broken_included_urdf_is_an_error_at_its_line_and_a_repaired_one_a_loss(folder: Path) -> None:
+    (folder / "in/arm.urdf").write_text(ARM.replace('<child link="tool0"/>', '<child link="tool9"/>'))
+    with pytest.raises(SceneError) as caught:
+        imported(folder, world(included()))
+    assert {Path(each.file or "").name for each in caught.value.diagnostics} == {"arm.urdf"}
+    (folder / "in/arm.urdf").write_text(ARM.replace('<limit lower="-1" upper="1" effort="10" velocity="1"/>', ""))
+    assert refused_losses(folder, world(included())) == ["joint-limits"]
+    found, _ = imported(folder, world(included()), allow="joint-limits")
+    assert found["entities"]["robot"]["repair"] == ["limits"]
+
+
+def refused_losses(folder: Path, text: str) -> list[str]:
+    with pytest.raises(SceneError) as caught:
+        imported(folder, text)
+    hints = [each.hint or "" for each in caught.value.diagnostics if each.code == "SC431"]
+    return [hint.rpartition(" ")[2] for hint in hints]
+
+
+def test_a_certificate_names_what_was_not_compared() -> None:
+    assert Certificate(2, 1.0, "Drake").lines()[1].startswith("compared with Drake: nothing: none of the bodies has")
+    assert Certificate(0, 0.0, "Drake").lines()[1] == "compared with Drake: nothing: no body is built"
+    partly = Certificate(6, 1.0, "Drake", compared=1, not_compared=tuple("abcde"))
+    assert partly.lines()[1] == "compared with Drake: 1 body; not compared: `a`, `b`, `c` and 2 more"

@@ -590,3 +590,105 @@ def test_an_exception_in_the_reader_process_is_reported_at_the_file(
     (found,) = sink.diagnostics()
     assert (found.code, found.file) == ("SC430", str(file))
     assert found.message.startswith("scenecc's USD reader failed:  TypeError: ")
+
+
+def mdl(inputs: str, name: str = "OmniPBR", more: str = "") -> str:
+    """A material of MDL alone, and a body that it is bound to by the plain `material:binding`."""
+    return f"""def Material "paint"
+{{
+    {more}
+    token outputs:mdl:surface.connect = </World/paint/s.outputs:out>
+    def Shader "s"
+    {{
+        uniform token info:implementationSource = "sourceAsset"
+        uniform asset info:mdl:sourceAsset = @{name}.mdl@
+        uniform token info:mdl:sourceAsset:subIdentifier = "{name}"
+        {inputs}
+        token outputs:out
+    }}
+}}
+{PAINTED}"""
+
+
+PAINTED = (
+    f'def Cube "a" ({BODY.replace("[", "[" + chr(34) + "MaterialBindingAPI" + chr(34) + ", ")})\n'
+    "{\nrel material:binding = </World/paint>\n}\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "look", "unread"),
+    [
+        ([], {"base_color": [0.2, 0.2, 0.2], "roughness": 0.5}, ""),
+        (["color3f diffuse_color_constant = (1, 0, 0)"], {"base_color": [1, 0, 0], "roughness": 0.5}, ""),
+        (
+            [
+                "color3f diffuse_tint = (0.5, 1, 0)",
+                "float metallic_constant = 1",
+                "bool enable_opacity = 1",
+                "float opacity_constant = 0.25",
+                "float albedo_brightness = 1",
+                "float specular_level = 1",
+            ],
+            {"base_color": [0.1, 0.2, 0, 0.25], "roughness": 0.5, "metallic": 1, "specular": 1},
+            "",
+        ),
+        (
+            ["bool enable_emission = 1", "color3f emissive_color = (0, 1, 0)", "float emissive_intensity = 500"],
+            {"base_color": [0.2, 0.2, 0.2], "roughness": 0.5, "emission": [0, 0.5, 0]},
+            "",
+        ),
+        (
+            ["float opacity_constant = 0", "color3f emissive_color = (0, 1, 0)", "float albedo_brightness = 2"],
+            {"base_color": [0.2, 0.2, 0.2], "roughness": 0.5},
+            "`albedo_brightness` of a material of type `OmniPBR`",
+        ),
+        (
+            [
+                "asset diffuse_texture = @./t.png@",
+                "color3f diffuse_tint = (0.5, 1, 0)",
+                "asset reflectionroughness_texture = @./t.png@",
+                "asset metallic_texture = @./t.png@",
+                "float reflection_roughness_texture_influence = 1",
+            ],
+            {"base_color_texture": "t.png", "roughness_texture": "t.png"},
+            "`diffuse_tint` of a material of type `OmniPBR`",
+        ),
+    ],
+)
+def test_the_inputs_of_omni_pbr_are_read(tmp_path: Path, inputs: list[str], look: dict[str, Any], unread: str) -> None:
+    Image.new("RGB", (2, 2)).save(tmp_path / "t.png")
+    found = read(tmp_path, mdl("\n".join(each.replace(" ", " inputs:", 1) for each in inputs)))
+    made = found.document["materials"]["paint"]["visual"]
+    assert {key: value.name if isinstance(value, Asset) else value for key, value in made.items()} == look
+    assert [loss.message.partition(" (/")[0] for loss in found.losses] == ([unread] if unread else [])
+
+
+def test_other_materials_are_a_loss_by_name_and_a_preview_surface_is_preferred(tmp_path: Path) -> None:
+    found = read(tmp_path, mdl("color3f inputs:glass_color = (1, 0, 0)", "OmniGlass"))
+    assert "materials" not in found.document
+    assert "`glass_color` of a material of type `OmniGlass`" in found.losses[0].message
+    preview = """token outputs:glslfx:surface.connect = </World/paint/p.outputs:surface>
+    def Shader "p"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor = (0, 0, 1)
+        token outputs:surface
+    }"""
+    found = read(tmp_path, mdl("color3f inputs:diffuse_color_constant = (1, 0, 0)", more=preview))
+    assert found.document["materials"]["paint"]["visual"] == {"base_color": [0, 0, 1], "roughness": 0.5}
+    assert not found.losses
+
+
+@pytest.mark.parametrize(
+    ("material", "content"),
+    [
+        ('(prepend apiSchemas = ["PhysicsMaterialAPI"])\n{\nfloat physics:staticFriction = 0.5\n}\n', {"physical"}),
+        ("\n{\n}\n", set()),
+        ("\n{\ntoken outputs:mdl:surface.connect = </World/paint/none.outputs:out>\n}\n", set()),
+    ],
+)
+def test_materials_without_a_surface_are_accepted(tmp_path: Path, material: str, content: set[str]) -> None:
+    found = read(tmp_path, f'def Material "paint" {material}{PAINTED}')
+    assert {*found.document.get("materials", {}).get("paint", {})} == content
+    assert not found.losses
