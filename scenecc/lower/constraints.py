@@ -81,10 +81,8 @@ def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -
         origin: of the constraint.
     """
     match written:
-        case WeldConstraint():
-            return Weld()
-        case ConnectionConstraint():
-            return Connection()
+        case WeldConstraint() | ConnectionConstraint():
+            return Weld() if isinstance(written, WeldConstraint) else Connection()
         case DistanceConstraint():
             return Distance(
                 limits=fields.value(written.limits, _DISTANCES, origin, "limits"),
@@ -136,8 +134,8 @@ def _angle_limits(written: HingeConstraint | BallConstraint, fields: FieldLowere
 def _ball(written: BallConstraint, fields: FieldLowerer, origin: Origin) -> Drive:
     """A drive with locked translations.
 
-    PhysX's distance of 0, which SAPIEN uses as a connection, pulls along the error between the origins. The direction of that error
-    is noise where it is small, and a chain of them gains energy.
+    SAPIEN's connection is a distance of 0, which PhysX corrects along the line between the origins. Close to 0 the
+    direction of that line is noise, so a chain of connections gains energy.
     """
     zero = literal((0.0, 0.0))
     limits = _angle_limits(written, fields, origin)

@@ -6,7 +6,17 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.geometry import rotations
-from scenecc.geometry.rotations import AXES, IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, compose, shortest_from_x, turned
+from scenecc.geometry.rotations import (
+    AXES,
+    IDENTITY,
+    IDENTITY_POSE,
+    Pose7,
+    Quat,
+    Vec3,
+    compose,
+    shortest_from_x,
+    turned,
+)
 from scenecc.lower.field_types import BODY_FIELDS, FieldType, field_type, report_unused_key, vector
 from scenecc.lower.forms import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.poses import POSE, QUATERNION, direction, lower_pose, pose_item, pose_varies

@@ -102,7 +102,8 @@ class LinkKeys(MotionKeys):
         excludes=("collision_group",),
     )
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the inertia accordingly.")
-    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.", excludes=("mass",))
+    com: Maybe[Leaf[Vec3]] = key("Centre of mass in the link's frame [m]; mass and inertia about it stay.")
+    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass` or `com`.", excludes=("mass", "com"))
     visibility: Maybe[Leaf[Unit]] = key("Visibility of the render body, 0 to 1.", default=1)
 
 
