@@ -218,6 +218,11 @@ else:
 class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     """Keys of any articulation."""
 
+    body_type: Maybe[Fixed[Literal["static", "kinematic"]]] = key(
+        "Makes one body of all links, at their poses at `qpos`: static (fixed) or kinematic (moved by your program). "
+        "Default: an articulation whose joints move.",
+        examples=["static"],
+    )
     fix_root_link: Maybe[Leaf[bool]] = key(
         "Whether the root is fixed to the world. Default: true for a file, false for a `root`."
     )
