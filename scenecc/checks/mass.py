@@ -124,6 +124,8 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
         return
     places = [shape.pose for shape in body.collisions if shape.pose is not None]
     given: list[Value] = [] if body.mass is None else [body.mass]
+    if body.com is not None:
+        places.append(body.com)
     if body.inertial is not None:
         places.append(body.inertial.com)
         given += [body.inertial.mass, body.inertial.inertia]

@@ -187,6 +187,8 @@ DYNAMIC_FIELDS = (*property_fields("mass"), "inertial", *property_fields("body")
 
 VISUAL_FIELDS = property_fields("look")
 
+_INITIAL_VELOCITIES = ("linear_velocity", "angular_velocity")
+
 NO_EFFECT_REASONS = {
     "kinematic": "forces do not move it",
     "static": "it never moves",
@@ -344,7 +346,10 @@ def _check_unused_fields(body: BodyStructure, name: str, origin: Origin, sink: S
 
 def _report_unused_field(field: str, what: str, origin: Origin, sink: Sink) -> None:
     key = LANGUAGE_KEYS.get(field, field)
-    sink.report("SC115", f"`{key}` has no effect on a {what}", origin.child(key), at="key", hint=f"remove `{key}`")
+    hint = f"remove `{key}`"
+    if field in _INITIAL_VELOCITIES and "kinematic" in what:
+        hint += ", and move the body in your program by `set_kinematic_target`, or set body_type: dynamic"
+    sink.report("SC115", f"`{key}` has no effect on a {what}", origin.child(key), at="key", hint=hint)
 
 
 def _check_group_bits(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:

@@ -346,9 +346,12 @@ def _check_inertial(body: Body, sink: Sink) -> None:
     """Reports a centre of mass or moments that do not fit the collision shapes."""
     structure = body.structure
     solids = [shape for shape in structure.collisions if isinstance(shape.geometry, Solid)]
-    if structure.inertial is None or not solids or len(solids) < len(structure.collisions):
+    given, inertial = structure.com, structure.inertial
+    if inertial is not None and given is None:
+        given = inertial.com
+    if given is None or not solids or len(solids) < len(structure.collisions):
         return
-    com = structure.inertial.com.data[:, :3]
+    com = given.data[:, :3]
     reach = outside = np.zeros(())
     for shape in solids:
         assert isinstance(shape.geometry, Solid)
@@ -364,10 +367,13 @@ def _check_inertial(body: Body, sink: Sink) -> None:
     if (outside > reach / 2).any():
         message = f"the centre of mass of `{name}` is {float(outside.max()):.3g} m outside its collision shapes"
         hint = "it is in the frame of the body, in metres"
-        sink.report("SC536", message, body.origin.child("inertial", "com"), hint=hint)
+        place = body.origin.child("com") if structure.com is not None else body.origin.child("inertial", "com")
+        sink.report("SC536", message, place, hint=hint)
         return
-    most = structure.inertial.mass.data * reach**2 * MAX_MOMENT
-    moment = structure.inertial.inertia.data.max(axis=1)
+    if inertial is None:
+        return
+    most = inertial.mass.data * reach**2 * MAX_MOMENT
+    moment = inertial.inertia.data.max(axis=1)
     if (moment > most).any():
         found, limit = float(moment.max()), float(most.max())
         message = f"`{name}` has a moment of inertia of {found:.3g} kg·m²; shapes and mass allow at most {limit:.2g}"

@@ -159,7 +159,7 @@ def _is_unsupported(look: SurfaceMaterial, field: str) -> bool:
     return field not in _MATERIAL_FIELDS and getattr(look, field) != getattr(_DEFAULT_MATERIAL, field)
 
 
-_UNSUPPORTED_BODY_FIELDS: Final = optional_fields(BodyStructure, "mass", "inertial", "visibility", "shapeless")
+_UNSUPPORTED_BODY_FIELDS: Final = optional_fields(BodyStructure, "mass", "com", "inertial", "visibility", "shapeless")
 
 _UNSUPPORTED_ARTICULATION_FIELDS: Final = optional_fields(ArticulationStructure, "file")
 

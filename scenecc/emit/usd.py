@@ -243,7 +243,7 @@ class UsdMaterialWriter:
 
 
 UNSUPPORTED_BODY_FIELDS: Final = optional_fields(
-    BodyStructure, "mass", "inertial", "visibility", *VELOCITY_FIELDS, "shading_mode", "shapeless"
+    BodyStructure, "mass", "com", "inertial", "visibility", *VELOCITY_FIELDS, "shading_mode", "shapeless"
 )
 """Fields that UsdPhysics does not support."""
 

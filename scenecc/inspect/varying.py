@@ -134,7 +134,8 @@ def is_file(name: str) -> bool:
 
 def is_pose(label: str) -> bool:
     """Returns whether a field is shown as position and rotation."""
-    return label.rsplit(".", 1)[-1] in {"pose", "com", "pose_in_parent", "pose_in_child", "target"}
+    last = label.rsplit(".", 1)[-1]
+    return last in {"pose", "pose_in_parent", "pose_in_child", "target"} or label.endswith("inertial.com")
 
 
 def _values(node: Any, plan: ScenePlan) -> Iterator[_Found]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
+from scenecc.geometry.rotations import IDENTITY
 from scenecc.lower.articulations.links import find_target_beyond_limits
 from scenecc.lower.field_types import FieldType, field_type, vector
 from scenecc.lower.fields import fields_of
 from scenecc.lower.forms import VariationLowerer, field_place
 from scenecc.lower.link_frames import moved_along_x
-from scenecc.lower.local_poses import chain_poses, local_pose
+from scenecc.lower.local_poses import axis_rotation, chain_poses, local_pose, rotated_frame
 from scenecc.lower.poses import POSE, check_limits_keys, lower_limits, warn_limits_in_degrees
 from scenecc.plan import (
     ArticulationStructure,
@@ -32,6 +33,8 @@ from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.spec.constraint import (
     DRIVE_AXES,
     LIMIT_AXES,
+    AxisKeys,
+    BallConstraint,
     ConnectionConstraint,
     DistanceConstraint,
     DriveConstraint,
@@ -78,10 +81,8 @@ def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -
         origin: of the constraint.
     """
     match written:
-        case WeldConstraint():
-            return Weld()
-        case ConnectionConstraint():
-            return Connection()
+        case WeldConstraint() | ConnectionConstraint():
+            return Weld() if isinstance(written, WeldConstraint) else Connection()
         case DistanceConstraint():
             return Distance(
                 limits=fields.value(written.limits, _DISTANCES, origin, "limits"),
@@ -93,6 +94,8 @@ def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -
             return Gear(ratio, enable_hinges=bool(written.enable_hinges))
         case HingeConstraint() | SliderConstraint():
             return _one_axis(written, fields, origin)
+        case BallConstraint():
+            return _ball(written, fields, origin)
         case _:
             return _drive(written, fields, origin)
 
@@ -101,13 +104,9 @@ def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer,
     """A drive that only moves about or along x, and holds the other axes like a weld."""
     zero = literal((0.0, 0.0))
     if isinstance(written, HingeConstraint):
-        axis, type_ = "twist", "revolute"
-        check_limits_keys(written, type_, origin, fields.sink)
-        warn_limits_in_degrees(written, type_, origin, fields.sink)
-        limits = lower_limits(written, origin, fields)
+        axis, limits = "twist", _angle_limits(written, fields, origin)
     else:
-        axis, type_ = "x", "prismatic"
-        limits = fields.optional(written.limits, _LIMITS, origin, "limits")
+        axis, limits = "x", fields.optional(written.limits, _LIMITS, origin, "limits")
     each: dict[LimitAxis, Value | None] = {other: limits if other == axis else zero for other in LIMIT_AXES}
     drives = [AxisDrive("swing", *map(literal, WELD_SWING), mode="acceleration")]
     target, linear, angular = None, None, None
@@ -124,6 +123,25 @@ def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer,
         linear_velocity_target=linear,
         angular_velocity_target=angular,
     )
+
+
+def _angle_limits(written: HingeConstraint | BallConstraint, fields: FieldLowerer, origin: Origin) -> Value | None:
+    check_limits_keys(written, "revolute", origin, fields.sink)
+    warn_limits_in_degrees(written, "revolute", origin, fields.sink)
+    return lower_limits(written, origin, fields)
+
+
+def _ball(written: BallConstraint, fields: FieldLowerer, origin: Origin) -> Drive:
+    """A drive with locked translations.
+
+    SAPIEN's connection is a distance of 0, which PhysX corrects along the line between the origins. Close to 0 the
+    direction of that line is noise, so a chain of connections gains energy.
+    """
+    zero = literal((0.0, 0.0))
+    limits = _angle_limits(written, fields, origin)
+    each: dict[LimitAxis, Value | None] = {"x": zero, "y": zero, "z": zero, "twist": limits}
+    drives = () if written.drive is None else (_axis_drive("slerp", written.drive, ("drive",), fields, origin),)
+    return Drive(limits=tuple(AxisLimit(axis, one) for axis, one in each.items() if one is not None), drives=drives)
 
 
 def _warn_beyond_limits(target: Any, limits: Value | None, fields: FieldLowerer, origin: Origin) -> None:
@@ -314,13 +332,18 @@ class ConstraintLowerer:
         in_child = None
         if written.pose_in_child is not None:
             in_child = local_pose(written.pose_in_child, origin, ("pose_in_child",), _FRAME, fields)
+        rotation = axis_rotation(written.axis, origin, fields) if isinstance(written, AxisKeys) else IDENTITY
+        in_child = rotated_frame(in_child, rotation, fields)
+        in_parent = self._pose_in_parent(written, (child, parent), in_child, fields, origin)
+        if written.pose_in_parent is not None:
+            in_parent = rotated_frame(in_parent, rotation, fields)
         return Constraint(
             name=name,
             scene_idxs=scenes,
             joint=lower_constraint_joint(written, fields, origin),
             child=child,
             parent=parent,
-            pose_in_parent=self._pose_in_parent(written, (child, parent), in_child, fields, origin),
+            pose_in_parent=in_parent,
             pose_in_child=in_child,
             enabled=fields.optional(written.enabled, _ENABLED, origin, "enabled"),
             origin=origin,

@@ -6,9 +6,19 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.geometry import rotations
-from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, compose, shortest_from_x, turned
+from scenecc.geometry.rotations import (
+    AXES,
+    IDENTITY,
+    IDENTITY_POSE,
+    Pose7,
+    Quat,
+    Vec3,
+    compose,
+    shortest_from_x,
+    turned,
+)
 from scenecc.lower.field_types import BODY_FIELDS, FieldType, field_type, report_unused_key, vector
-from scenecc.lower.forms import VARYING, VariationLowerer, field_place
+from scenecc.lower.forms import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.poses import POSE, QUATERNION, direction, lower_pose, pose_item, pose_varies
 from scenecc.plan import Inertial, Value, derived, literal, per_scene, varying
 from scenecc.plan.geometry import LYING_SOLIDS, REVOLVED_SOLIDS
@@ -78,6 +88,53 @@ def shape_pose(shape: Any, origin: Origin, fields: FieldLowerer) -> Value | None
     elif type_ == "plane":
         pose = _plane_pose(shape, pose, origin, fields)
     return None if pose.is_constant and _is_identity(pose.numbers()) else pose
+
+
+def axis_rotation(axis: Any, origin: Origin, fields: FieldLowerer) -> Quat | Value:
+    """The shortest rotation from x to an axis: of all scenes, or a value (·, 4).
+
+    Args:
+        axis: as written; None: x.
+        origin: of the node with the key `axis`.
+        fields: of the object.
+    """
+    place = field_place(origin).key("axis")
+    if axis.__class__ not in VARYING:
+        vector = direction("x" if axis is None else axis)
+        if not any(vector):
+            fields.sink.report("SC114", "an axis of length 0 has no direction", origin.child("axis"))
+            return IDENTITY
+        return shortest_from_x(vector)
+    variation = VariationLowerer(fields, place.origin)
+
+    def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
+        if one.__class__ is str:
+            return AXES[one]
+        return variation.item(one, _NORMAL, around.inside(step) if step else around)
+
+    rotation = variation.risk(Pointing(variation.select(axis, place, leaf)), place.origin)
+    return fields.finish(rotation, variation, QUATERNION, place.origin)
+
+
+def rotated_frame(pose: Value | None, rotation: Quat | Value, fields: FieldLowerer) -> Value | None:
+    """A frame followed by a rotation from `axis_rotation`; None: the identity."""
+    if rotation == IDENTITY:
+        return pose
+    frame = literal(IDENTITY_POSE) if pose is None else pose
+    if not isinstance(rotation, Value):
+        return _with_rotation(frame, rotation, fields)
+
+    def turn(poses: NDArray[Any], rotations: NDArray[Any]) -> NDArray[Any]:
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - see above
+
+        count = max(len(poses), len(rotations))
+        return rotation_arrays.turned(
+            np.broadcast_to(poses, (count, 7)), np.broadcast_to(rotations, (count, 4)), np.zeros((count, 3))
+        )
+
+    return derived(turn, [frame, rotation], fields.scenes)
 
 
 def _is_identity(pose: tuple[float, ...]) -> bool:

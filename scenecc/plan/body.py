@@ -227,6 +227,7 @@ class BodyStructure:
 
     Attributes:
         mass: (·,) [kg]; scales the mass and inertia computed from the densities.
+        com: (·, 3) centre of mass in the body's frame [m], instead of the computed one or that of `inertial`.
         disable_gravity: (·,) bool.
         locked_motion_axes: (·, 6) bool, x y z rx ry rz; true locks the axis.
         linear_velocity, angular_velocity: (·, 3) initial, world frame [m/s, rad/s].
@@ -243,6 +244,7 @@ class BodyStructure:
     collisions: tuple[CollisionShape, ...] = ()
     visuals: tuple[VisualShape, ...] = ()
     mass: Value | None = None
+    com: Value | None = None
     inertial: Inertial | None = None
     disable_gravity: Value | None = None
     locked_motion_axes: Value | None = None

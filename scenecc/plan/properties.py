@@ -151,6 +151,7 @@ def _velocity(field: str, unit: str) -> Property:
 
 PROPERTIES: tuple[Property, ...] = (
     _make_property("mass", "mass", POSITIVE, "kg", reset=True),
+    Property("com", "mass", "com", ANY, shape=(3,), reset=True, unit="m"),
     Property("disable_gravity", "body", "gravity", ANY, "bool", untouched=False, reset=True),
     Property("locked_motion_axes", "body", "locked_axes", ANY, "bool", (6,), untouched=(False,) * 6),
     _make_property("linear_damping", "body", NON_NEGATIVE, "1/s", reset=True),

@@ -102,7 +102,8 @@ class LinkKeys(MotionKeys):
         excludes=("collision_group",),
     )
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the inertia accordingly.")
-    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.", excludes=("mass",))
+    com: Maybe[Leaf[Vec3]] = key("Centre of mass in the link's frame [m]; mass and inertia about it stay.")
+    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass` or `com`.", excludes=("mass", "com"))
     visibility: Maybe[Leaf[Unit]] = key("Visibility of the render body, 0 to 1.", default=1)
 
 
@@ -217,6 +218,11 @@ else:
 class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     """Keys of any articulation."""
 
+    body_type: Maybe[Fixed[Literal["static", "kinematic"]]] = key(
+        "Makes one body of all links, at their poses at `qpos`: static (fixed) or kinematic (moved by your program). "
+        "Default: an articulation whose joints move.",
+        examples=["static"],
+    )
     fix_root_link: Maybe[Leaf[bool]] = key(
         "Whether the root is fixed to the world. Default: true for a file, false for a `root`."
     )

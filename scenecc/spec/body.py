@@ -103,7 +103,8 @@ class BodyKeys(RigidBodyKeys):
         "Density of shapes without their own or their material's [kg/m³].", default=DEFAULT_DENSITY
     )
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the mass and inertia from the densities.")
-    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.", excludes=("mass",))
+    com: Maybe[Leaf[Vec3]] = key("Centre of mass in the body's frame [m]; mass and inertia about it stay.")
+    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass` or `com`.", excludes=("mass", "com"))
     collision_group: Maybe[Fixed[GroupName]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
         "SAPIEN's four integers; not with `collision_group`.", default=[1, 1, 0, 0], excludes=("collision_group",)

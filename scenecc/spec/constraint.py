@@ -9,7 +9,7 @@ from scenecc.plan.constraint import DriveAxis, LimitAxis
 from scenecc.spec.base import BodyName, ExtendedFloat, Finite, Maybe, NonNegative, NonNegative2, SpecModel, Vec3, key
 from scenecc.spec.body import SceneIdxs
 from scenecc.spec.nodes import LazyUnion
-from scenecc.spec.pose import Pose
+from scenecc.spec.pose import Direction, Pose
 from scenecc.spec.repetition import REPEATABLE, RepeatKeys
 from scenecc.spec.values import Fixed, Leaf
 
@@ -148,28 +148,50 @@ class AxisMotorKeys(AxisDriveKeys):
     velocity_target: Maybe[Leaf[Finite]] = key("Target velocity [rad/s or m/s].", default=0)
 
 
-class HingeConstraint(ConstraintKeys):
-    """Leaves one rotation free, about x of its frames: a drive whose other axes are locked."""
+class AxisKeys(ConstraintKeys):
+    """Keys of a constraint with one axis."""
+
+    axis: Maybe[Leaf[Direction]] = key(
+        "Axis in the child's frame, or in the frame `pose_in_child`: [x, y, z] or one of x, y, z.", default="x"
+    )
+
+
+class HingeConstraint(AxisKeys):
+    """Leaves one rotation free, about its axis: a drive whose other axes are locked."""
 
     type: Literal["hinge"]
     limits: Maybe[Leaf[AxisRange]] = key(
-        "Lowest and highest angle about x [rad]. Default: no limits.", examples=[[0, 1.57]]
+        "Lowest and highest angle about the axis [rad]. Default: no limits.", examples=[[0, 1.57]]
     )
     limits_deg: Maybe[Leaf[AxisRange]] = key("The same in degrees.", examples=[[0, 90]], excludes=("limits",))
     drive: Maybe[AxisMotorKeys] = key("Its drive.", examples=[{"stiffness": 10, "damping": 1}])
 
 
-class SliderConstraint(ConstraintKeys):
-    """Leaves one translation free, along x of its frames: a drive whose other axes are locked."""
+class SliderConstraint(AxisKeys):
+    """Leaves one translation free, along its axis: a drive whose other axes are locked."""
 
     type: Literal["slider"]
     limits: Maybe[Leaf[AxisRange]] = key(
-        "Lowest and highest position along x [m]. Default: no limits.", examples=[[0, 0.3]]
+        "Lowest and highest position along the axis [m]. Default: no limits.", examples=[[0, 0.3]]
     )
     drive: Maybe[AxisMotorKeys] = key("Its drive.", examples=[{"stiffness": 100, "damping": 10}])
 
 
-CONSTRAINT_TYPES = ("weld", "connection", "distance", "gear", "drive", "hinge", "slider")
+class BallConstraint(ConstraintKeys):
+    """Holds the origins of both frames together and leaves all rotations free: a drive with x, y and z locked."""
+
+    type: Literal["ball"]
+    limits: Maybe[Leaf[AxisRange]] = key(
+        "Lowest and highest twist about x of its frames [rad]. Default: no limits.", examples=[[-0.5, 0.5]]
+    )
+    limits_deg: Maybe[Leaf[AxisRange]] = key("The same in degrees.", examples=[[-30, 30]], excludes=("limits",))
+    drive: Maybe[AxisDriveKeys] = key(
+        "Drive of the whole rotation: `stiffness` makes the frames parallel, `damping` slows the rotation.",
+        examples=[{"damping": 0.001}],
+    )
+
+
+CONSTRAINT_TYPES = ("weld", "ball", "connection", "distance", "gear", "drive", "hinge", "slider")
 
 Constraint = Annotated[Any, LazyUnion("Constraint", {"constraint": CONSTRAINT_TYPES}), REPEATABLE]
 """An entry of `constraints`."""

@@ -89,6 +89,14 @@ def _scale_mass(link: Any, mass: float) -> None:
     link.set_inertia(inertia * (mass / before))
 
 
+def _move_center(link: Any, position: list[float]) -> None:
+    from sapien import Pose
+
+    link.set_cmass_local_pose(Pose(position, link.cmass_local_pose.q))
+    # A link keeps its joint's frame relative to the centre of mass.
+    link.joint.set_pose_in_child(_pose(IN_CHILD))
+
+
 _JOINT: dict[str, Row] = {
     "pose_in_parent": Row(
         [0.3, 0.02, 0.0, 0.6, 0.0, 0.8, 0.0], lambda joint, pose: joint.set_pose_in_parent(_pose(pose))
@@ -116,6 +124,7 @@ _JOINT: dict[str, Row] = {
 
 _LINK: dict[str, Row] = {
     "mass": Row(0.7, _scale_mass, 2.5),
+    "com": Row([0.05, -0.02, 0.01], _move_center, [-0.03, 0.02, 0.0]),
     "disable_gravity": Row(True, lambda link, off: link.set_disable_gravity(off), False, np.bool_),
     "linear_damping": Row(0.31, lambda link, number: link.set_linear_damping(number), 0.05),
     "angular_damping": Row(0.72, lambda link, number: link.set_angular_damping(number), 0.9),

@@ -107,6 +107,12 @@ def _scale_mass(body: Any, mass: float) -> None:
     body.set_inertia(inertia * (mass / before))
 
 
+def _move_center(body: Any, position: list[float]) -> None:
+    from sapien import Pose
+
+    body.set_cmass_local_pose(Pose(position, body.cmass_local_pose.q))
+
+
 def _other_material(shape: Any, _number: int) -> None:
     from sapien import physx
 
@@ -119,6 +125,7 @@ def _own_groups(body: Any, groups: list[int]) -> None:
 
 _BODY: dict[str, Row] = {
     "mass": Row(0.7, _scale_mass, 2.5),
+    "com": Row([0.03, -0.02, 0.01], _move_center, [-0.01, 0.02, 0.0]),
     "disable_gravity": Row(True, lambda body, off: body.set_disable_gravity(off), False, np.bool_),
     "locked_motion_axes": Row(
         [True, False, False, False, True, False],

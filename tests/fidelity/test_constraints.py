@@ -97,6 +97,32 @@ def held_but(scene: sapien.Scene, free: str, *ends: Any) -> Any:
     return locked(scene.create_drive(*ends), *(axis for axis in ("x", "y", "z", "twist") if axis != free))
 
 
+def ball(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    drive = locked(scene.create_drive(post, apart(number), bob, Pose()), "x", "y", "z")
+    drive.set_limit_twist(np.deg2rad(-30), np.deg2rad([20, 30, 40][number]))
+    drive.set_drive_property_slerp(2, 0.5, mode="acceleration")
+    return drive
+
+
+def hinge_about_z(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    del number
+    turned = [0.7071067811865476, 0, -0.7071067811865475, 0]
+    drive = held_but(scene, "twist", post, Pose([0.5, 0, 0], turned), bob, Pose([0.1, 0, 0], turned))
+    drive.set_limit_twist(-0.5, 1.5)
+    drive.set_drive_property_swing(1e10, 1e4, mode="acceleration")
+    return drive
+
+
+def slider_along_a_vector(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    # The shortest rotations of +x to (1, 1, 0), (0, 0, 1) and (0, 3, 0).
+    halves = [[np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8)], [np.sqrt(0.5), 0, -np.sqrt(0.5), 0]]
+    turned = [*halves, [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]][number]
+    drive = held_but(scene, "x", post, Pose(apart(number).p, turned), bob, Pose([0, 0, 0], turned))
+    drive.set_limit_x(-0.1, 0.1)
+    drive.set_drive_property_swing(1e10, 1e4, mode="acceleration")
+    return drive
+
+
 def hinge(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
     x, y, z = START[number]
     drive = held_but(scene, "twist", post, Pose([x, y, z - 0.75]), bob, Pose([0, 0, 0.25]))
@@ -183,6 +209,28 @@ CASES = {
             "target": {"p": [0, 0, 0], "q": [0.8, 0, 0.6, 0]},
         },
         turner,
+    ),
+    "ball": Case(
+        {
+            "type": "ball",
+            "limits_deg": [-30, {"per_scene": [20, 30, 40]}],
+            "drive": {"stiffness": 2, "damping": 0.5, "mode": "acceleration"},
+        },
+        ball,
+    ),
+    "hinge about z": Case(
+        {
+            "type": "hinge",
+            "axis": "z",
+            "pose_in_parent": [0.5, 0, 0],
+            "pose_in_child": [0.1, 0, 0],
+            "limits": [-0.5, 1.5],
+        },
+        hinge_about_z,
+    ),
+    "slider along a vector": Case(
+        {"type": "slider", "axis": {"per_scene": [[1, 1, 0], "z", [0, 3, 0]]}, "limits": [-0.1, 0.1]},
+        slider_along_a_vector,
     ),
     "hinge": Case({"type": "hinge", "pose_in_child": [0, 0, 0.25]}, hinge),
     "hinge that is driven": Case(

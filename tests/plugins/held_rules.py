@@ -149,12 +149,12 @@ def _typed(constraint: Node, random: Random) -> None:
             constraint["limits"].sort()
         case "gear":
             constraint["ratio"] = constraint["ratio"] or 1
-        case "hinge" | "slider":
+        case "hinge" | "slider" | "ball":
             keep_one(constraint, random, ("limits",), ("limits_deg",))
             for key in ("limits", "limits_deg"):
                 if key in constraint:
                     sides = constraint[key]
-                    near = [min(max(side, -3), 3) for side in sides] if constraint["type"] == "hinge" else sides
+                    near = sides if constraint["type"] == "slider" else [min(max(side, -3), 3) for side in sides]
                     constraint[key] = ascending(near, random)
             drive = constraint.get("drive") or {}
             for aim, strength in (("target", "stiffness"), ("velocity_target", "damping")):

@@ -21,6 +21,7 @@ from scenecc.backends.sapien.properties import (
     apply_setters,
     property_setters,
     select_rows,
+    set_center_of_mass,
     split_poses,
     split_setters,
     to_poses,
@@ -165,11 +166,22 @@ def prepare_mass(
 
     `drawn` receives mass and inertia by density if a reset redraws the mass.
     """
+    steps: list[Callable[[Any, int], None]] = []
     if structure.inertial is not None:
-        return _inertial_setter(structure.inertial, rows)
+        steps.append(_inertial_setter(structure.inertial, rows))
     if structure.mass is not None:
-        return _mass_setter(structure.mass, rows, structure.origin, drawn)
-    return None
+        steps.append(_mass_setter(structure.mass, rows, structure.origin, drawn))
+    if structure.com is not None:
+        column = _expand_column(to_vectors(select_rows(structure.com, rows)), len(rows))
+        steps.append(lambda component, row: set_center_of_mass(component, column[row]))
+    if len(steps) < 2:
+        return steps[0] if steps else None
+
+    def apply(component: Any, row: int) -> None:
+        for step in steps:
+            step(component, row)
+
+    return apply
 
 
 def _inertial_setter(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[Any, int], None]:
@@ -373,7 +385,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
 def _refuse_unsupported_fields(structure: BodyStructure) -> None:
     """Refuses fields of a body type whose component cannot hold them, so that none is dropped silently."""
     said = [prop.get for prop, _ in BODY_PROPERTIES.list_specified(structure)]
-    said += [name for name in ("mass", "inertial") if getattr(structure, name) is not None]
+    said += [name for name in ("mass", "com", "inertial") if getattr(structure, name) is not None]
     if structure.body_type == "none":
         said += [name for name in ("collisions", "collision_groups") if getattr(structure, name)]
     if said:

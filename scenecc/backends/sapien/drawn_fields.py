@@ -433,7 +433,7 @@ def _body_holders(
     rows: Mapping[int, int],
     moved: Callable[[int], None] | None = None,
 ) -> Iterator[Holder]:
-    yield Holder(who, body, objs, rows, body.origin)
+    yield Holder(who, body, objs, rows, body.origin, moved)
     if body.inertial is not None:
         yield Holder(f"{who}.inertial", body.inertial, objs, rows, body.origin, moved)
 

@@ -18,6 +18,7 @@ from scenecc.backends.sapien.properties import (
     BODY_PROPERTIES,
     JOINT_LIMITS,
     JOINT_PROPERTIES,
+    set_center_of_mass,
     to_poses,
     to_scalars,
     to_vectors,
@@ -168,6 +169,7 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
         for field in ("linear_damping", "angular_damping", "disable_gravity")
     },
     (BodyStructure, "mass"): MASS_AND_INERTIA,
+    (BodyStructure, "com"): LiveProperty(set_center_of_mass, attrgetter("cmass_local_pose.p"), to_vectors),
     (Inertial, "mass"): _make_property(_Body, "mass")._replace(stored="inverse"),
     (Inertial, "com"): LiveProperty(
         _Body.set_cmass_local_pose, _pose_getter("cmass_local_pose"), to_poses, stored="pose"

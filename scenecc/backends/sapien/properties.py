@@ -179,6 +179,11 @@ def _plan_properties(component: Any, part: Literal["body", "shape"]) -> Property
     )
 
 
+def set_center_of_mass(body: Any, position: Any) -> None:
+    """Moves the centre of mass of a rigid body. Mass, principal moments and their axes stay."""
+    body.set_cmass_local_pose(sapien.Pose(position, body.get_cmass_local_pose().q))
+
+
 SHAPE_PROPERTIES = _plan_properties(_CollisionShapeClass, "shape")
 """Fields of `CollisionShape`. Set before the shape is attached, because its density cannot be set later."""
 

@@ -128,6 +128,7 @@ def write_mimics(model: MjcfModel, measured: MeasuredEntity, structure: Articula
 _UNSUPPORTED_BODY_FIELDS = optional_fields(
     BodyStructure,
     "mass",
+    "com",
     "inertial",
     "visibility",
     "disable_gravity",

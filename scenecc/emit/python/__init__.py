@@ -141,7 +141,7 @@ def _unsupported_fields(structure: BodyStructure) -> list[str]:
     """Returns the fields that SAPIEN does not support."""
     fields: list[str] = []
     if structure.body_type in {"static", "none"}:
-        fields += present_fields(structure, (*BODY_PROPERTIES, "mass", "inertial"))
+        fields += present_fields(structure, (*BODY_PROPERTIES, "mass", "com", "inertial"))
     if structure.body_type == "link":
         fields += present_fields(structure, NON_LINK_FIELDS)
     if structure.body_type == "none":

@@ -210,11 +210,14 @@ SHAPE_ARGUMENTS = tuple(name for name in property_fields("shape") if name not in
 
 
 def write_mass(source: SourceWriter, structure: BodyStructure, columns: SceneValues) -> None:
-    """Sets the mass of `body`, and scales the inertia that follows from the densities."""
+    """Sets the mass of `body`, scales the inertia that follows from the densities, and sets the centre of mass."""
     if structure.mass is not None:
         mass = columns.value(structure.mass, "mass", lambda row: number_literal(float(row)))
         source.line(f"body.inertia = body.inertia.astype(float) * ({mass} / body.mass)")
         source.line(f"body.mass = {mass}")
+    if structure.com is not None:
+        pose = call("sapien.Pose", columns.value(structure.com, "com"), "body.cmass_local_pose.q")
+        source.statement(pose, assign="body.cmass_local_pose")
 
 
 def inertial_nodes(inertial: Inertial, columns: SceneValues) -> tuple[SourceNode, SourceNode, SourceNode]:
@@ -295,6 +298,8 @@ def needs_components(structure: BodyStructure) -> bool:
         or any(isinstance(shape.geometry, TriangleMesh) and shape.geometry.sdf != dynamic for shape in shapes)
         or any(isinstance(shape.geometry, Plane) and shape.density is not None for shape in shapes)
         or not all(COLLISIONS[type(shape.geometry)].add for shape in shapes)
+        # Joints store their frames relative to the centre of mass, so it is set before them.
+        or (structure.body_type == "link" and structure.com is not None)
         or any(shape.front_face is not None or not VISUALS[type(shape.geometry)].add for shape in structure.visuals)
     )
 
@@ -350,6 +355,7 @@ def write_render_properties(body: BodyScript, entity: str) -> None:
 def _needs_body_component(structure: BodyStructure) -> bool:
     return (
         structure.mass is not None
+        or structure.com is not None
         or (structure.inertial is not None and structure.body_type == "kinematic")
         or bool(present_fields(structure, BODY_PROPERTIES))
         or any(present_fields(shape, LATE_SHAPE_FIELDS) for shape in structure.collisions)

@@ -18,6 +18,7 @@ from scenecc.lower.articulations.drafts import (
     LinkTreeDrafter,
     read_alternatives,
 )
+from scenecc.lower.articulations.fused_links import fuse_links, report_unused_body_keys
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers, JointValue
 from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
 from scenecc.lower.articulations.overrides import OverrideValues, PatternMatcher, PatternOverrides, nearest_override
@@ -72,6 +73,8 @@ def report_unused_keys(
         origin: of the entity.
         sink: receives the diagnostics.
     """
+    if entity.body_type is not None:
+        report_unused_body_keys(entity, origin, sink)
     bodies = [body for structure in structures for body in structure.bodies]
     if not any(body.visuals for body in bodies):
         _report_unused(entity, _VISIBLE_KEYS, "an articulation without a visible shape", origin, sink)
@@ -80,6 +83,8 @@ def report_unused_keys(
         _report_unused(entity, _COLLIDING_KEYS, "an articulation without a collision shape", origin, sink)
     if untouched and not any(body.visuals for body in bodies):
         _report_unused(entity, ("material",), "an articulation without a shape", origin, sink)
+    if entity.body_type is not None:
+        return
     linked = [structure for structure in structures if isinstance(structure, ArticulationStructure)]
     if linked and len(linked) == len(structures) and all(structure.fix_root_link for structure in linked):
         _report_unused(entity, _FREE_ROOT_KEYS, _FIXED, origin, sink)
@@ -282,6 +287,10 @@ class ArticulationLowerer:
                 for robot, draft in drafts[0]
             ]
         constraints = files[0][1].constraints if files[0] is not None else ()
+        if constraints and entity.body_type is not None:
+            message = f"the file connects its bodies, which has no effect: all of them are {entity.body_type}"
+            self._sink.report("SC333", message, origin.child(key))
+            constraints = ()
         return [replace(made[0], constraints=constraints), *made[1:]]
 
     def _lower_assembly(
@@ -376,7 +385,7 @@ class ArticulationLowerer:
         origin: Origin,
     ) -> list[LoweredArticulation]:
         """Makes one structure per alternative of the file."""
-        kinds = {robots[0][0].body_type is None for robots in drafts}
+        kinds = {work.entity.body_type is None and robots[0][0].body_type is None for robots in drafts}
         if len(kinds) > 1 or any(len(robots) > 1 or robots[0][0].pose != IDENTITY_POSE for robots in drafts):
             message = "if files differ from scene to scene, each must contain one articulation, or each one body"
             hint = "declare the robots of such a file as separate entities"
@@ -387,7 +396,7 @@ class ArticulationLowerer:
 
     def _warn_of_free_root(self, drafts: list[list[tuple[DescribedRobot, ArticulationDraft]]], entity: Any) -> None:
         """Warns of a free root of a URDF, which has no key for it: only its joints show whether it is fixed."""
-        if "urdf" in entity.model_fields_set and entity.fix_root_link is None:
+        if "urdf" in entity.model_fields_set and entity.fix_root_link is None and entity.body_type is None:
             warn_free_body([robots[0] for robots in drafts], self._sink)
 
     def _draft(
@@ -441,7 +450,9 @@ class ArticulationLowerer:
     def _make_structure(
         self, robot: DescribedRobot, draft: ArticulationDraft, work: _ArticulationContext
     ) -> BodyStructure | ArticulationStructure:
-        return self._structure(draft, work) if robot.body_type is None else self._body(robot.body_type, draft, work)
+        if robot.body_type is None:
+            return self._structure(draft, work)
+        return self._body(work.entity.body_type or robot.body_type, draft, work)
 
     def _body(self, body_type: BodyType, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure:
         """Lowers a robot with a single body."""
@@ -457,7 +468,14 @@ class ArticulationLowerer:
             )
         return replace(body, body_type=body_type, **self._solver_values(work, fixed=False))
 
-    def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> ArticulationStructure:
+    def _structure(
+        self, draft: ArticulationDraft, work: _ArticulationContext
+    ) -> BodyStructure | ArticulationStructure:
+        """Lowers a robot: an articulation, or one body of all its links if the entity has a `body_type`."""
+        made, body_type = self._articulation(draft, work), work.entity.body_type
+        return made if body_type is None else fuse_links(made, body_type, work.fields, self._sink)
+
+    def _articulation(self, draft: ArticulationDraft, work: _ArticulationContext) -> ArticulationStructure:
         entity, origin, values = work.entity, work.origin, work.values
         joints: list[DraftJoint | None] = [
             link.joint and with_overrides(link.joint, work.layers("joints", link.joint.name, number, draft), values)

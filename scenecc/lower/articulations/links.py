@@ -10,7 +10,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.drafts import ContactDefaults, DraftJoint, DraftLink, Layer
 from scenecc.lower.articulations.overrides import OverrideValues, nearest_override
 from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits, find_group
-from scenecc.lower.field_types import BODY_FIELDS, field_type
+from scenecc.lower.field_types import BODY_FIELDS, field_type, report_unused_key
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
@@ -86,11 +86,19 @@ class LinkLowerer:
         if bits is not None and (without or (groups is not None and groups is link.own)):
             properties["collision_groups"] = bits
         mass, inertial = self._weight(link, layers, values, dense=bool(collisions))
+        center = nearest_override(layers, "com", "inertial")
+        com = None
+        if center is not None and center[0].com is not None:
+            com = values.of(center, "com", BODY_FIELDS["com"][1])
+            if not collisions and inertial is None:
+                where = f"on `{cut(link.name)}`, which has no collision shape and no inertia"
+                report_unused_key("com", where, center[1], self._sink)
         return BodyStructure(
             body_type="link",
             collisions=collisions,
             visuals=visuals,
             mass=mass,
+            com=com,
             inertial=inertial,
             origin=link.origin,
             **properties,

@@ -120,6 +120,7 @@ def test_what_a_material_leaves_out_is_the_default_materials(missing: str, defau
 
 KNOB_VALUES: dict[str, tuple[Any, Any]] = {
     "mass": (2, 2.0),
+    "com": ([0.1, 0, 0.2], [0.1, 0.0, 0.2]),
     "gravity": (False, True),
     "locked_axes": (["rz", "x"], [True, False, False, False, False, True]),
     "linear_velocity": ([1, 2, 3], [1.0, 2.0, 3.0]),

@@ -61,6 +61,8 @@ FIELDS: dict[str, tuple[str, str, int | str, float, float]] = {
     "qpos by name": (ARM, "qpos: {hinge: VALUE}", 0, 0, 1),
     "qvel": (ARM, "qvel: VALUE", 1, 0, 1),
     "mass": (BODY, "mass: VALUE", 0, 1, 2),
+    "com": (BODY, "com: VALUE", 3, 0, 0.1),
+    "com of a link": (ARM, "links: {bar: {com: VALUE}}", 3, 0, 0.1),
     "inertial mass": (BODY, "inertial: {mass: VALUE, inertia: [1, 1, 1]}", 0, 1, 2),
     "inertial com": (BODY, "inertial: {mass: 1, com: VALUE, inertia: [1, 1, 1]}", 3, 0, 0.1),
     "inertia": (BODY, "inertial: {mass: 1, inertia: VALUE}", 3, 1, 1.1),

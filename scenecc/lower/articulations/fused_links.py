@@ -1,0 +1,125 @@
+"""Makes one body of all links of an articulation that never moves its joints (`body_type` of a robot)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal
+
+from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.lower.link_frames import fix_initial_positions
+from scenecc.lower.local_poses import chain_poses
+from scenecc.plan import BodyStructure
+from scenecc.plan.link_poses import PoseStep, steps_to_link
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.plan import ArticulationStructure, CollisionShape, Value, VisualShape
+
+_JOINTED = "its joints never move"
+_STILL = "no force moves it"
+_UNUSED: dict[str, str] = {
+    **dict.fromkeys(("qvel", "drives"), _JOINTED),
+    **dict.fromkeys(
+        (
+            "fix_root_link",
+            "linear_velocity",
+            "angular_velocity",
+            "gravity",
+            "solver_position_iterations",
+            "solver_velocity_iterations",
+            "sleep_threshold",
+        ),
+        _STILL,
+    ),
+    **dict.fromkeys(("disable_self_collisions", "sapien_bits"), "it is one body, whose shapes never collide with one another"),
+    "attach": "it is one body, but parts are links of an articulation",
+}
+"""Keys of an articulation → why they have no effect if it is one body."""
+
+_USED_LINK_KEYS = frozenset(
+    ("material", "density", "patch_radius", "min_patch_radius", "collision_group", "collision_bits", "visibility")
+)
+_USED_JOINT_KEYS = frozenset(("limits", "limits_deg"))
+"""Keys of links and joints by pattern that have an effect: joint limits bound `qpos`."""
+
+
+def report_unused_body_keys(entity: Any, origin: Origin, sink: Sink) -> None:
+    """Reports keys that have no effect on an articulation with `body_type` (SC115)."""
+    for key, what in _UNUSED.items():
+        value = getattr(entity, key)
+        if value is not None and value != {}:
+            _report(key, entity.body_type, what, origin, sink)
+    for section, used in (("links", _USED_LINK_KEYS), ("joints", _USED_JOINT_KEYS)):
+        what = _STILL if section == "links" else _JOINTED
+        for pattern, keys in getattr(entity, section).items():
+            for key in sorted(keys.model_fields_set - used):
+                _report(key, entity.body_type, what, origin.child(section, pattern), sink)
+
+
+def _report(key: str, body_type: str, what: str, origin: Origin, sink: Sink) -> None:
+    message = f"`{key}` has no effect with `body_type: {body_type}`: {what}"
+    hint = f"remove `{key}`, or remove `body_type` for an articulation that moves"
+    sink.report("SC115", message, origin.child(key), at="key", hint=hint)
+
+
+def fuse_links(
+    structure: ArticulationStructure, body_type: Literal["static", "kinematic"], fields: FieldLowerer, sink: Sink
+) -> BodyStructure:
+    """One body with the shapes of all links, at the link poses that `qpos` gives, in the frame of the root.
+
+    Drawn positions keep the values of the build, since shapes cannot move.
+
+    Args:
+        structure: the articulation.
+        body_type: of the body.
+        fields: of the entity.
+        sink: receives the diagnostics.
+    """
+    fix_initial_positions([structure], fields.sampling)
+    collisions: list[CollisionShape] = []
+    visuals: list[VisualShape] = []
+    for link in structure.links:
+        frame = chain_poses(steps_to_link(structure, link.name, fields.scenes), fields.scenes)
+        body = link.body
+        for shape in body.collisions:
+            groups = shape.collision_groups or body.collision_groups
+            collisions.append(replace(shape, pose=_moved(frame, shape.pose, fields), collision_groups=groups))
+        visuals += (replace(shape, pose=_moved(frame, shape.pose, fields)) for shape in body.visuals)
+    return BodyStructure(
+        body_type=body_type,
+        collisions=tuple(collisions),
+        visuals=tuple(visuals),
+        visibility=_visibility(structure, sink),
+        origin=structure.origin,
+    )
+
+
+def _moved(frame: Value, pose: Value | None, fields: FieldLowerer) -> Value | None:
+    """The pose of a shape of a link in the frame of the root; None: the identity."""
+    if frame.is_constant and frame.numbers() == IDENTITY_POSE:
+        return pose
+    steps = [PoseStep(frame, fields.scenes), *([] if pose is None else [PoseStep(pose, fields.scenes)])]
+    return chain_poses(steps, fields.scenes)
+
+
+def _visibility(structure: ArticulationStructure, sink: Sink) -> Value | None:
+    """The visibility of all links with visual shapes. Links that differ are an error (SC332)."""
+    visible = [link for link in structure.links if link.body.visuals]
+    first, *others = visible or structure.links
+    for other in others:
+        if not _is_same(first.body.visibility, other.body.visibility):
+            message = f"`{first.name}` and `{other.name}` differ in `visibility`, but are shapes of one body"
+            place = other.body.origin or structure.origin
+            assert place is not None
+            sink.report("SC332", message, place, hint="write `visibility` beside `body_type`, for all links")
+            break
+    return first.body.visibility
+
+
+def _is_same(a: Value | None, b: Value | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return a is b or (a.is_constant and b.is_constant and a.numbers() == b.numbers())
+
