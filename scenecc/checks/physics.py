@@ -20,6 +20,7 @@ from scenecc.diagnostics.diagnostic import Origin
 from scenecc.geometry.rotations import MAX_COORDINATE
 from scenecc.plan import BodyStructure, Heightfield, Mesh, Plane, Ring, TriangleMesh, literal
 from scenecc.plan.body import COLLISION_ID_BITS, DEFAULT_COLLISION_GROUPS, PhysicalMaterial, groups_collide
+from scenecc.plan.material_counts import MATERIAL_LIMIT, count_materials
 from scenecc.plan.properties import CONTACT_OFFSET, PROPERTIES, REST_OFFSET, property_fields, round_to_float32
 
 if TYPE_CHECKING:
@@ -219,7 +220,20 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
         origin = material_origins.get(index) or plan_origin(plan).child("physical_materials", index)
         check_physical_material(material, origin, sink)
     check_default_contacts(plan.physics, physics_origin(plan), sink)
+    if plan.num_scenes * len(plan.physical_materials) >= MATERIAL_LIMIT:
+        _check_material_count(plan, sink)
     _check_sdf_on_planes(plan, sink)
+
+
+def _check_material_count(plan: ScenePlan, sink: Sink) -> None:
+    """Warns if all scenes together need more physical materials than a process can hold."""
+    count, own, first = count_materials(plan)
+    if count > MATERIAL_LIMIT:
+        message = f"{plan.num_scenes} scenes need {count} physical materials, and a process can hold {MATERIAL_LIMIT}"
+        hint = "build fewer scenes in one process (`--scenes 0:2048`)"
+        if own:
+            hint = f"draw friction and restitution from few values (`choice`), which are shared, or {hint}"
+        sink.report("SC586", message, plan_origin(plan) if first is None else first.origin, hint=hint)
 
 
 def _check_optional_sections(plan: ScenePlan, sink: Sink) -> None:

@@ -58,7 +58,7 @@ _UP: Final = -_DOWN
 
 
 class PlacingError(Exception):
-    """An entity fits nowhere in some scenes.
+    """An entity fits nowhere in some scenes, even if earlier placements are drawn again.
 
     Attributes:
         name: name of the placement.
@@ -96,6 +96,8 @@ class Placer:
     Attributes:
         bodies: collision parts in the world of all entities with a final pose: entity → parts.
         poses: their poses (B, 7).
+        placed: the placements with a pose, in order.
+        lifted: entities that are to be placed again, which nothing avoids, and the scenes (B,).
     """
 
     def __init__(
@@ -119,10 +121,27 @@ class Placer:
         }
         self._surfaces: dict[tuple[str, str | None], list[SupportSurface]] = {}
         self.by_member = {member: one for one in plan.placements for member in one.entities}
+        self.placed: list[Placement] = []
+        self.lifted: dict[str, Flags] = {}
+
+    def selected(self, rows: Indices) -> Placer:
+        """Returns a placer with the same poses in some rows of the batch."""
+        standing = {name: pose[rows] for name, pose in self.poses.items() if name not in self.local}
+        local = {name: pose[rows] for name, pose in self.local.items()}
+        part = Placer(self.plan, self.batch.only(rows), standing, local, self._still, self._redrawn)
+        for placement in self.placed:
+            part.settle(placement, self.batch.placed[placement.name][part.batch.scenes])
+        part.placed = [*self.placed]
+        return part
 
     def own_parts(self, name: str) -> list[Part]:
         """Returns the collision parts of an entity in its own frame."""
         return entity_parts(self._entities[name], self.plan.files, self.batch)
+
+    def moves_with(self, placement: Placement) -> list[Placement]:
+        """Returns the earlier placements that may be drawn again for this one: not built ones for one at a reset."""
+        is_still = placement.name in self._still
+        return [one for one in self.placed if (one.name in self._still) == is_still]
 
     def place(self, placement: Placement) -> None:
         """Computes the pose of a placement, and adds it to `batch.placed` and to the bodies.
@@ -132,7 +151,17 @@ class Placer:
         """
         with np.errstate(all="ignore"):
             # Poses that overflow fit nowhere.
-            found = _Trial(self, placement).poses()
+            trial = Trial(self, placement)
+            found, left = trial.poses()
+            if left.size:
+                from scenecc.placing.rearrange import rearrange  # noqa: PLC0415 - loaded where something has no room
+
+                found = rearrange(self, trial, found, left)
+        self.settle(placement, found)
+        self.placed.append(placement)
+
+    def settle(self, placement: Placement, found: Floats) -> None:
+        """Stores the poses (B, 7) of a placement."""
         by_scene: Any = np.zeros((self.batch.num_scenes, 7))
         by_scene[:, 3] = 1.0
         by_scene[self.batch.scenes] = found
@@ -141,6 +170,7 @@ class Placer:
             self.poses[member] = world = round_poses(rotation_arrays.compose(found, self.local[member]))
             turn = matrices(world[:, 3:])
             self.bodies[member] = [part.moved(turn, world[:, :3]) for part in self.own_parts(member)]
+        self._surfaces = {key: one for key, one in self._surfaces.items() if key[0] not in placement.entities}
 
     def target_parts(self, mount: Mount) -> list[Part]:
         """Returns the parts of the target of a placement."""
@@ -208,11 +238,15 @@ class _Obstacle(NamedTuple):
     top: Floats | None
 
 
-class _Trial:
-    """The search for the pose of one placement."""
+class Trial:
+    """The search for the pose of one placement.
+
+    Attributes:
+        placement: the placement.
+    """
 
     def __init__(self, placer: Placer, placement: Placement) -> None:
-        self._placer, self._placement = placer, placement
+        self._placer, self.placement = placer, placement
         self._batch = placer.batch
         self._rows, self._there = rows_in(placement.scene_idxs, self._batch.scenes)
         self._parts = [
@@ -227,6 +261,7 @@ class _Trial:
             # An entity without collision shapes is placed by its origin.
             self._parts.append(point_part(bare))
         self._why: Counter[str] = Counter()
+        self._blocked: dict[str, Flags] | None = None
         self._target = placer.target_parts(placement.target)
         if not self._target:
             message = f"`{placement.target}` has no collision shape"
@@ -249,33 +284,21 @@ class _Trial:
             )
             for name, part, apart in placer.obstacles(placement)
             for number, mine in enumerate(self._parts)
-            if (both := mine.there & part.there).any()
+            if (both := mine.there & part.there & self._is_settled(name)).any()
             and (there := both & groups_collide(mine.groups.T, part.groups.T)).any()
         ]
 
-    def poses(self) -> Floats:
-        """Returns the poses (B, 7); the identity where it does not exist.
-
-        Raises:
-            PlacingError: it fits nowhere.
-        """
+    def poses(self) -> tuple[Floats, Indices]:
+        """Returns the poses (B, 7), the identity where it does not exist, and the rows in which no try fits."""
         found: Any = np.zeros((len(self._rows), 7))
         found[:, 3] = 1.0
         left, done = np.flatnonzero(self._there), 0
         while left.size:
             # Doubled each time: most scenes need few tries, and tries after the first fit are wasted.
             rows_together = min(_ROWS, max(_FEW_ROWS, 2 * done * len(left)))
-            count = min(max(1, rows_together // len(left)), _TRIES_TOGETHER, self._placement.tries - done)
+            count = min(max(1, rows_together // len(left)), _TRIES_TOGETHER, self.placement.tries - done)
             if not count:
-                name = self._placement.name
-                scenes = self._batch.scenes[left].tolist()
-                # One scene is enough for the reason.
-                self._why.clear()
-                few = min(_TRIES_TOGETHER, done)
-                self._try_poses(np.repeat(left[:1], few), np.arange(done - few, done))
-                reasons = [f"{count} of {few} are {reason}" for reason, count in self._why.most_common(3) if count]
-                why = f"of the last tries in scene {scenes[0]}, " + ", ".join(reasons)
-                raise PlacingError(name, scenes, f"`{name}` fits nowhere in {done} tries", why)
+                break
             rows = np.repeat(left, count)
             tries = done + np.tile(np.arange(count), len(left))
             pose, fits = self._try_poses(rows, tries)
@@ -283,7 +306,40 @@ class _Trial:
             first, settled = fits.argmax(axis=1), fits.any(axis=1)
             found[left[settled]] = pose[np.flatnonzero(settled), first[settled]]
             left, done = left[~settled], done + count
-        return found
+        return found, left
+
+    def reason(self, row: int) -> str:
+        """Returns the most frequent reasons for which the last tries in a row of the batch do not fit."""
+        self._why.clear()
+        done = self.placement.tries
+        few = min(_TRIES_TOGETHER, done)
+        self._try_poses(np.full(few, row), np.arange(done - few, done))
+        reasons = [f"{count} of {few} are {reason}" for reason, count in self._why.most_common(3) if count]
+        return f"of the last tries in scene {self._batch.scenes[row]}, " + ", ".join(reasons)
+
+    def blocked(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags, dict[str, Flags]]:
+        """Returns the poses (M, 7) of some tries, which of them would fit if nothing were in the way, and the entities
+        that are in the way of each.
+        """
+        pose, parts, fits = self._supported_poses(rows, tries)
+        kept = np.flatnonzero(fits)
+        self._blocked = {}
+        if kept.size:
+            kept_parts = [part.taken(kept) for part in parts]
+            self._is_free(kept_parts, rows[kept])
+            for near in self.placement.near:
+                fits[kept] &= self._is_near(kept_parts, rows[kept], near)
+        found: dict[str, Flags] = {}
+        for name, flags in self._blocked.items():
+            found[name] = np.zeros(len(rows), np.bool_)
+            found[name][kept] = flags
+        self._blocked = None
+        return pose, fits, found
+
+    def _is_settled(self, name: str) -> Flags | np.bool_:
+        """Returns in which scenes an entity is not to be placed again."""
+        lifted = self._placer.lifted.get(name)
+        return np.True_ if lifted is None else ~lifted
 
     def _value(self, value: Value, rows: Indices | None = None, batch: Batch | None = None) -> Floats:
         """Returns a value of the placement in some rows of the batch; in all rows, as drawn, if none are given."""
@@ -293,7 +349,7 @@ class _Trial:
         return np.asarray(to_field_rows(drawn), np.float64)
 
     def _find_supports(self) -> list[SupportSurface]:
-        placer, placement = self._placer, self._placement
+        placer, placement = self._placer, self.placement
         if placement.kind == "above":
             return []
         if placement.kind == "on":
@@ -301,7 +357,7 @@ class _Trial:
         from scenecc.plan import Mount  # noqa: PLC0415 - few placements use `inside`
 
         return [
-            SupportSurface(one.there & (one.z + placement.gap < self._top), one.z, one.corners)
+            SupportSurface(one.there & (one.z + placement.gap < self._top) & self._is_settled(name), one.z, one.corners)
             for name in placer.bodies
             if name not in placement.entities
             for one in placer.surfaces(placement.target if name == placement.target.entity else Mount(name))
@@ -316,29 +372,35 @@ class _Trial:
 
     def _try_poses(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
         """Returns the poses (M, 7) of some tries, and which of them fit."""
-        batch = self._batch.only(rows) if not tries.any() else self._batch.tried(rows, tries)
-        pose = self._poses_at_height_zero(rows, batch)
-        turn = matrices(pose[:, 3:])
-        parts = [part.taken(rows).moved(turn, pose[:, :3]) for part in self._parts]
-        pose[:, 2] = self._heights(parts, rows, batch)
-        fits = np.isfinite(pose[:, 2])
-        self._why[f"not completely {self._placement.kind} `{self._placement.target}`"] += int((~fits).sum())
+        pose, parts, fits = self._supported_poses(rows, tries)
+        self._why[f"not completely {self.placement.kind} `{self.placement.target}`"] += int((~fits).sum())
         kept = np.flatnonzero(fits)
         if kept.size:
-            for part in parts:
-                part.p[:, 2] += np.where(fits, pose[:, 2], 0.0)
             fits[kept] = self._is_free([part.taken(kept) for part in parts], rows[kept])
             kept = np.flatnonzero(fits)
-            for near in self._placement.near:
+            for near in self.placement.near:
                 if kept.size:
                     fits[kept] = self._is_near([part.taken(kept) for part in parts], rows[kept], near)
                     self._why[f"not at the distance of `near` from `{near.entity}`"] += int((~fits[kept]).sum())
                     kept = np.flatnonzero(fits)
         return pose, fits
 
+    def _supported_poses(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, list[Part], Flags]:
+        """Returns the poses (M, 7) of some tries, the parts there, and which of them are supported."""
+        batch = self._batch.only(rows) if not tries.any() else self._batch.tried(rows, tries)
+        pose = self._poses_at_height_zero(rows, batch)
+        turn = matrices(pose[:, 3:])
+        parts = [part.taken(rows).moved(turn, pose[:, :3]) for part in self._parts]
+        pose[:, 2] = self._heights(parts, rows, batch)
+        fits = np.isfinite(pose[:, 2])
+        if fits.any():
+            for part in parts:
+                part.p[:, 2] += np.where(fits, pose[:, 2], 0.0)
+        return pose, parts, fits
+
     def _poses_at_height_zero(self, rows: Indices, batch: Batch) -> Floats:
         """Returns poses (M, 7) in the world at height 0."""
-        placement, heading = self._placement, self._heading[rows]
+        placement, heading = self.placement, self._heading[rows]
         point = points_in_regions(placement, self._rectangle, rows, batch, lambda v: self._value(v, rows, batch))
         pose: Any = np.zeros((len(rows), 7))
         pose[:, :2] = self._origin[rows, :2] + turn_points(point, heading)
@@ -358,7 +420,7 @@ class _Trial:
 
     def _heights(self, parts: list[Part], rows: Indices, batch: Batch) -> Floats:
         """Returns the height of the origin (M,) [m]; not finite if there is none. `parts`: at height 0."""
-        placement = self._placement
+        placement = self.placement
         lowest = -extent(parts, repeat_direction(_DOWN, rows))
         within = np.ones(len(rows), np.bool_)
         if self._outline is not None:
@@ -453,6 +515,8 @@ class _Trial:
         free[index] = False
         if len(index):
             self._why[f"too close to `{name}`"] += len(index)
+            if self._blocked is not None:
+                self._blocked.setdefault(name, np.zeros(len(free), np.bool_))[index] = True
 
     def _is_near(self, parts: list[Part], rows: Indices, near: Nearness) -> Flags:
         """Returns whether parts in some rows of the batch are within a range of distances from an entity."""

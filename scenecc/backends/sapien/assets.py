@@ -38,11 +38,14 @@ from scenecc.backends.sapien.engine import (
 )
 from scenecc.backends.sapien.objects import DrawnObjects
 from scenecc.backends.sapien.properties import Column, select_rows
+from scenecc.backends.sapien.shared_materials import Friction3, SharedMaterial
 from scenecc.extras import install_hint
 from scenecc.files import State, cache_folder, keep_file, open_regular, read_checked, replace_all, state_now
 from scenecc.geometry.ply import encode_parts
 from scenecc.interrupt import ask_module
 from scenecc.plan import MeshGeometry
+from scenecc.plan.material_counts import MATERIAL_LIMIT, drawn_combinations
+from scenecc.variation.node_bounds import BoundsAnalysis
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -352,8 +355,7 @@ def _load_hulls(mesh: str, *, parts: bool) -> list[Any]:
     return [hull(mesh, UNMIRRORED, material)]
 
 
-_MATERIAL_LIMIT: Final = 65_534
-"""PhysX has 65 535 material numbers in a process, and its default material takes one."""
+_MATERIAL_LIMIT: Final = MATERIAL_LIMIT
 
 _live_materials: Final[WeakSet[Any]] = WeakSet()
 """Materials of all open batches. A batch keeps its materials alive."""
@@ -364,7 +366,7 @@ class Resources:
 
     All shapes that name a material share it, in all scenes where its numbers are the same, as in a script that makes
     each material once: a later change of its friction applies to all of them. A material that a reset redraws is
-    shared only within a scene.
+    shared only within a scene, or, if it has few values, by all shapes that have the same one.
     """
 
     def __init__(self, plan: ScenePlan, drawn: DrawnObjects | None = None) -> None:
@@ -372,6 +374,7 @@ class Resources:
         self.drawn = DrawnObjects() if drawn is None else drawn
         default = plan.physics.default_material
         self._physical: dict[tuple[object, ...], Any] = {}
+        self._few: dict[int, bool] = {}
         self._lacking = 0
         self.default_material: Any = (
             physx.get_default_material() if default is None else self._physical_material((-1, *astuple(default)))
@@ -404,9 +407,23 @@ class Resources:
                 continue
             scene, of_index = scene_idxs[row], self.drawn.physical.setdefault(index, {})
             if scene not in of_index:
-                of_index[scene] = self._physical["drawn", index, scene] = self._new_material(*own)
+                of_index[scene] = self._drawn_material(index, scene, tuple(own))
             made.append(of_index[scene])
         return made
+
+    def _drawn_material(self, index: int, scene: int, numbers: Friction3) -> Any:
+        """Returns a `PhysxMaterial` of one scene, or a `SharedMaterial` if it has few values."""
+        if index not in self._few:
+            analysis = BoundsAnalysis(dict(self._plan.draws), self._plan.num_scenes)
+            few = not physx.is_gpu_enabled() and drawn_combinations(self._plan.physical_materials[index], analysis)
+            self._few[index] = bool(few)
+        if not self._few[index]:
+            self._physical["drawn", index, scene] = made = self._new_material(*numbers)
+            return made
+        key = ("shared", *numbers)
+        if key not in self._physical:
+            self._physical[key] = self.drawn.pool.take(numbers, self._new_material)
+        return SharedMaterial(self.drawn.pool, numbers, _material_at_reset)
 
     def limit_failure(self) -> EngineFailure | None:
         """Returns a failure if a process cannot hold all physical materials that were requested."""
@@ -418,7 +435,8 @@ class Resources:
             "SC821",
             f"these scenes need {count} physical materials{f' besides {others} of other batches' * (others > 0)},"
             f" and a process can hold {_MATERIAL_LIMIT}",
-            hint="build fewer scenes in one process, or draw friction and restitution from few values (`choice`)",
+            hint="build fewer scenes in one process (`--scenes 0:2048`), or draw friction and restitution from few"
+            " values (`choice`), which are shared",
         )
 
     def _shared_material(self, index: int) -> Column | None:
@@ -540,6 +558,16 @@ class Resources:
 def _is_redrawn(values: Iterable[Value]) -> bool:
     """Returns whether a reset changes a material, so that each scene needs its own."""
     return any(value.recipe is not None for value in values)
+
+
+def _material_at_reset(*numbers: float) -> Any:
+    if len(_live_materials) == _MATERIAL_LIMIT:
+        gc.collect()
+    if len(_live_materials) == _MATERIAL_LIMIT:
+        raise ValueError(f"a process can hold {_MATERIAL_LIMIT} physical materials, and this reset needs more")
+    made = _make_physical_material(*numbers)
+    _live_materials.add(made)
+    return made
 
 
 def _make_physical_material(static_friction: float, dynamic_friction: float, restitution: float) -> Any:

@@ -28,6 +28,7 @@ from scenecc.backends.sapien.properties import (
     to_scalars,
     to_vectors,
 )
+from scenecc.backends.sapien.shared_materials import SharedMaterial, add_shape
 from scenecc.plan import MeshGeometry, Plane
 
 if TYPE_CHECKING:
@@ -108,6 +109,8 @@ def _prepare_collision(
     shape: CollisionShape, groups: Value | None, rows: NDArray[np.intp], resources: Resources, entity: Entity
 ) -> PreparedShape:
     material = resources.physical(shape.material, rows, entity.scene_idxs)
+    holders = [one if isinstance(one, SharedMaterial) else None for one in material]
+    material = [one.material if isinstance(one, SharedMaterial) else one for one in material]
     try:
         known = COLLISION_SHAPES[type(shape.geometry)]
         make = known.make(shape.geometry, ShapeContext(rows, material, resources))
@@ -122,6 +125,8 @@ def _prepare_collision(
     if shape.density is None and isinstance(shape.geometry, Plane):
         # SAPIEN's builder leaves a plane the density of a new shape.
         found.append((SHAPE_PROPERTIES.by_field["density"].set, [0.0]))
+    if any(holders):
+        found.append((add_shape, holders))
     fixed, varying = split_setters(found)
     return PreparedShape(make, fixed, varying, known.many, _rows_of_files(shape.geometry, rows), "SC801", shape.origin)
 

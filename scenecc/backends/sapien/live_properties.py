@@ -151,6 +151,11 @@ def _set_plane(name: str, camera: Any, value: float) -> None:
     camera.set_orthographic_parameters(planes["near"], planes["far"], *sides)
 
 
+def _set_friction(setter: str, material: Any, value: float) -> None:
+    """Sets a number of a `PhysxMaterial` or a `SharedMaterial`."""
+    getattr(material, setter)(value)
+
+
 def _set_ambient_light(system: Any, color: Any) -> None:
     system.ambient_light = color
 
@@ -176,7 +181,7 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
     ),
     (Inertial, "inertia"): _make_property(_Body, "inertia", to_vectors)._replace(stored="inverse"),
     **{
-        (PhysicalMaterial, field): _make_property(physx.PhysxMaterial, field)
+        (PhysicalMaterial, field): LiveProperty(partial(_set_friction, f"set_{field}"), attrgetter(field))
         for field in ("static_friction", "dynamic_friction", "restitution")
     },
     **{

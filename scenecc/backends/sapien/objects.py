@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from scenecc.backends.sapien.engine import physx, sapien
+from scenecc.backends.sapien.shared_materials import MaterialPool
 from scenecc.diagnostics.messages import suggest
 from scenecc.geometry.rotations import UNIT_TOLERANCE
 
@@ -100,11 +101,13 @@ class DrawnObjects:
     Attributes:
         physical, visual: drawn materials, by index in the plan's table, then by scene.
         densities: for rigid components with a drawn mass: mass [kg] and inertia (3,) [kg·m²] by density.
+        pool: the materials that drawn ones with few values share.
     """
 
     physical: dict[int, dict[int, Any]] = field(default_factory=dict[int, "dict[int, Any]"])
     visual: dict[int, dict[int, Any]] = field(default_factory=dict[int, "dict[int, Any]"])
     densities: dict[Any, tuple[float, Any]] = field(default_factory=dict[Any, "tuple[float, Any]"])
+    pool: MaterialPool = field(default_factory=MaterialPool)
 
 
 def _joint_columns(links: list[Any]) -> NDArray[np.intp]:

@@ -82,7 +82,7 @@ def test_drawn_materials_count_towards_the_limit_of_the_process(monkeypatch: pyt
     gc.collect()  # batches that other tests have dropped
     monkeypatch.setattr(assets, "_MATERIAL_LIMIT", len(assets._live_materials) + 2)  # pyright: ignore[reportPrivateUsage]
     with pytest.raises(scenecc.SceneError, match="SC821"):
-        loaded("material: {physical: {restitution: {choice: [0.5, 0.6]}}}", seed=1)
+        loaded("material: {physical: {restitution: {uniform: [0.5, 0.6]}}}", seed=1)
 
 
 def test_a_state_of_another_plan_is_refused() -> None:
