@@ -61,6 +61,11 @@ def assert_same_machine(mujoco: Any, model: Any, batch: Any, seed: int = 0) -> N
             _assert_body(model, data, body, component, held.objs[0].pose.p)
 
 
+def moving_bodies(model: Any) -> set[int]:
+    """The bodies that are not part of the world."""
+    return set(np.flatnonzero(model.body_weldid != 0).tolist())
+
+
 def _position(mujoco: Any, model: Any, data: Any, engine: Any) -> float:
     joint = joint_of(mujoco, model, engine)
     if model.jnt_type[joint] == BALL:
@@ -83,5 +88,7 @@ def _assert_body(model: Any, data: Any, body: int, component: Any, place: Any) -
     collides = (model.geom_contype[geoms] | model.geom_conaffinity[geoms]) != 0
     assert len(component.collision_shapes) == collides.sum(), name
     if model.body_mass[body]:
+        centre = component.cmass_local_pose.p
+        assert_allclose(centre, model.body_ipos[body], rtol=0, atol=_LENGTH * max(model.stat.extent, 1), err_msg=name)
         assert_allclose(component.mass, model.body_mass[body], rtol=_WEIGHT, err_msg=name)
         assert_allclose(component.inertia, model.body_inertia[body], rtol=_WEIGHT, err_msg=name)
