@@ -73,7 +73,7 @@ def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
     if read is None:
         read_model(found, scope=context.scope, sink=context.sink, limits=context.limits)
         return None
-    made = _Importer(path, read).scene()
+    made = _Importer(path, found.path, read).scene()
     # Paths of included files are relative to the root of the scope.
     root = context.scope.root or Path.cwd()
     base = root if path.is_absolute() else Path(os.path.relpath(root))
@@ -86,8 +86,8 @@ def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
 
 
 class _Importer:
-    def __init__(self, path: Path, read: ReadModel) -> None:
-        self._path = path
+    def __init__(self, path: Path, file: Path, read: ReadModel) -> None:
+        self._asset = Asset(path.name, file)
         self._model = read.model
         self._robots = read.description.robots
         self._links = read.links
@@ -110,7 +110,7 @@ class _Importer:
             "scenecc": 1,
             "name": self._name,
             "physics": {"timestep": plain_number(header["option"]["timestep"]), "gravity": plain_numbers(gravity)},
-            "entities": {self._name: {"mjcf": Asset(self._path.name, self._path.absolute()), **self._keyframe()}},
+            "entities": {self._name: {"mjcf": self._asset, **self._keyframe()}},
         }
         if self._constraints:
             names = Names()

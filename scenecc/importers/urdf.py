@@ -33,7 +33,7 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
     entities: dict[str, Any] = {}
     bodies: dict[str, str] = {}
     name = Names().new(path.stem)
-    entities[name] = {"urdf": Asset(path.name, path.absolute()), **({"repair": repair} if repair else {})}
+    entities[name] = {"urdf": Asset(path.name, found.path), **({"repair": repair} if repair else {})}
     for robot in described.robots:
         entity = name if len(described.robots) == 1 else f"{name}/{robot.links[0].name}"
         bodies |= {f"{entity}/{link.name}": link.name for link in robot.links}

@@ -73,7 +73,7 @@ def judge_mjcf(file: Path, root: Path, header: dict[str, Any], held: dict[str, A
         model = mujoco.MjModel.from_xml_path(str(file))
     except ValueError as error:
         return f"{PART}: {error}"[:300]
-    if not model.ngeom and model.nbody == 1:
+    if not model.ngeom and not model.njnt:
         return f"{PART}: nothing in it"
     scene = {"scenecc": 1, "entities": {"robot": {"mjcf": str(file)}}}
     try:
@@ -201,7 +201,7 @@ def judge_import(file: Path, root: Path, header: dict[str, Any], held: dict[str,
         model = mujoco.MjModel.from_xml_path(str(file))
     except ValueError as error:
         return f"{PART}: {error}"[:300]
-    if not model.ngeom and model.nbody == 1:
+    if not model.ngeom and not model.njnt:
         return f"{PART}: nothing in it"
     allowed = list[str]()
     with tempfile.TemporaryDirectory() as folder:
