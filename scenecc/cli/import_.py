@@ -39,7 +39,7 @@ def import_(
     shard: Shard = None,
     allow: Annotated[
         list[str] | None,
-        typer.Option("--allow", metavar="LOSS", help="Accept a loss that changes the mechanics; may be repeated."),
+        typer.Option("--allow", metavar="LOSS", help="Accept a loss that changes the mechanics, or `all`; may be repeated."),
     ] = None,
     keep_file: Annotated[
         bool, typer.Option("--keep-file", help="Let the scene name an MJCF, instead of writing its bodies and robots.")
@@ -62,6 +62,7 @@ def import_(
       scenecc import world.sdf -o scene.yaml
       scenecc import world.sdf -o scene.yaml --asset-root ~/models
       scenecc import world.sdf -o scene.yaml --allow screw-joints
+      scenecc import world.xml -o scene.yaml --allow all
       scenecc import stage.usd -o scene.yaml
       scenecc import world.xml -o scene.yaml
       scenecc import robot.xml -o scene.yaml --keep-file
@@ -97,11 +98,11 @@ def _source_kind() -> Kind:
 
 
 def _check_arguments(paths: list[str], output: str, allow: Sequence[str]) -> None:
-    from scenecc.importers.imported_scene import LOSSES
+    from scenecc.importers.imported_scene import ALL_LOSSES, LOSSES
 
-    unknown = next((kind for kind in allow if kind not in LOSSES), None)
+    unknown = next((kind for kind in allow if kind not in {*LOSSES, ALL_LOSSES}), None)
     if unknown is not None:
-        known = ", ".join(kind for kind, row in LOSSES.items() if row.changes_machine)
+        known = ", ".join((ALL_LOSSES, *(kind for kind, row in LOSSES.items() if row.changes_machine)))
         raise typer.BadParameter(f"there is no loss '{unknown}'; the losses are {known}", param_hint="'--allow'")
     if STDIN in paths:
         raise typer.BadParameter("an import reads a file, not standard input", param_hint="'FILE'")

@@ -465,11 +465,26 @@ class Sink:
         found = [self._resolve(report) for report in kept]
         reports = dict(zip(found, kept, strict=True)) if self.at_use else {}
         if self.silencings:
+            found = [one for one, report in zip(found, kept, strict=True) if not self._is_silenced_by_users(one, report)]
             found = without_silenced(found, self.silencings)
         if self.at_use:
             # A comment may be in the prefab or at its use.
             found = without_silenced([self._at_use(one, reports[one]) for one in found], self.silencings)
         return sorted(found, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
+
+    def _is_silenced_by_users(self, found: Diagnostic, report: _Report) -> bool:
+        """Returns whether a finding in a robot file is silenced at all nodes that reference the file."""
+        place = report.place
+        if not isinstance(place, Origin) or place.location is None or place.parent is None:
+            return False
+        for user in (place.parent, *self._other_users(report)):
+            # The file may be included by another robot file.
+            chain = [*chain_of(user)]
+            scene = next((number for number, one in enumerate(chain) if one.location is None), len(chain))
+            here = [replace(found, location=self._location(one, "value")) for one in chain[: scene + 1]]
+            if len(without_silenced(here, self.silencings)) == len(here):
+                return False
+        return True
 
     def _resolve(self, report: _Report) -> Diagnostic:
         location = self._location(report.place, report.at)

@@ -97,11 +97,12 @@ class AssetNames:
 
     def __init__(self, output: Path, scope: AssetScope, companions: Mapping[Path, tuple[Path, ...]]) -> None:
         self.copies: dict[str, bytes] = {}
-        self._folder = output.parent
+        self._folder = output.parent.resolve()
         self._copied = assets_of(output).name
         self._scope = scope
         self._companions = companions
         self._made: dict[str, str] = {}
+        self._originals: dict[str, Path | None] = {}
 
     def name(self, asset: Asset) -> str:
         """Returns the path of an asset in the scene file. Raises OSError if a file to copy cannot be read."""
@@ -110,26 +111,43 @@ class AssetNames:
         return self._reference_path(asset.source) or self._copy(asset.source)
 
     def _reference_path(self, path: Path) -> str | None:
+        """Returns a path without a copy; None if the scene could not read the file or one that it names there."""
+        roots = [root.resolve() for root in self._scope.asset_roots]
         if path.is_relative_to(self._folder):
-            return path.relative_to(self._folder).as_posix()
-        for root in self._scope.asset_roots:
-            if path.is_relative_to(root.resolve()):
-                return f"asset://{path.relative_to(root.resolve()).as_posix()}"
+            is_readable = self._are_inside(path, [self._folder, *roots])
+            return path.relative_to(self._folder).as_posix() if is_readable else None
+        for root in roots:
+            if path.is_relative_to(root):
+                is_readable = self._are_inside(path, [self._folder, *roots])
+                return f"asset://{path.relative_to(root).as_posix()}" if is_readable else None
         for folder in path.parents:
             if (folder / "__init__.py").is_file() and str(folder.parent) in sys.path:
-                known = has_package(folder.name, self._scope)
+                known = has_package(folder.name, self._scope) and self._are_inside(path, [folder, *roots])
                 return f"pkg://{folder.name}/{path.relative_to(folder).as_posix()}" if known else None
         return None
 
+    def _are_inside(self, path: Path, folders: list[Path]) -> bool:
+        """Returns whether all files that a file refers to are in one of these folders."""
+        return all(any(map(each.is_relative_to, folders)) for each in self._companions.get(path, ()))
+
     def _copy(self, path: Path) -> str:
-        """Copies a file, with its folders below the imported file's folder, so that relative references stay valid."""
+        """Copies a file and those that it refers to, in their folders, so that relative references stay valid."""
+        files = (path, *self._companions.get(path, ()))
         root = (self._scope.root or Path.cwd()).resolve()
-        base = root if path.is_relative_to(root) else path.parent
-        for each in (path, *self._companions.get(path, ())):
-            inner = each.relative_to(base).as_posix() if each.is_relative_to(base) else each.name
-            with open_regular(each) as stream:
-                self.copies.setdefault(f"{self._copied}/{inner}", stream.read())
-        return f"{self._copied}/{path.relative_to(base).as_posix()}"
+        if not all(each.is_relative_to(root) for each in files):
+            root = Path(os.path.commonpath([each.parent for each in files]))
+        inner = {each: each.relative_to(root).as_posix() for each in files}
+        folder, count = self._copied, 1
+        # Files of two folders may have equal names.
+        while any(self._originals.get(f"{folder}/{name}", each) != each for each, name in inner.items()):
+            count += 1
+            folder = f"{self._copied}/{count}"
+        for each, name in inner.items():
+            if f"{folder}/{name}" not in self.copies:
+                with open_regular(each) as stream:
+                    self.copies[f"{folder}/{name}"] = stream.read()
+                self._originals[f"{folder}/{name}"] = each
+        return f"{folder}/{inner[path]}"
 
     def _add_generated(self, name: str, data: bytes) -> str:
         digest = sha256(data).hexdigest()
@@ -142,4 +160,5 @@ class AssetNames:
                 path = f"{self._copied}/{stem}_{count}{suffix}"
             self._made[digest] = path
             self.copies[path] = data
+            self._originals[path] = None
         return self._made[digest]

@@ -14,20 +14,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.diagnostics.diagnostic import Location
+from scenecc.diagnostics.diagnostic import MARKER, Location
 from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
 from scenecc.extras import install_hint
 from scenecc.files import open_regular, replace_all, replace_set
 from scenecc.importers import FORMATS, SourceFormat
 from scenecc.importers.assets import IMPORTED_FROM, AssetNames, assets_of, check_output_files, map_assets, output_fault
-from scenecc.importers.imported_scene import LOSSES, REPAIRED, Asset, ImportContext, ImportedScene, Loss
+from scenecc.importers.imported_scene import ALL_LOSSES, LOSSES, REPAIRED, Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names
 from scenecc.interrupt import temporary_folder, undoing
 from scenecc.options import Options, check_types, path_argument
 from scenecc.pipeline import CompileResult, compile_or_raise
 from scenecc.scene_file import Node, is_list_node, is_mapping_node
-from scenecc.scene_file.layout import scene_text
+from scenecc.scene_file.layout import Comments, scene_text
 from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
 
@@ -81,7 +81,7 @@ def import_scene(
         file: an SDF world or model, a USD stage, an MJCF or a URDF.
         output: the scene file. Files that it cannot reference by a relative path, `pkg://` or `asset://` are copied to
             the folder `NAME_assets` beside it.
-        allow: losses that may change the dynamics; keys of `scenecc.importers.imported_scene.LOSSES`.
+        allow: losses that may change the dynamics; keys of `scenecc.importers.imported_scene.LOSSES`, or `all`.
         asset_roots: as for `validate`; the file and the scene may read them.
         allow_outside_assets: as for `validate`.
         keep_file: whether the scene names an MJCF, whose bodies and robots otherwise become entities.
@@ -97,15 +97,16 @@ def import_scene(
     check_types(import_scene, {"allow": allow, "keep_file": keep_file, "progress": progress}, _TYPES)
     allow = {allow} if isinstance(allow, str) else {*allow}
     source, target = (path_argument(import_scene, key, path) for key, path in (("file", file), ("output", output)))
-    unknown = next((kind for kind in allow if kind not in LOSSES), None)
+    unknown = next((kind for kind in allow if kind not in {*LOSSES, ALL_LOSSES}), None)
     if unknown is not None:
-        raise ValueError(f"there is no loss `{unknown}`; the losses are {', '.join(LOSSES)}")
+        raise ValueError(f"there is no loss `{unknown}`; the losses are {ALL_LOSSES}, {', '.join(LOSSES)}")
     options = Options.of(asset_roots=asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
     if (fault := output_fault(target)) is not None:
         raise ValueError(f"import_scene(): output: {fault}")
     sink, target = Sink(), target.absolute()
     scope = AssetScope(_root_of(source), options.asset_roots, options.allow_outside_assets)
-    context = ImportContext(sink, scope, options.limits, frozenset(allow), keep_file)
+    allowed = frozenset(LOSSES if ALL_LOSSES in allow else allow)
+    context = ImportContext(sink, scope, options.limits, allowed, keep_file)
     _report_progress(progress, 0)
     found = _read(source, context)
     if found is None or sink.failed:
@@ -114,10 +115,10 @@ def import_scene(
     if sink.failed:
         raise SceneError(sink.diagnostics())
     _report_progress(progress, 1)
-    compiled = _compile(found, source, context, options)
+    compiled, silenced = _compile(found, source, context, options)
     _report_progress(progress, 2)
     names = AssetNames(target, scope, _companions(compiled))
-    files, prefabs = _encode_files(found, source, target, names)
+    files, prefabs = _encode_files(found, source, target, names, _silencing_comments(found, silenced, context))
     found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
     stale = check_output_files(target, files)
     with _write_files(target, files) as paths:
@@ -133,15 +134,25 @@ def _report_progress(progress: Callable[[int, int], None] | None, done: int) -> 
         progress(done, _STEPS)
 
 
+def _silencing_comments(found: ImportedScene, codes: Collection[str], context: ImportContext) -> Comments:
+    """Returns the comment at the scene's only robot file that silences what the import has listed as losses."""
+    robots = [(name, key) for name, keys in found.document["entities"].items() for key in ("mjcf", "urdf") if key in keys]
+    if not codes or len(robots) != 1:
+        return {}
+    kinds = dict.fromkeys(loss.kind for loss in found.losses if LOSSES[loss.kind].changes_machine)
+    allowed = f"; allowed: {', '.join(kind for kind in kinds if kind in context.allow)}" if kinds else ""
+    return {("entities", *robots[0]): f"{MARKER} {', '.join(sorted(codes))} -- listed by the import{allowed}"}
+
+
 def _encode_files(
-    found: ImportedScene, source: Path, target: Path, names: AssetNames
+    found: ImportedScene, source: Path, target: Path, names: AssetNames, comments: Comments
 ) -> tuple[dict[str, bytes], Prefabs]:
     """Returns the scene file, its prefabs and its assets, by paths relative to the scene's folder."""
     document = simplify(map_assets(found.document, lambda asset: _FILE_MARK + names.name(asset)))
     taken = (Path(path).stem for path in names.copies if path.endswith(".yaml"))
     prefabs = find_prefabs(document, taken, lambda name: f"{_FILE_MARK}{assets_of(target).name}/{name}.yaml")
     head = {(): f"{IMPORTED_FROM} {source.name} by scenecc."}
-    texts = {target.name: scene_text(_resolve_marks(prefabs.document, "."), comments=head)}
+    texts = {target.name: scene_text(_resolve_marks(prefabs.document, "."), comments={**head, **comments})}
     for path, content in prefabs.files.items():
         name = path.removeprefix(_FILE_MARK)
         texts[name] = scene_text(_resolve_marks(content, str(Path(name).parent)), comments=head)
@@ -191,11 +202,14 @@ def _restore_files(paths: list[Path], before: Mapping[Path, bytes], folders: Col
 
 
 def _root_of(source: Path) -> Path:
-    """Returns the folder that a file may read: its package's or model's, else its own."""
+    """Returns the folder that a file may read: its ROS or Python package's or its model's, else its own."""
     folder = source.absolute().parent
     for each in (folder, *folder.parents[:_PACKAGE_LEVELS]):
         if any((each / name).is_file() for name in ("package.xml", "model.config")):
             return each
+        if (each / "__init__.py").is_file():
+            # A subpackage may use the files of the whole package.
+            return next(one for one in (each, *each.parents) if not (one.parent / "__init__.py").is_file())
     return folder
 
 
@@ -285,8 +299,13 @@ def _report_losses(losses: Sequence[Loss], context: ImportContext) -> None:
         )
 
 
-def _compile(found: ImportedScene, source: Path, context: ImportContext, options: Options) -> CompileResult:
-    """Compiles the document before anything is written, with the original assets. Raises SceneError."""
+def _compile(
+    found: ImportedScene, source: Path, context: ImportContext, options: Options
+) -> tuple[CompileResult, set[str]]:
+    """Compiles the document before anything is written, with the original assets.
+
+    Returns the result, and the codes of findings about robot files that the losses cover. Raises SceneError.
+    """
     sink = Sink()
     with temporary_folder() as folder:
 
@@ -308,16 +327,16 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
         except SceneError as error:
             moved = [_move_to_source(each, found, source) for each in error.diagnostics]
             raise SceneError([*context.sink.diagnostics(), *moved]) from None
-    placed = [
-        _move_to_source(each, found, source) for each in sink.diagnostics() if each.code not in found.codes_of_losses
-    ]
+    reported = sink.diagnostics()
+    placed = [_move_to_source(each, found, source) for each in reported if each.code not in found.codes_of_losses]
     listed = {loss.message for loss in found.losses}
     repairs = [each for each in placed if each.code == REPAIRED and each.message not in listed]
     _report_losses([Loss("missing-files", each.message, each.location) for each in repairs], context)
     for each in placed:
         if each.code != REPAIRED:
             context.sink.report(each.code, each.message, each.location, hint=each.hint)
-    return compiled
+    covered = {*found.codes_of_losses, REPAIRED}
+    return compiled, {one.code for one in reported if one.code in covered and one.file is not None}
 
 
 def _move_to_source(finding: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:

@@ -106,6 +106,9 @@ LOSSES: Final[Mapping[str, LossKind]] = {
 }
 """Kind of loss, as named by `--allow` → its description."""
 
+ALL_LOSSES: Final = "all"
+"""Allows all kinds of losses."""
+
 
 REPAIRED: Final = "SC488"
 """Code of notes about content that is left out or replaced when a robot file is repaired."""

@@ -120,6 +120,7 @@ _FRICTION: Final = (1.0, 1.0, 0.0)
 class _Importer:
     def __init__(self, path: Path, file: ResolvedFile, read: ReadModel, context: ImportContext) -> None:
         self._path = path
+        self._file = file
         self._context = context
         self._model = read.model
         self._links = read.links
@@ -182,7 +183,7 @@ class _Importer:
 
     def _kept_file(self) -> tuple[DescribedEntity, ...]:
         keys = (("keyframe", self._keyframe),) if self._keyframe else ()
-        file = RobotFile("mjcf", self._path.absolute(), keys=keys, robots=self._description.robots)
+        file = RobotFile("mjcf", self._file.path, keys=keys, robots=self._description.robots)
         return (DescribedEntity(self._name, file, Location(str(self._path))),)
 
     def _entity(self, robot: DescribedRobot) -> DescribedEntity:

@@ -70,13 +70,13 @@ def read_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:
     """Reads a URDF with as few repairs as necessary; returns None after an error."""
     found = context.resolve(path)
     described, losses, repair = (None, (), []) if found is None else _read(found, context)
-    if described is None:
+    if found is None or described is None:
         return None
     report = FileReport(context.sink.another())
     data = read_robot_bytes(path, str(path), report, XmlBounds().size)
     root = None if data is None else parse_xml(data, str(path), report)
     name = "" if root is None else root.attributes.get("name", "")
-    return ReadUrdf(path.absolute(), name, described.robots, losses, tuple(repair))
+    return ReadUrdf(found.path, name, described.robots, losses, tuple(repair))
 
 
 def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription | None, tuple[Loss, ...], list[str]]:

@@ -51,9 +51,11 @@ class ReadBudget:
 
     left: int = field(default_factory=lambda: MAX_READ_MEMORY)
 
-    def take(self, data: bytes) -> bool:
-        """Counts a text; returns whether the budget sufficed."""
-        self.left -= _FILE_COST + _TEXT_BYTE_COST * len(data) + _ELEMENT_COST * data.count(b"<")
+    def take(self, data: bytes, *, is_xml: bool = True) -> bool:
+        """Counts a file; returns whether the budget sufficed."""
+        self.left -= _FILE_COST + len(data)
+        if is_xml:
+            self.left -= (_TEXT_BYTE_COST - 1) * len(data) + _ELEMENT_COST * data.count(b"<")
         return self.left >= 0
 
 
@@ -113,7 +115,9 @@ class FileReport:
             self.report(code, message, location, hint=hint)
 
 
-def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int) -> bytes | None:
+def read_robot_bytes(
+    path: Path, file: str, findings: FileReport, limit: int, *, is_xml: bool = True
+) -> bytes | None:
     """Returns the content of a file; None after an error (SC450: unreadable, SC452: too large).
 
     Args:
@@ -121,6 +125,7 @@ def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int) ->
         file: displayed file name.
         findings: receives the errors.
         limit: maximum size [bytes].
+        is_xml: whether it is parsed, which needs much more memory.
     """
     try:
         data = read_at_most(path, limit)
@@ -130,7 +135,7 @@ def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int) ->
     except OSError as error:
         findings.report("SC450", f"the file cannot be read: {error.strerror or error}", findings.top(file))
         return None
-    if findings.budget is not None and not findings.budget.take(data):
+    if findings.budget is not None and not findings.budget.take(data, is_xml=is_xml):
         findings.report(
             "SC452",
             f"the scene's robot files need more than {MAX_READ_MEMORY} bytes of memory",

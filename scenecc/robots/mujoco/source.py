@@ -295,7 +295,8 @@ class SourceBuilder:
         if found.path not in self._known:
             name = f"file{len(self._known)}{found.path.suffix.lower()}"
             limit = self.files.limits.asset_bytes
-            data = read_robot_bytes(found.path, found.uri, self.report.of(element.location), limit)
+            report = self.report.of(element.location)
+            data = read_robot_bytes(found.path, found.uri, report, limit, is_xml=False)
             if data is None:
                 return ""
             self._known[found.path] = name
