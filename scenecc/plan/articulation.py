@@ -100,7 +100,8 @@ def _ancestors(structure: ArticulationStructure, link: int) -> list[int]:
 
 
 JointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
-"""SAPIEN's joint types. As in SAPIEN's loader, a URDF's `continuous` joint is a `revolute` without limits."""
+"""SAPIEN's joint types. A URDF's `continuous` joint is a `revolute` without limits, as in SAPIEN's loader, unless
+it must count turns."""
 
 DriveMode = Literal["force", "acceleration"]
 

@@ -19,7 +19,13 @@ from scenecc.lower.articulations.drafts import (
     read_alternatives,
 )
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers, JointValue
-from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
+from scenecc.lower.articulations.links import (
+    DriveTargetCheck,
+    LinkLowerer,
+    lower_joint,
+    with_counted_turns,
+    with_overrides,
+)
 from scenecc.lower.articulations.overrides import OverrideValues, PatternMatcher, PatternOverrides, nearest_override
 from scenecc.lower.articulations.robots import RobotDrafter
 from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits
@@ -467,6 +473,8 @@ class ArticulationLowerer:
         whole = (entity, origin)
         ignored = _IGNORE_ALL_BIT if entity.disable_self_collisions else 0
         own = self._id(work) if ignored or any(link.ignore_bits for link in draft.links) else 0
+        mimics = _mimics(joints)
+        coupled = {name for mimic in mimics for name in (mimic.joint, mimic.source)}
         links: list[Link] = []
         bits: dict[int, Origin] = {}
         for index, (link, joint) in enumerate(zip(draft.links, joints, strict=True)):
@@ -482,6 +490,7 @@ class ArticulationLowerer:
             if joint is not None:
                 drives = work.layers("drives", joint.name, index, draft) if joint.moves else ()
                 made = lower_joint(joint, drives, starts.get(index, (None, None)), values, work.targets)
+                made = with_counted_turns(made, is_coupled=joint.name in coupled)
             links.append(Link(link.name, body, link.parent, made, link.file))
         if bits:
             alike = origin.child("disable_self_collisions") if ignored else None
@@ -489,7 +498,7 @@ class ArticulationLowerer:
         return ArticulationStructure(
             links=tuple(links),
             fix_root_link=bool(draft.fixed),
-            mimics=_mimics(joints),
+            mimics=mimics,
             file=draft.file,
             origin=origin,
             **self._solver_values(work, fixed=bool(draft.fixed)),

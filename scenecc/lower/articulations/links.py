@@ -240,6 +240,29 @@ def lower_joint(
     )
 
 
+_TURN = 2 * math.pi - 0.1
+"""Positions of a `revolute` joint wrap at a full turn; the margin is for overshoot [rad]."""
+
+
+def with_counted_turns(joint: Joint, *, is_coupled: bool) -> Joint:
+    """Makes a joint `revolute_unwrapped` if its position must not wrap.
+
+    PhysX wraps the position of a `revolute` joint at a full turn, but not the drive target, the limits and the rest
+    length of a tendon that it is compared with: beyond a turn, such a joint would spin for ever. Below, both types are
+    equal to the bit. A joint that is compared with nothing, such as a wheel, stays `revolute`, as in SAPIEN's loader.
+
+    Args:
+        joint: lowered.
+        is_coupled: whether it follows another joint, or another joint follows it.
+    """
+    if joint.type != "revolute":
+        return joint
+    low, high = widest(joint.limits)
+    is_driven = joint.stiffness is not None and any(joint.stiffness.numbers())
+    is_compared = is_driven or is_coupled or math.isfinite(low) or math.isfinite(high)
+    return replace(joint, type="revolute_unwrapped") if is_compared and max(-low, high) > _TURN else joint
+
+
 OUTSIDE = 1e-6
 """Tolerance for positions outside of a limit, since written limits are rounded [m or rad]."""
 
