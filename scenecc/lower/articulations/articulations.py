@@ -22,8 +22,10 @@ from scenecc.lower.articulations.initial_state import InitialStateLowerer, Joint
 from scenecc.lower.articulations.links import (
     DriveTargetCheck,
     LinkLowerer,
+    LostForce,
     lower_joint,
     with_counted_turns,
+    with_friction_force,
     with_overrides,
 )
 from scenecc.lower.articulations.overrides import OverrideValues, PatternMatcher, PatternOverrides, nearest_override
@@ -476,6 +478,7 @@ class ArticulationLowerer:
         mimics = _mimics(joints)
         coupled = {name for mimic in mimics for name in (mimic.joint, mimic.source)}
         links: list[Link] = []
+        lost: list[LostForce] = []
         bits: dict[int, Origin] = {}
         for index, (link, joint) in enumerate(zip(draft.links, joints, strict=True)):
             patterns = work.layers("links", link.name, index, draft)
@@ -490,8 +493,11 @@ class ArticulationLowerer:
             if joint is not None:
                 drives = work.layers("drives", joint.name, index, draft) if joint.moves else ()
                 made = lower_joint(joint, drives, starts.get(index, (None, None)), values, work.targets)
+                made, without = with_friction_force(made, joint, drives)
+                lost += [] if without is None else [without]
                 made = with_counted_turns(made, is_coupled=joint.name in coupled)
             links.append(Link(link.name, body, link.parent, made, link.file))
+        _report_lost_forces(lost, self._sink)
         if bits:
             alike = origin.child("disable_self_collisions") if ignored else None
             _warn_ignored_pairs_collide(draft, [link.body for link in links], bits, alike, self._sink)
@@ -574,6 +580,15 @@ def _mimics(joints: list[DraftJoint | None]) -> tuple[Mimic, ...]:
         for joint in joints
         if joint is not None and (mimic := joint.mimic) is not None
     )
+
+
+def _report_lost_forces(lost: Sequence[LostForce], sink: Sink) -> None:
+    """Reports frictions and dampings that are not built, one finding for each code."""
+    for code in dict.fromkeys(code for code, _, _ in lost):
+        (message, place), *others = [(message, place) for other, message, place in lost if other == code]
+        more = f" (and those of {len(others)} other joint{'s' if len(others) > 1 else ''})" if others else ""
+        hint = "PhysX has one drive for each joint: a spring, a damper, an actuator or a friction force"
+        sink.report(code, message + more, place, hint=hint)
 
 
 def _warn_ignored_pairs_collide(
