@@ -12,7 +12,8 @@ import scenecc
 from scenecc.plan.articulation import BRAKE_DAMPING
 
 MASS, MOMENT = 2.0, 0.02
-BOX = f'<inertial><mass value="{MASS}"/><inertia ixx="{MOMENT}" iyy="{MOMENT}" izz="{MOMENT}" ixy="0" ixz="0" iyz="0"/></inertial>'
+TENSOR = f'<inertia ixx="{MOMENT}" iyy="{MOMENT}" izz="{MOMENT}" ixy="0" ixz="0" iyz="0"/>'
+BOX = f'<inertial><mass value="{MASS}"/>{TENSOR}</inertial>'
 LIMIT = {"prismatic": '<limit lower="-50" upper="50"/>', "continuous": ""}
 
 
