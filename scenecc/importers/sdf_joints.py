@@ -111,7 +111,7 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
         keys["limits"] = plain_numbers(limits)
     keys["friction"] = 0
     damping = max(file.number(axis, "dynamics", "damping", default=0), 0.0)
-    friction = file.number(axis, "dynamics", "friction", default=0)
+    friction = min(file.number(axis, "dynamics", "friction", default=0), _UNLIMITED)
     if 0 <= file.number(axis, "limit", "effort", default=-1) < _UNLIMITED:
         file.lose("effort-limits", f"the effort of `{joint.path}`; the joint has no drive", joint.element)
     stiffness = file.number(axis, "dynamics", "spring_stiffness", default=0)
@@ -204,6 +204,8 @@ def make_constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, 
         return {"type": "drive", **made, "limits": locked}
     if len(hinges) > 1:
         joint.scope.file.lose("loops", f"the {joint.type} joint `{joint.path}` closes a loop", joint.element)
+    if any("friction_force" in hinge.keys for hinge in hinges):
+        joint.scope.file.lose("joint-friction", f"the friction of `{joint.path}`, which closes a loop", joint.element)
     span = hinges[0].keys.get("limits", [-math.inf, math.inf])
     if hinges[0].type == "prismatic":
         limits = {"x": span, "y": [0, 0], "z": [0, 0], "twist": [0, 0]}

@@ -89,9 +89,7 @@ def test_a_chain_swings_as_in_mujoco(tmp_path: Path) -> None:
     mujoco = pytest.importorskip("mujoco")
     inner = ""
     for number in reversed(range(3)):
-        joint = (
-            '<joint axis="0 1 0" frictionloss="0.3" solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001"/>'
-        )
+        joint = '<joint axis="0 1 0" frictionloss="0.3" solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001"/>'
         mass = '<inertial pos="0.1 0 0" mass="0.5" diaginertia="1e-4 1.7e-3 1.7e-3"/>'
         inner = f'<body pos="{0.2 if number else 0} 0 0">{joint}{mass}{inner}</body>'
     text = f'<mujoco><option timestep="0.001"/><worldbody><body><geom size="0.01"/>{inner}</body></worldbody></mujoco>'
@@ -160,3 +158,55 @@ def test_what_cannot_be_built_is_reported_with_its_number(tmp_path: Path, case: 
         (joint,) = robot(batch).active_joints
         assert joint.friction < 0.2
         assert (joint.damping == BRAKE_DAMPING) == (case == "light damping")
+
+
+def written(target: str, folder: Path, dynamics: str = 'friction="5"') -> dict[str, Any]:
+    """The entity of a robot that is written as a file for another program."""
+    (folder / "r.urdf").write_text(urdf(dynamics))
+    made = scenecc.open_scene(
+        {"scenecc": 1, "entities": {"r": {"urdf": str(folder / "r.urdf")}}}, allow_outside_assets=True
+    ).emit(target, name="out")
+    for name, content in made.files.items():
+        (folder / name).write_bytes(content)
+    return {target: str(folder / next(iter(made.files)))}
+
+
+@pytest.mark.parametrize("target", ["urdf", "mjcf"])
+def test_an_exported_friction_is_a_force_again(target: str, tmp_path: Path) -> None:
+    entity = written(target, tmp_path)
+    assert moved(entity, 4.9) == pytest.approx(0, abs=1e-5)
+    assert moved(entity, 20) == pytest.approx(15 / MASS / 8, rel=0.03)
+
+
+def test_a_live_friction_is_decompiled_as_a_key(tmp_path: Path) -> None:
+    (tmp_path / "r.urdf").write_text(urdf('friction="5"'))
+    document = {"scenecc": 1, "entities": {"r": {"urdf": str(tmp_path / "r.urdf")}}}
+    with scenecc.load_scene(document, render=False, allow_outside_assets=True) as batch:
+        again = scenecc.decompile(batch.scenes[0])
+    assert again.is_equal, (again.problems, again.differences)
+    (child,) = again.document["entities"]["r"]["root"]["children"]
+    assert child["joint"]["friction_force"] == 5
+    assert "drives" not in again.document["entities"]["r"]
+
+
+def test_a_drawn_friction_is_reset(tmp_path: Path) -> None:
+    (tmp_path / "r.urdf").write_text(urdf('friction="5"'))
+    entity = {"urdf": str(tmp_path / "r.urdf"), "joints": {"j": {"friction_force": {"uniform": [1, 9]}}}}
+    with scenecc.load_scene(
+        {"scenecc": 1, "entities": {"r": entity}}, render=False, allow_outside_assets=True
+    ) as batch:
+        (joint,) = robot(batch).active_joints
+        before = float(joint.force_limit)
+        batch.reset(seed=3)
+        assert 1 <= before != float(joint.force_limit) <= 9
+        assert joint.friction == 0
+
+
+def test_the_inspection_says_what_it_is(tmp_path: Path) -> None:
+    (tmp_path / "r.urdf").write_text(urdf('friction="5"'))
+    document = {"scenecc": 1, "entities": {"r": {"urdf": str(tmp_path / "r.urdf")}}}
+    text = str(scenecc.inspect_scene(document, allow_outside_assets=True))
+    assert "friction_force" in text
+    assert "1e+09" not in text
+    python = scenecc.emit_scene(document, "python", allow_outside_assets=True)
+    assert "a drive that brakes" in python

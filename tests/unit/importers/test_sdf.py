@@ -568,3 +568,21 @@ def test_prefabs_of_an_earlier_import_are_removed(folder: Path) -> None:
     assert {path.name for path in assets.iterdir()} == {"mine.yaml", "rack.yaml"}
     imported(folder, racks("shelf"))
     assert {path.name for path in assets.iterdir()} == {"mine.yaml", "shelf.yaml"}
+
+
+@pytest.mark.parametrize(
+    ("dynamics", "expected", "lost"),
+    [
+        ("<friction>5</friction>", {"friction_force": 5}, []),
+        ("<friction>5</friction><damping>0.1</damping>", {"friction_force": 5}, ["the damping 0.1 of `j`"]),
+        ("<friction>5</friction><damping>2</damping>", {"damping": 2}, ["the friction 5 of `j`"]),
+        ("<friction>5</friction><spring_stiffness>2</spring_stiffness>", {}, ["the friction 5 of `j`"]),
+    ],
+)
+def test_the_friction_of_a_joint_is_a_force(folder: Path, dynamics: str, expected: dict[str, Any], lost: list[str]) -> None:
+    axis = f"<axis><xyz>0 0 1</xyz><dynamics>{dynamics}</dynamics></axis>"
+    parts = link("base") + link("arm", "0 0 1 0 0 0") + joint("revolute", "base", "arm", axis)
+    found, made = imported(folder, model(parts))
+    (arm,) = found["entities"]["m"]["root"]["children"]
+    assert {key: arm["joint"][key] for key in ("friction_force", "damping") if key in arm["joint"]} == expected
+    assert [loss.message[: len(each)] for loss, each in zip(made.losses, lost, strict=True)] == lost
