@@ -13,6 +13,7 @@ from scenecc.decompiler.bodies import LiveBodyReader, friction_of, inertial, is_
 from scenecc.decompiler.values import FileNamer, Node, pose_value, same_single, to_number, to_numbers
 from scenecc.geometry.rotations import EXACT_UNIT_TOLERANCE, normalized
 from scenecc.names import UniqueNames
+from scenecc.plan.articulation import BRAKE_DAMPING
 from scenecc.plan.properties import properties_of
 from scenecc.scene_file.patterns import group_by_pattern
 
@@ -36,6 +37,13 @@ class JointState:
     drive: Node
     target: float
     velocity_target: float
+
+    @property
+    def brakes(self) -> bool:
+        """Whether the drive is a friction force, see `friction_force` of the plan."""
+        drive, still = self.drive, self.target == 0 and self.velocity_target == 0
+        is_brake = drive["stiffness"] == 0 and drive["damping"] == BRAKE_DAMPING and drive["mode"] == "force"
+        return is_brake and still and 0 < drive["force_limit"] < _UNDRIVEN["force_limit"]
 
     @staticmethod
     def of(joint: Any) -> JointState:
@@ -247,7 +255,7 @@ class ArticulationReader:
         names = [self._names.of(joint) for joint in articulation.active_joints]
         for joint, start in zip(articulation.active_joints, articulation.qpos.tolist(), strict=True):
             state, joint_name = JointState.of(joint), self._names.of(joint)
-            drive = {key: value for key, value in state.drive.items() if value != _UNDRIVEN[key]}
+            drive = {} if state.brakes else {k: v for k, v in state.drive.items() if v != _UNDRIVEN[k]}
             if state.target != to_number(start) and (drive or state.target):
                 drive["target"] = state.target
             if drive.keys() - {"damping", "target"} or state.target:
@@ -287,7 +295,9 @@ class ArticulationReader:
                 for key, usual in _TREE_DEFAULTS.items()
                 if not same_single([state.numbers[key]], [usual])
             }
-            if state.drive["damping"]:
+            if state.brakes:
+                node["friction_force"] = state.drive["force_limit"]
+            elif state.drive["damping"]:
                 node["damping"] = state.drive["damping"]
         return node
 

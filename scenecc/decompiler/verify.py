@@ -185,13 +185,17 @@ def default_engine_settings() -> Generator[None]:
 
 def tidy(facts: LiveObject) -> LiveObject:
     """Removes irrelevant details: the order of an entity's components, settings of disabled shadows, how a camera's
-    pose is split between entity and component, and the tessellation of a flat floor.
+    pose is split between entity and component, the tessellation of a flat floor, and whether a driven joint counts
+    turns.
     """
     facts = _move_pose_to_entity(facts) if _is_visual_only(facts) else _grid_size(facts)
     if facts.kind.startswith("RenderShape"):
         facts = _normalize_pose(facts)
     # Entities without components have no content; a visual-only entity leaves one if nothing is rendered.
     parts = tuple(tidy(part) for part in facts.parts if part.kind != "entity" or part.parts)
+    if facts.kind == "joint" and facts.value("type") == "revolute" and dict(facts.values).get("stiffness"):
+        # The file builds it so if it can turn beyond 2π; below, both are equal to the bit.
+        facts = replace(facts, values=(("type", "revolute_unwrapped"), *facts.values[1:]))
     if facts.kind == "entity":
         parts = tuple(sorted(parts, key=lambda part: part.kind))
     if facts.kind == "scene":

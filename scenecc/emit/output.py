@@ -15,6 +15,7 @@ import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, Vec3, normalized, rotate, to_pose
+from scenecc.plan.articulation import friction_force
 from scenecc.plan.display import SPEC_FIELD_NAMES
 from scenecc.plan.scene import Physics
 
@@ -108,7 +109,13 @@ MAX_LIMIT: Final = 1e38
 
 def is_pure_damping(joint: MeasuredJoint) -> bool:
     """Returns whether a drive only damps its joint: no stiffness and no velocity target. It may have a force limit."""
-    return joint.drive_mode == "force" and joint.stiffness == 0 and joint.drive_velocity_target == 0
+    is_brake = friction_force(joint.joint) is not None
+    return joint.drive_mode == "force" and joint.stiffness == 0 and joint.drive_velocity_target == 0 and not is_brake
+
+
+def friction_loss(joint: MeasuredJoint) -> float:
+    """Returns the friction that does not depend on the load [N, N·m]; 0 if there is none."""
+    return 0.0 if friction_force(joint.joint) is None else joint.force_limit
 
 
 Z_TO_X: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)

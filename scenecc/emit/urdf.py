@@ -17,6 +17,7 @@ from scenecc.emit.output import (
     UnsupportedFeatures,
     XmlElement,
     format_document,
+    friction_loss,
     is_pure_damping,
     optional_fields,
     transform_direction,
@@ -256,7 +257,7 @@ def _write_joint(robot: UrdfRobot, number: int, joint: MeasuredJoint) -> None:
     element.add("axis", xyz=transform_direction(joint.pose_in_child, (1.0, 0.0, 0.0)))
     _write_limit(robot, element, joint)
     damping = joint.damping if is_pure_damping(joint) else 0.0
-    friction = 0.0 if joint.joint.friction is None else joint.friction
+    friction = friction_loss(joint)
     if damping or friction:
         element.add("dynamics", damping=damping, friction=friction)
     _write_mimic(robot, element, joint)
@@ -279,7 +280,7 @@ def _write_limit(robot: UrdfRobot, element: XmlElement, joint: MeasuredJoint) ->
         "limit",
         lower=None if endless else max(low, -UNLIMITED),
         upper=None if endless else min(high, UNLIMITED),
-        effort=UNLIMITED if joint.force_limit >= MAX_LIMIT else joint.force_limit,
+        effort=UNLIMITED if joint.force_limit >= MAX_LIMIT or friction_loss(joint) else joint.force_limit,
         velocity=UNLIMITED if joint.max_velocity >= MAX_LIMIT else joint.max_velocity,
     )
 
@@ -295,7 +296,7 @@ def _write_mimic(robot: UrdfRobot, element: XmlElement, joint: MeasuredJoint) ->
 
 def _report_joint(robot: UrdfRobot, joint: MeasuredJoint) -> None:
     unsupported, name, place = robot.unsupported, robot.name, joint.joint.origin
-    if not is_pure_damping(joint) and (joint.stiffness or joint.damping):
+    if not is_pure_damping(joint) and not friction_loss(joint) and (joint.stiffness or joint.damping):
         unsupported.leave_out(name, "the drive of a joint, except its `force_limit`", place)
     if joint.armature:
         unsupported.leave_out(name, "`armature` of a joint", place)
@@ -306,8 +307,7 @@ def _report_joint(robot: UrdfRobot, joint: MeasuredJoint) -> None:
     if joint.joint.qvel is not None and joint.qvel:
         unsupported.leave_out(name, "`qvel` of a joint", place)
     if joint.joint.friction is not None and joint.friction:
-        words = "`friction` of a joint is a force in URDF; PhysX's grows with the joint's load"
-        unsupported.change(name, words, place)
+        unsupported.leave_out(name, "`friction` of a joint, a ratio; URDF has a force", place)
 
 
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:

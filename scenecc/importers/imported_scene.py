@@ -46,7 +46,7 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "ellipsoids": LossKind("ellipsoids as hulls"),
     "hulls": LossKind("meshes as hulls"),
     "ball-joints": LossKind("ball joints as hinges"),
-    "joint-friction": LossKind("joint frictions"),
+    "joint-friction": LossKind("joint frictions and dampings"),
     "effort-limits": LossKind("effort limits"),
     "friction-directions": LossKind("direction-dependent frictions"),
     "saved-states": LossKind("saved states"),

@@ -48,7 +48,6 @@ _SLIDE: Final = 2
 _KINDS: Final = {
     "ball": "ball-joints",
     "ellipsoid": "ellipsoids",
-    "frictionloss": "joint-friction",
     "tendon": "tendons",
     "pair": "contact-pairs",
     "spring": "joint-springs",
@@ -130,6 +129,11 @@ class _Importer:
         built = {constraint.location for constraint in self._constraints}
         losses = [(kind.partition("/")[0], words, place) for kind, words, place in read.losses if place not in built]
         self._losses = [Loss(_KINDS[kind], message, place) for kind, message, place in losses if kind not in _BUILT]
+        self._losses += [
+            Loss("joint-friction", f"the frictionloss {joint.friction_force:g} or the damping", joint.location)
+            for joint in (link.joint for robot in read.description.robots for link in robot.links)
+            if joint is not None and joint.friction_force is not None and (joint.damping or joint.drive is not None)
+        ]
         for element in self._model.source.elements:
             if element.tag == "option":
                 unread = [f"`{name}`" for name in element.attributes if name not in _READ_OPTIONS]
@@ -178,7 +182,7 @@ class _Importer:
             self._reference(),
             engine="MuJoCo",
             places={} if keeps else written.places,
-            codes_of_losses=frozenset({"SC484", "SC490"}),
+            codes_of_losses=frozenset({"SC484", "SC490", "SC494"}),
         )
 
     def _kept_file(self) -> tuple[DescribedEntity, ...]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.geometry.rotations import IDENTITY, Pose7, Vec3, compose, relative_pose, rotate
 from scenecc.importers.numbers import HOLD, along_x, joint_frames, plain_number, plain_numbers, plain_pose
 from scenecc.importers.sdf_files import SMALLEST, SourceElement, find_element
+from scenecc.plan.articulation import LIGHT_DAMPING
 
 if TYPE_CHECKING:
     from scenecc.importers.sdf_scopes import Scope
@@ -110,8 +111,7 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
         keys["limits"] = plain_numbers(limits)
     keys["friction"] = 0
     damping = max(file.number(axis, "dynamics", "damping", default=0), 0.0)
-    if file.number(axis, "dynamics", "friction", default=0) > 0:
-        file.lose("joint-friction", f"the friction of `{joint.path}`; SAPIEN's friction is not a torque", joint.element)
+    friction = min(file.number(axis, "dynamics", "friction", default=0), _UNLIMITED)
     if 0 <= file.number(axis, "limit", "effort", default=-1) < _UNLIMITED:
         file.lose("effort-limits", f"the effort of `{joint.path}`; the joint has no drive", joint.element)
     stiffness = file.number(axis, "dynamics", "spring_stiffness", default=0)
@@ -119,8 +119,15 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
     if stiffness > 0:
         target = file.number(axis, "dynamics", "spring_reference", default=0)
         drive = {"stiffness": plain_number(stiffness), "damping": plain_number(damping), "target": plain_number(target)}
-    elif damping:
+    elif damping > LIGHT_DAMPING * friction:
         keys["damping"] = plain_number(damping)
+    elif friction > 0:
+        keys["friction_force"] = plain_number(friction)
+        if damping:
+            file.lose("joint-friction", f"the damping {damping:g} of `{joint.path}`, which has friction", joint.element)
+    if friction > 0 and "friction_force" not in keys:
+        words = f"the friction {friction:g} of `{joint.path}`, which has a spring or a damping"
+        file.lose("joint-friction", words, joint.element)
     velocity = file.number(axis, "limit", "velocity", default=-1)
     if velocity <= 0 or velocity > _UNLIMITED:
         velocity = None
@@ -197,6 +204,8 @@ def make_constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, 
         return {"type": "drive", **made, "limits": locked}
     if len(hinges) > 1:
         joint.scope.file.lose("loops", f"the {joint.type} joint `{joint.path}` closes a loop", joint.element)
+    if any("friction_force" in hinge.keys for hinge in hinges):
+        joint.scope.file.lose("joint-friction", f"the friction of `{joint.path}`, which closes a loop", joint.element)
     span = hinges[0].keys.get("limits", [-math.inf, math.inf])
     if hinges[0].type == "prismatic":
         limits = {"x": span, "y": [0, 0], "z": [0, 0], "twist": [0, 0]}

@@ -266,7 +266,12 @@ class ArticulationWriter:
 
     def _joint_keys(self, prim: Prim, name: str, freedom: Freedom) -> dict[str, dict[str, Any]]:
         """Returns friction, armature and velocity limit from PhysX's schema. UsdPhysics has no joint friction."""
+        force = self._friction_force(prim, freedom)
         keys: dict[str, Any] = {"friction": plain_number(self._stage.authored(prim, "physxJoint:jointFriction") or 0.0)}
+        if force and freedom.drive is None:
+            keys["friction_force"] = plain_number(force)
+        elif force:
+            self._stage.lose("joint-friction", f"the friction force {force:g} of a joint that has a drive", prim)
         armature = self._stage.authored(prim, "physxJoint:armature")
         frames = self._stage.frames
         if armature:
@@ -275,6 +280,14 @@ class ArticulationWriter:
         if speed is not None and math.isfinite(speed) and speed < 1e6:
             keys["max_velocity"] = plain_number(speed * (math.radians(1) if freedom.turns else frames.metres))
         return {name: keys}
+
+    def _friction_force(self, prim: Prim, freedom: Freedom) -> float:
+        """Returns the friction that does not depend on the load [N, N·m]; 0 if there is none."""
+        frames = self._stage.frames
+        names = [f"physxJointAxis:{axis}:dynamicFrictionEffort" for axis in (freedom.name, _AXIS_WORDS[freedom.turns])]
+        found = [self._stage.authored(prim, name) for name in (*names, "mjc:frictionloss")]
+        force = next((float(each) for each in found if each and math.isfinite(each)), 0.0)
+        return max(force, 0.0) * frames.kilograms * (frames.metres**2 if freedom.turns else frames.metres)
 
     def _articulation_keys(self, tree: JointTree) -> dict[str, Any]:
         keys: dict[str, Any] = {}
@@ -290,6 +303,10 @@ class ArticulationWriter:
             if found is not None:
                 keys[key] = int(found)
         return keys
+
+
+_AXIS_WORDS: Final = {True: "angular", False: "linear"}
+"""Names of PhysX's schema for the axes of a joint of one freedom, by whether it turns."""
 
 
 def _dummy(link: dict[str, Any], name: str) -> dict[str, Any]:

@@ -351,9 +351,10 @@ READ_OF_PHYSX: Final = re.compile(
     r"physxRigidBody:(disableGravity|linearDamping|angularDamping|max\w+Velocity|maxContactImpulse|sleepThreshold"
     r"|solver\w+IterationCount|locked\w+Axis)"
     r"|physxCollision:(contact|rest)Offset|physxJoint:(jointFriction|armature|maxJointVelocity)"
+    r"|physxJointAxis:\w+:dynamicFrictionEffort|mjc:frictionloss"
     r"|physxArticulation:(enabledSelfCollisions|solver\w+IterationCount)|physxScene:timeStepsPerSecond"
 )
-"""Supported attributes of PhysX's schema. Each is a number or a boolean."""
+"""Supported attributes of the schemas of PhysX and MuJoCo. Each is a number or a boolean."""
 
 _OF_LOOKS: Final = {
     **dict.fromkeys(("diffuseColor", "emissiveColor", "diffuse_color_constant"), "GfVec3"),

@@ -14,6 +14,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.inspect.facts import Fact, FactReader, Item, axis_words, fact, mount_words, plain_data
 from scenecc.inspect.varying import Fields, VaryingField, entity_fields, object_fields
 from scenecc.plan import ArticulationStructure, BodyStructure, Constraint, Plane, VisualPlane
+from scenecc.plan.articulation import friction_force
 from scenecc.plan.display import link_shape_path, shape_path
 from scenecc.plan.geometry import SOLID_SIZES, SOLIDS, Primitive, Solid
 from scenecc.plan.properties import JOINT_PROPERTIES
@@ -102,9 +103,10 @@ def _extents(bounds: Sequence[NDArray[np.float64] | None]) -> Size | None:
 _TURNING: Final = {
     **{row.field: row.unit for row in JOINT_PROPERTIES if row.unit},
     **dict.fromkeys(("limits", "offset"), "rad"),
+    "friction_force": "N·m",
 }
 
-_SLIDING: Final = {name: unit.replace("rad", "m") for name, unit in _TURNING.items()}
+_SLIDING: Final = {name: unit.replace("rad", "m") for name, unit in _TURNING.items()} | {"friction_force": "N"}
 
 SIZE_FIELDS: Final = SOLID_SIZES | {"size", "heights", "scale", "file", "pick", "p", "q"}
 """Fields that change the size and the mass of a body."""
@@ -294,7 +296,11 @@ class _Bodies:
             q = np.array([1, 0, 0, 0.0]) if frame is None else frame.row(self._row or 0)[3:]
             axis: list[float] = rotation_matrix(q)[:, 0].tolist()
             found.append(Fact("axis", plain_data(axis), axis_words(axis)))
-        found += facts.of(joint, without=("type", "name"))
+        force = friction_force(joint)
+        if force is not None:
+            found += facts.value("friction_force", force)
+        hidden = () if force is None else ("friction", "damping", "force_limit")
+        found += facts.of(joint, without=("type", "name", *hidden))
         for mimic in structure.mimics:
             if mimic.joint == joint.name:
                 found.append(fact("mimic", mimic.source))

@@ -16,6 +16,14 @@ if TYPE_CHECKING:
     from scenecc.plan.value import Value
 
 
+BRAKE_DAMPING = 1e9
+"""Damping of a drive that brakes [N·s/m, N·m·s/rad], see `friction_force`. Exact in single precision. A load of 1 kN
+creeps by 1e-6 m/s."""
+
+LIGHT_DAMPING = 0.1
+"""Ratio of damping to friction force up to which a joint that has both gets the friction: a tenth of the force at 1 m/s
+or 1 rad/s is lost. PhysX has one drive for each joint."""
+
 TENDON_STIFFNESS = 1e5
 """SAPIEN's value [N/m, N·m/rad]. A mimicking link of a few kg stays within 1e-3 rad of its target."""
 
@@ -100,7 +108,8 @@ def _ancestors(structure: ArticulationStructure, link: int) -> list[int]:
 
 
 JointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
-"""SAPIEN's joint types. As in SAPIEN's loader, a URDF's `continuous` joint is a `revolute` without limits."""
+"""SAPIEN's joint types. A URDF's `continuous` joint is a `revolute` without limits, as in SAPIEN's loader, unless
+it must count turns."""
 
 DriveMode = Literal["force", "acceleration"]
 
@@ -150,6 +159,17 @@ class Joint:
     drive_velocity_target: Value | None = None
     origin: Origin | None = field(default=None, compare=False)
     limits_origin: Origin | None = field(default=None, compare=False)
+
+
+def friction_force(joint: Joint) -> Value | None:
+    """Friction of a joint that does not depend on its load, (·,) [N, N·m]; None: it has none.
+
+    PhysX's joint friction is a ratio. A drive without stiffness whose damping reaches its force limit at any speed
+    gives Coulomb friction: up to the limit it holds the joint, and beyond it opposes the motion with the limit.
+    """
+    damping = joint.damping
+    is_brake = joint.stiffness is None and damping is not None and damping.is_constant
+    return joint.force_limit if is_brake and damping.numbers() == (BRAKE_DAMPING,) else None
 
 
 @frozen

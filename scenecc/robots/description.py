@@ -200,7 +200,9 @@ class DescribedJoint:
     Attributes:
         type: SAPIEN joint type. URDF's `continuous` is `revolute` with infinite limits.
         limits: lowest and highest position [m, rad], possibly infinite; None for a fixed joint.
-        friction, armature: None: not in the file.
+        friction: PhysX's ratio of friction to load; None: not in the file.
+        friction_force: friction that does not depend on the load, above 0 [N, N·m]; None: not in the file.
+        armature: None: not in the file.
         damping: 0 if not in the file.
         effort, velocity: limits of the actuator, above 0; None: not in the file.
         qpos: initial position [m, rad], within the limits for a robot's file; None: not in the file.
@@ -215,6 +217,7 @@ class DescribedJoint:
     location: Location
     limits: tuple[float, float] | None = None
     friction: float | None = None
+    friction_force: float | None = None
     damping: float = 0.0
     armature: float | None = None
     effort: float | None = None

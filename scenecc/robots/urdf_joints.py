@@ -112,7 +112,9 @@ def read_joint(
         pose_in_child=frame,
         location=element.location,
         limits=limits,
-        friction=friction,
+        # A force in URDF, a ratio in PhysX.
+        friction=None if friction else friction,
+        friction_force=friction or None,
         damping=damping,
         effort=effort,
         velocity=velocity,

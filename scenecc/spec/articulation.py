@@ -110,7 +110,10 @@ class LinkKeys(MotionKeys):
 class JointKeys(SpecModel):
     """Keys of joints."""
 
-    friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
+    friction: Maybe[Leaf[NonNegative]] = key("Friction as a ratio of the joint's load.", default=0.05)
+    friction_force: Maybe[Leaf[NonNegative]] = key(
+        "Friction that does not depend on the load [N or N·m]. A drive replaces it. Default: the file's."
+    )
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the actuator, added to the joint [kg or kg·m²].", default=0)
     limits: Maybe[Limits] = key("Lowest and highest position [m or rad].", examples=[[-1.57, 1.57]])
     limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[-90, 90]], excludes=("limits",))
@@ -162,7 +165,11 @@ class TreeJoint(SpecModel):
     )
     limits: Maybe[Limits] = key("Lowest and highest position [m or rad]. Default: no limits.", examples=[[0, 1.57]])
     limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[0, 90]], excludes=("limits",))
-    friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
+    friction: Maybe[Leaf[NonNegative]] = key("Friction as a ratio of the joint's load.", default=0.05)
+    friction_force: Maybe[Leaf[NonNegative]] = key(
+        "Friction that does not depend on the load [N or N·m], instead of `damping`; `drives` replaces it.",
+        excludes=("damping",),
+    )
     damping: Maybe[Leaf[NonNegative]] = key("Damping [N·s/m or N·m·s/rad]; `drives` replaces it.", default=0)
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the actuator, added to the joint [kg or kg·m²].", default=0)
     max_velocity: Maybe[Leaf[Positive]] = key("Maximum speed [m/s or rad/s].")

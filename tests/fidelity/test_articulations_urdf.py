@@ -13,6 +13,7 @@ from sapien import physx
 from sapien.wrapper.urdf_loader import URDFLoader
 
 from scenecc import load_scene
+from scenecc.plan.articulation import BRAKE_DAMPING
 
 SCENES = 2
 POSE = [-0.615, 0.1, 0.2, 0.9238795, 0, 0, 0.3826834]
@@ -40,7 +41,7 @@ ARM = """<robot name="arm">
     <axis xyz="0 1 0"/><limit lower="0" upper="0.04" effort="10"/></joint>
   <joint name="mount" type="fixed"><parent link="lower"/><child link="right"/><origin xyz="0.2 -0.05 0"/></joint>
   <joint name="spin" type="continuous"><parent link="base"/><child link="wheel"/><origin xyz="-0.2 0 0"/>
-    <axis xyz="0 0 1"/><dynamics damping="0.1" friction="0.3"/></joint>
+    <axis xyz="0 0 1"/><dynamics damping="0" friction="0.3"/></joint>
 </robot>
 """
 QPOS = {"shoulder": 0.2, "elbow": 0.05, "grip": 0.02, "spin": -0.4}
@@ -108,7 +109,9 @@ def test_a_urdf_robot_equals_one_loaded_by_hand(tmp_path: Path, fixed: bool, sca
     def tell(articulation: Any) -> None:
         # What the file says and the loader drops.
         articulation.find_joint_by_name("shoulder").set_max_velocity(2.0)
-        articulation.find_joint_by_name("spin").set_friction(0.3)
+        spin = articulation.find_joint_by_name("spin")
+        spin.set_friction(0)
+        spin.set_drive_properties(0, BRAKE_DAMPING, force_limit=0.3)
 
     entity = {"urdf": str(path), "qpos": QPOS, "fix_root_link": fixed, "scale": scale}
     loaded = by_loader(path, QPOS, tell, fix_root_link=fixed, scale=scale)
@@ -163,14 +166,13 @@ def test_the_panda_with_drives_equals_one_loaded_by_hand(file: str) -> None:
 
 
 def drops_of(path: Path) -> dict[str, dict[str, float]]:
-    """What a file says of each joint and the loader drops: friction, and the limit of the velocity."""
+    """What a file says of each joint and the loader drops: the limit of the velocity. Drives replace the friction."""
     from xml.etree import ElementTree as ET
 
     found: dict[str, dict[str, float]] = {}
     for joint in ET.parse(path).getroot().iter("joint"):
         said = found.setdefault(joint.get("name", ""), {})
-        for tag, attribute, name in (("dynamics", "friction", "friction"), ("limit", "velocity", "max_velocity")):
-            element = joint.find(tag)
-            if element is not None and attribute in element.attrib:
-                said[name] = float(element.attrib[attribute])
+        limit = joint.find("limit")
+        if limit is not None and "velocity" in limit.attrib:
+            said["max_velocity"] = float(limit.attrib["velocity"])
     return found

@@ -107,7 +107,6 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         body.disable_gravity = True
         joint = articulation.find_joint_by_name("shoulder")
         joint.set_drive_properties(stiffness=200, damping=20, force_limit=50)
-        joint.friction = 0.1
         joint.max_velocity = 2
         joint = articulation.find_joint_by_name("elbow")
         joint.set_drive_properties(stiffness=200, damping=20, force_limit=10)

@@ -19,6 +19,7 @@ from scenecc.emit.output import (
     UNLIMITED,
     XmlElement,
     format_number,
+    friction_loss,
     is_pure_damping,
     optional_fields,
     pose_in_row,
@@ -56,7 +57,7 @@ def write_joint(model: MjcfModel, measured: MeasuredEntity, number: int, element
         range=_range(joint),
         armature=joint.armature or None,
         damping=joint.damping if _is_pure_damping(joint) and joint.damping else None,
-        frictionloss=None if joint.joint.friction is None else joint.friction or None,
+        frictionloss=friction_loss(joint) or None,
     )
     model.starts[id(made)] = InitialState((joint.qpos,), (joint.qvel,))
     low, high = joint.limits
@@ -81,7 +82,7 @@ def _is_pure_damping(joint: MeasuredJoint) -> bool:
 
 def _write_drive(model: MjcfModel, entity: str, name: str, joint: MeasuredJoint) -> None:
     """Writes an actuator equal to the drive: stiffness · (control - position) - damping · velocity."""
-    if _is_pure_damping(joint) or (joint.stiffness == 0 and joint.damping == 0):
+    if _is_pure_damping(joint) or friction_loss(joint) or (joint.stiffness == 0 and joint.damping == 0):
         return
     if joint.drive_mode == "acceleration":
         model.unsupported.leave_out(entity, "the drive of a joint in the mode `acceleration`", joint.joint.origin)
@@ -106,8 +107,7 @@ def _report_joint(model: MjcfModel, entity: str, joint: MeasuredJoint) -> None:
     unsupported, plan = model.unsupported, joint.joint
     unsupported.fields(entity, plan, _UNSUPPORTED_JOINT_FIELDS, plan.origin, " of a joint")
     if plan.friction is not None and joint.friction:
-        words = "`friction` of a joint is written as `frictionloss`, a force; PhysX's grows with the joint's load"
-        unsupported.change(entity, words, plan.origin)
+        unsupported.leave_out(entity, "`friction` of a joint, a ratio; MuJoCo has a force", plan.origin)
 
 
 def write_mimics(model: MjcfModel, measured: MeasuredEntity, structure: ArticulationStructure) -> None:

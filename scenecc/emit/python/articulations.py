@@ -33,6 +33,7 @@ from scenecc.plan.articulation import (
     TENDON_STIFFNESS,
     VELOCITY_FIELDS,
     breadth_first_order,
+    friction_force,
     tendon_coefficients,
     tendon_links,
     tendon_pull,
@@ -115,6 +116,8 @@ def write_articulation_joints(source: SourceWriter, structure: ArticulationStruc
     """Writes the joint properties of `articulation` that no builder takes."""
     for link, joint in _active_joints(structure):
         inner = SourceWriter(depth=source.depth)
+        if friction_force(joint) is not None:
+            inner.comment("Friction that does not depend on the load: a drive that brakes with its force limit.")
         if present_fields(joint, _DRIVE_FIELDS):
             inner.statement(_drive_call(joint, columns))
         write_properties(inner, joint, property_fields("joint"), columns, "joint")

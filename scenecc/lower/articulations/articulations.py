@@ -20,7 +20,15 @@ from scenecc.lower.articulations.drafts import (
 )
 from scenecc.lower.articulations.fused_links import fuse_links, report_unused_body_keys
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers, JointValue
-from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
+from scenecc.lower.articulations.links import (
+    DriveTargetCheck,
+    LinkLowerer,
+    LostForce,
+    lower_joint,
+    with_counted_turns,
+    with_friction_force,
+    with_overrides,
+)
 from scenecc.lower.articulations.overrides import OverrideValues, PatternMatcher, PatternOverrides, nearest_override
 from scenecc.lower.articulations.robots import RobotDrafter
 from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits
@@ -468,9 +476,7 @@ class ArticulationLowerer:
             )
         return replace(body, body_type=body_type, **self._solver_values(work, fixed=False))
 
-    def _structure(
-        self, draft: ArticulationDraft, work: _ArticulationContext
-    ) -> BodyStructure | ArticulationStructure:
+    def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure | ArticulationStructure:
         """Lowers a robot: an articulation, or one body of all its links if the entity has a `body_type`."""
         made, body_type = self._articulation(draft, work), work.entity.body_type
         return made if body_type is None else fuse_links(made, body_type, work.fields, self._sink)
@@ -485,7 +491,10 @@ class ArticulationLowerer:
         whole = (entity, origin)
         ignored = _IGNORE_ALL_BIT if entity.disable_self_collisions else 0
         own = self._id(work) if ignored or any(link.ignore_bits for link in draft.links) else 0
+        mimics = _mimics(joints)
+        coupled = {name for mimic in mimics for name in (mimic.joint, mimic.source)}
         links: list[Link] = []
+        lost: list[LostForce] = []
         bits: dict[int, Origin] = {}
         for index, (link, joint) in enumerate(zip(draft.links, joints, strict=True)):
             patterns = work.layers("links", link.name, index, draft)
@@ -500,14 +509,18 @@ class ArticulationLowerer:
             if joint is not None:
                 drives = work.layers("drives", joint.name, index, draft) if joint.moves else ()
                 made = lower_joint(joint, drives, starts.get(index, (None, None)), values, work.targets)
+                made, without = with_friction_force(made, joint, drives)
+                lost += [] if without is None else [without]
+                made = with_counted_turns(made, is_coupled=joint.name in coupled)
             links.append(Link(link.name, body, link.parent, made, link.file))
+        _report_lost_forces(lost, self._sink)
         if bits:
             alike = origin.child("disable_self_collisions") if ignored else None
             _warn_ignored_pairs_collide(draft, [link.body for link in links], bits, alike, self._sink)
         return ArticulationStructure(
             links=tuple(links),
             fix_root_link=bool(draft.fixed),
-            mimics=_mimics(joints),
+            mimics=mimics,
             file=draft.file,
             origin=origin,
             **self._solver_values(work, fixed=bool(draft.fixed)),
@@ -583,6 +596,15 @@ def _mimics(joints: list[DraftJoint | None]) -> tuple[Mimic, ...]:
         for joint in joints
         if joint is not None and (mimic := joint.mimic) is not None
     )
+
+
+def _report_lost_forces(lost: Sequence[LostForce], sink: Sink) -> None:
+    """Reports frictions and dampings that are not built, one finding for each code."""
+    for code in dict.fromkeys(code for code, _, _ in lost):
+        (message, place), *others = [(message, place) for other, message, place in lost if other == code]
+        more = f" (and those of {len(others)} other joint{'s' if len(others) > 1 else ''})" if others else ""
+        hint = "PhysX has one drive for each joint: a spring, a damper, an actuator or a friction force"
+        sink.report(code, message + more, place, hint=hint)
 
 
 def _warn_ignored_pairs_collide(

@@ -78,6 +78,7 @@ class DraftJoint:
     Attributes:
         properties: values by field of `Joint`, without those that the file omits.
         effort: the default of the drive's `force_limit`; None: unknown.
+        friction_force, friction_origin: see `friction_force` of the plan, and where it is written.
         limits_origin: origin of the limits, if they have their own.
         qpos: initial position from the file, if any.
     """
@@ -91,6 +92,8 @@ class DraftJoint:
     limits_origin: Origin | None = None
     properties: dict[str, Any] = field(default_factory=dict[str, Any])
     effort: Value | None = None
+    friction_force: Value | None = None
+    friction_origin: Origin | None = None
     mimic: DraftMimic | None = None
     qpos: float | None = None
 
@@ -178,7 +181,7 @@ class AttachedPart:
 _JOINT_NUMBERS = (*property_fields("joint"), "damping")
 """Keys of a joint of a tree. `damping` is of the drive that it then has."""
 
-_MOVING_JOINT_KEYS = (*_JOINT_NUMBERS, "axis", "pose_in_child", "limits", "limits_deg", "mimic")
+_MOVING_JOINT_KEYS = (*_JOINT_NUMBERS, "friction_force", "axis", "pose_in_child", "limits", "limits_deg", "mimic")
 
 _COLLIDING_KEYS = ("density", "patch_radius", "min_patch_radius")
 
@@ -270,6 +273,7 @@ class LinkTreeDrafter:
             for key in _JOINT_NUMBERS
             if (value := fields.optional(getattr(joint, key), field_type(f"Joint.{key}"), origin, key)) is not None
         }
+        force = fields.optional(joint.friction_force, field_type("Joint.force_limit"), origin, "friction_force")
         mimic = None
         if joint.mimic is not None:
             place = origin.child("mimic")
@@ -282,7 +286,19 @@ class LinkTreeDrafter:
         limits = lower_limits(joint, origin, fields) or literal(_NO_LIMITS)
         warn_limits_in_degrees(joint, joint.type, origin, self._sink)
         place = origin.child("limits" if joint.limits_deg is None else "limits_deg")
-        return DraftJoint(type_, name, origin, in_parent, in_child, limits, place, properties, mimic=mimic)
+        return DraftJoint(
+            type_,
+            name,
+            origin,
+            in_parent,
+            in_child,
+            limits,
+            place,
+            properties,
+            friction_force=force,
+            friction_origin=origin.child("friction_force"),
+            mimic=mimic,
+        )
 
     def _poses(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> tuple[Value | None, Value | None]:
         """The joint's frame in the parent's and in the child's frame."""

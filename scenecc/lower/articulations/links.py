@@ -17,7 +17,7 @@ from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
 from scenecc.lower.shapes import ShapeDefaults
 from scenecc.lower.variation import ResettableValue
 from scenecc.plan import BodyStructure, Inertial, Value, derived, literal
-from scenecc.plan.articulation import NON_LINK_FIELDS, Joint
+from scenecc.plan.articulation import BRAKE_DAMPING, LIGHT_DAMPING, NON_LINK_FIELDS, Joint
 from scenecc.plan.properties import FLOAT32_MAX, JOINT_PROPERTIES, properties_of, property_fields
 from scenecc.variation.nodes import AffineClamp, Stacked
 
@@ -185,6 +185,12 @@ def with_overrides(joint: DraftJoint, layers: Sequence[Layer], values: OverrideV
     changed: dict[str, Any] = {
         "properties": joint.properties | {field: value for field, value in overrides.items() if value is not None}
     }
+    rubs = nearest_override(layers, "friction_force")
+    if rubs is not None:
+        changed["friction_force"] = values.of(rubs, "friction_force", _JOINT_TYPES["force_limit"])
+        changed["friction_origin"] = rubs[1].child("friction_force")
+    elif overrides["friction"] is not None:
+        changed["friction_force"] = None
     limits = nearest_override(layers, "limits", "limits_deg")
     if limits is not None:
         keys, origin = limits
@@ -246,6 +252,69 @@ def lower_joint(
             drives, "velocity_target", _JOINT_TYPES["drive_velocity_target"], reset=True
         ),
     )
+
+
+LostForce = tuple[str, str, "Origin"]
+"""Code, message and place of a friction or a damping that is not built."""
+
+
+def with_friction_force(joint: Joint, draft: DraftJoint, drives: Sequence[Layer]) -> tuple[Joint, LostForce | None]:
+    """Adds the drive that is a friction force, if the joint has no other; also returns what cannot be built.
+
+    Args:
+        joint: lowered.
+        draft: with its overrides.
+        drives: overrides of its drive.
+    """
+    force, place = draft.friction_force, draft.friction_origin
+    if force is None or place is None or joint.type == "fixed" or not any(force.numbers()):
+        return joint, None
+    slides = joint.type == "prismatic"
+    what = f"friction of {max(force.numbers()):g} {'N' if slides else 'N·m'} of `{cut(joint.name)}`"
+    if drives:
+        is_written = place is not draft.origin
+        code, place = ("SC494", place) if is_written else ("SC495", drives[-1][1])
+        return joint, (code, f"the {what} is not built: the drive replaces it", place)
+    lost = None
+    if joint.stiffness is not None:
+        return joint, ("SC494", f"the {what} is not built: the joint has a spring or an actuator", place)
+    damping = 0.0 if joint.damping is None else max(joint.damping.numbers())
+    if damping:
+        unit = "N·s/m" if slides else "N·m·s/rad"
+        if damping > LIGHT_DAMPING * max(force.numbers()):
+            message = f"the {what} is not built: the joint has a damping of {damping:g} {unit}"
+            return joint, ("SC494", message, place)
+        lost = ("SC494", f"the damping of {damping:g} {unit} is not built, but the {what} is", place)
+    made = replace(
+        joint,
+        friction=joint.friction or literal(0.0),
+        damping=literal(BRAKE_DAMPING),
+        force_limit=force,
+    )
+    return made, lost
+
+
+_TURN = 2 * math.pi - 0.1
+"""Positions of a `revolute` joint wrap at a full turn; the margin is for overshoot [rad]."""
+
+
+def with_counted_turns(joint: Joint, *, is_coupled: bool) -> Joint:
+    """Makes a joint `revolute_unwrapped` if its position must not wrap.
+
+    PhysX wraps the position of a `revolute` joint at a full turn, but not the drive target, the limits and the rest
+    length of a tendon that it is compared with: beyond a turn, such a joint would spin for ever. Below, both types are
+    equal to the bit. A joint that is compared with nothing, such as a wheel, stays `revolute`, as in SAPIEN's loader.
+
+    Args:
+        joint: lowered.
+        is_coupled: whether it follows another joint, or another joint follows it.
+    """
+    if joint.type != "revolute":
+        return joint
+    low, high = widest(joint.limits)
+    is_driven = joint.stiffness is not None and any(joint.stiffness.numbers())
+    is_compared = is_driven or is_coupled or math.isfinite(low) or math.isfinite(high)
+    return replace(joint, type="revolute_unwrapped") if is_compared and max(-low, high) > _TURN else joint
 
 
 OUTSIDE = 1e-6

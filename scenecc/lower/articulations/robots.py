@@ -241,6 +241,8 @@ def _joint(joint: DescribedJoint, origin: Origin) -> DraftJoint:
         properties={name: literal(float(number)) for name, number in _numbers(joint) if number is not None},
         qpos=joint.qpos,
         effort=None if joint.effort is None else literal(float(joint.effort)),
+        friction_force=None if joint.friction_force is None else literal(joint.friction_force),
+        friction_origin=place,
         mimic=None
         if mimic is None
         else DraftMimic(

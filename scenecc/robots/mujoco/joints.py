@@ -57,7 +57,6 @@ class MjcfJointReader:
         self._model = model
         self._report = report
         self._keyframe = keyframe
-        self._report_friction()
         self._report_springs()
         self._report_flags()
         self._mimics = self._read_mimics()
@@ -116,6 +115,7 @@ class MjcfJointReader:
             limits=limits,
             # SAPIEN's default is 0.05; MuJoCo's joints have no such friction.
             friction=0.0,
+            friction_force=float(self._model["dof_frictionloss"][dof]) or None,
             damping=max(0.0, float(self._model["dof_damping"][dof])),
             armature=float(self._model["dof_armature"][dof]) or None,
             qpos=qpos,
@@ -132,15 +132,6 @@ class MjcfJointReader:
         count = 4 if self._model["jnt_type"][joint] == BALL else 1
         return self._model["key_qpos"][self._keyframe][first : first + count].tolist()
 
-    def _report_friction(self) -> None:
-        rough = [
-            joint for joint, dof in enumerate(self._model["jnt_dofadr"].tolist()) if self._has_friction_loss(joint, dof)
-        ]
-        if rough:
-            message = f"`frictionloss` is not built (there are {len(rough)}): it is a force, but PhysX has a ratio"
-            place = self._model.location("jnt", rough[0])
-            self._report.leave_out("frictionloss", message, place, "`joints: {NAME: {friction: …}}` gives a ratio")
-
     def _report_springs(self) -> None:
         """Reports springs and dampers that PhysX cannot represent."""
         model, left = self._model, self._report.leave_out
@@ -156,8 +147,9 @@ class MjcfJointReader:
                 self._report.error("SC481", message, place)
             if kind == BALL and (stiffness or model["jnt_limited"][joint]):
                 left("ball/range", "limits and the spring of a ball joint are not built", place)
-            if kind == FREE and (stiffness or model["dof_damping"][dof] or model["dof_armature"][dof]):
-                message = "damping, armature and stiffness of a free joint are not built"
+            names = ("dof_damping", "dof_armature", "dof_frictionloss")
+            if kind == FREE and (stiffness or any(model[name][dof] for name in names)):
+                message = "damping, armature, stiffness and frictionloss of a free joint are not built"
                 left("spring/free", message, place, "use `linear_damping` and `angular_damping` in the scene")
 
     def _report_flags(self) -> None:
@@ -168,10 +160,6 @@ class MjcfJointReader:
             if flag in self._model.header["disabled"]:
                 message = f'`<flag {flag.lower()}="disable"/>` is ignored: what it disables stays on'
                 self._report.leave_out(f"flag/{flag}", message, self._model.source.first("flag").location)
-
-    def _has_friction_loss(self, joint: int, dof: int) -> bool:
-        count = {FREE: 6, BALL: 3}.get(self._kind(joint), 1)
-        return bool(self._model["dof_frictionloss"][dof : dof + count].any())
 
     # --- equalities of two joints
 

@@ -688,3 +688,23 @@ def test_a_certificate_names_what_was_not_compared() -> None:
     assert Certificate(0, 0.0, "Drake").lines()[1] == "compared with Drake: nothing: no body is built"
     partly = Certificate(6, 1.0, "Drake", compared=1, not_compared=tuple("abcde"))
     assert partly.lines()[1] == "compared with Drake: 1 body; not compared: `a`, `b`, `c` and 2 more"
+
+
+@pytest.mark.parametrize(
+    ("dynamics", "expected", "lost"),
+    [
+        ("<friction>5</friction>", {"friction_force": 5}, []),
+        ("<friction>5</friction><damping>0.1</damping>", {"friction_force": 5}, ["the damping 0.1 of `j`"]),
+        ("<friction>5</friction><damping>2</damping>", {"damping": 2}, ["the friction 5 of `j`"]),
+        ("<friction>5</friction><spring_stiffness>2</spring_stiffness>", {}, ["the friction 5 of `j`"]),
+    ],
+)
+def test_the_friction_of_a_joint_is_a_force(
+    folder: Path, dynamics: str, expected: dict[str, Any], lost: list[str]
+) -> None:
+    axis = f"<axis><xyz>0 0 1</xyz><dynamics>{dynamics}</dynamics></axis>"
+    parts = link("base") + link("arm", "0 0 1 0 0 0") + joint("revolute", "base", "arm", axis)
+    found, made = imported(folder, model(parts))
+    (arm,) = found["entities"]["m"]["root"]["children"]
+    assert {key: arm["joint"][key] for key in ("friction_force", "damping") if key in arm["joint"]} == expected
+    assert [loss.message[: len(each)] for loss, each in zip(made.losses, lost, strict=True)] == lost

@@ -86,7 +86,7 @@ def test_values_that_the_loader_drops_are_described(folder: Folder) -> None:
     assert two is not None
     assert (one.friction, one.damping, one.effort, one.velocity, one.mimic) == (None, 0.0, None, None, None)
     assert one.limits == (-math.inf, math.inf)
-    assert (two.friction, two.damping, two.effort, two.velocity) == (0.25, 0.0, 87.0, 2.5)
+    assert (two.friction_force, two.damping, two.effort, two.velocity) == (0.25, 0.0, 87.0, 2.5)
     assert two.mimic is not None
     assert (two.mimic.source, two.mimic.multiplier, two.mimic.offset) == ("one", -2.0, 0.5)
     assert two.location.line == 3
@@ -115,7 +115,7 @@ def test_the_scale_applies_to_prismatic_velocities_but_not_to_forces(folder: Fol
     assert turns is not None
     assert (slides.limits, slides.velocity) == ((-4.0, 8.0), 10.0)
     assert (turns.limits, turns.velocity) == ((-1.0, 2.0), 2.5)
-    assert {(one.effort, one.damping, one.friction) for one in (slides, turns)} == {(87.0, 0.125, 0.25)}
+    assert {(one.effort, one.damping, one.friction_force) for one in (slides, turns)} == {(87.0, 0.125, 0.25)}
 
 
 def test_links_below_a_floating_joint_become_a_separate_robot(folder: Folder) -> None:
