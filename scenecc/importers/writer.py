@@ -120,13 +120,14 @@ class _WorldWriter:
             "entities": entities,
             "constraints": self._named(world.constraints, self._constraint),
             "lights": self._named(world.lights, self._light),
-            "cameras": self._named(world.cameras, self._camera),
+            # Entities and cameras share their names.
+            "cameras": self._named(world.cameras, self._camera, *entities),
         }
         document = {"scenecc": 1, "name": world.name, **{key: value for key, value in sections.items() if value}}
         return WrittenWorld(document, self.bodies, self.places, self.names, tuple(ignored.unwritten))
 
-    def _named(self, described: Any, keys: Any) -> dict[str, Node]:
-        names = Names()
+    def _named(self, described: Any, keys: Any, *taken: str) -> dict[str, Node]:
+        names = Names(*taken, "world")
         return {names.new(one.name): keys(one) for one in described}
 
     def _environment(self) -> Node:
