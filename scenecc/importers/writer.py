@@ -177,7 +177,7 @@ class _WorldWriter:
         if moves:
             node |= _given(robot.dynamics)
         node |= self._link_keys(link, moves=moves)
-        node = self._with_shapes(node, link, name, index, 0, is_link=False, is_static=kind == "static")
+        node = self._with_shapes(node, link, name, index, 0, is_link=False, moves=moves, is_static=kind == "static")
         if not any(node.get(key) for key in ("shapes", "collisions", "visuals")):
             node["shapes"] = []
         return node
@@ -221,11 +221,12 @@ class _WorldWriter:
         number: int,
         *,
         is_link: bool,
+        moves: bool = True,
         is_static: bool = False,
     ) -> Node:
         """Returns the keys of a link or body with its shapes, and records it if it collides."""
         inertial = link.inertial
-        weighs = not is_static and (inertial is None or inertial.inertia is None)
+        weighs = moves and (inertial is None or inertial.inertia is None)
         lists, entries = shape_lists(link.collisions, link.visuals, self.world.physics.friction, weighs=weighs)
         made = move_up({**node, **lists}, entries, is_link=is_link)
         if link.collisions:
