@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, rotate
+from scenecc.geometry.rotations import AXES, IDENTITY, IDENTITY_POSE, rotate
 from scenecc.importers.ignored_pairs import Collider, IgnoredPairs
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.numbers import (
@@ -54,8 +54,10 @@ if TYPE_CHECKING:
     from scenecc.robots.description import (
         DescribedConstraint,
         DescribedDrive,
+        DescribedDynamics,
         DescribedInertial,
         DescribedLink,
+        DescribedMotion,
         DescribedRobot,
     )
     from scenecc.robots.world import DescribedCamera, DescribedEntity, DescribedLight, DescribedPhysics, DescribedWorld
@@ -317,7 +319,7 @@ def _mass_keys(inertial: DescribedInertial) -> Node:
     if inertial.inertia is None:
         return {"mass": mass}
     com, inertia = clean_pose(inertial.com), inertial.inertia
-    turn = np.array([rotate(com[3:], axis) for axis in np.eye(3).tolist()]).T
+    turn = np.array([rotate(com[3:], axis) for axis in AXES.values()]).T
     if max(inertia) - min(inertia) <= 1e-6 * max(inertia):
         com = (*com[:3], *IDENTITY)
     elif np.abs(turn - np.round(turn)).max() < 1e-6:
@@ -325,13 +327,13 @@ def _mass_keys(inertial: DescribedInertial) -> Node:
     return {"inertial": {"mass": mass, **pose_key(com, "com"), "inertia": [short_number(each) for each in inertia]}}
 
 
-def _given(described: Any) -> Node:
-    """Returns the values of a described object that are in the file, by field. None: no object."""
+def _given(described: DescribedMotion | DescribedDynamics | None) -> Node:
+    """Returns the values of a described object that are in the file, by field."""
     keys: Node = {}
     for one in () if described is None else fields(described):
-        value = getattr(described, one.name)
+        value: Any = getattr(described, one.name)
         if isinstance(value, tuple):
-            keys |= {one.name: _plain_row(value)} if value else {}
+            keys |= {one.name: _plain_row(value)} if value else {}  # pyright: ignore[reportUnknownArgumentType]
         elif value is not None:
             keys[one.name] = value if isinstance(value, int) else plain_number(value)
     return keys
