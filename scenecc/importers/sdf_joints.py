@@ -15,7 +15,7 @@ from scenecc.robots.description import DescribedConstraint, DescribedDrive, Desc
 
 if TYPE_CHECKING:
     from scenecc.importers.sdf_scopes import Scope
-    from scenecc.robots.description import LinkName
+    from scenecc.robots.description import DriveAxis, LinkName
 
 _UNLIMITED: Final = 1e15
 """SDF writes "no limit" as 1e16."""
@@ -227,5 +227,5 @@ def constraint_of(
             span = _NO_LIMITS if inside == (-math.pi, math.pi) else inside
         if first.drive is not None or first.damping:
             drive = replace(first.drive or DescribedDrive(0.0, 0.0), damping=first.damping)
-    drives = () if drive is None else ((axis, drive),)
+    drives: tuple[tuple[DriveAxis, DescribedDrive], ...] = () if drive is None else ((axis, drive),)
     return DescribedConstraint(joint.path, kind, parent[0], child[0], *frames, place.location, span, drives=drives)
