@@ -93,9 +93,8 @@ def test_the_file_is_kept_or_written_as_bodies(folder: Path) -> None:
 <body name="box" pos="0 0 3"><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="2"/></body></worldbody>
 <equality><weld name="held" body1="a/hand" body2="box"/></equality></mujoco>""")
     import_scene(folder / "world.xml", folder / "kept.yaml", keep_file=True)
-    kept = scenecc.load_scene(folder / "kept.yaml", render=False)
-    with kept:
-        assert set(kept.entities) == {"world_2/dummy_root_0", "world_2/box"}
+    with scenecc.load_scene(folder / "kept.yaml", render=False) as batch:
+        assert {*batch.entities, *batch.articulations} == {"world_2/dummy_root_0", "world_2/box"}
     import_scene(folder / "world.xml", folder / "written.yaml")
     text = (folder / "written.yaml").read_text()
     assert "mjcf:" not in text
