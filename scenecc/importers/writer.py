@@ -44,6 +44,7 @@ from scenecc.importers.numbers import (
 from scenecc.importers.shape_entries import move_up, shape_lists, texture_value
 from scenecc.importers.tree_entries import drive_keys, joint_names, tree_of
 from scenecc.robots.description import IN_WORLD, LinkName
+from scenecc.robots.solids import follows_from_shapes
 from scenecc.robots.world import RobotFile
 from scenecc.scene_file import Node
 
@@ -209,7 +210,9 @@ class _WorldWriter:
         """Returns mass and motion of a link or body."""
         if not moves:
             return {}
-        keys = {} if link.inertial is None else _mass_keys(link.inertial)
+        keys: Node = {}
+        if link.inertial is not None:
+            keys = _mass_keys(link.inertial, plain=follows_from_shapes(link.inertial, link.collisions))
         if link.disable_gravity:
             keys["gravity"] = False
         return keys | _given(link.motion)
@@ -313,10 +316,13 @@ def _motor_keys(drive: DescribedDrive) -> Node:
     return {**drive_keys(drive), **{key: plain_number(value) for key, value in targets.items() if value}}
 
 
-def _mass_keys(inertial: DescribedInertial) -> Node:
-    """Returns `mass` or `inertial`. Axes along those of the link are not written: the moments are in their order."""
+def _mass_keys(inertial: DescribedInertial, *, plain: bool) -> Node:
+    """Returns `mass` or `inertial`. Axes along those of the link are not written: the moments are in their order.
+
+    `plain`: whether the inertia follows from the shapes with one density.
+    """
     mass = short_number(inertial.mass)
-    if inertial.inertia is None:
+    if inertial.inertia is None or plain:
         return {"mass": mass}
     com, inertia = clean_pose(inertial.com), inertial.inertia
     turn = np.array([rotate(com[3:], axis) for axis in AXES.values()]).T

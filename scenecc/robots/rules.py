@@ -27,9 +27,9 @@ def light_link(mass: float, moment: float | None, place: Location) -> DescribedI
     """Returns the inertial of a link between two freedoms of one joint.
 
     Its mass is 1e-3 of that of the next link, each of its moments 1e-3 of the next link's largest, and its centre of
-    mass is at the joint. Without shapes PhysX would give it 1 kg. A pendulum on three hinges then has MuJoCo's period of
-    a ball joint to 0.01 %, and a chain of ten to 0.01 %. Shares of 1e-4 and less gain more energy where the outer hinges
-    are almost parallel (a chain of six: 4 times as much), and a share of 1e-2 changes the period by 0.3 %.
+    mass is at the joint. Without shapes PhysX would give it 1 kg. The periods of a pendulum on three hinges, and of a
+    chain of ten, are then those of MuJoCo's ball joints to 0.03 %. Shares of 1e-4 and less gain more energy where the
+    outer hinges are almost parallel (a chain of six: 4 times as much). A share of 1e-2 changes the period by 0.3 %.
 
     Args:
         mass: of the next link [kg].

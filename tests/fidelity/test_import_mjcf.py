@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 pytest.importorskip("mujoco")
 
-QUICK = ("several joints", "several robots and bodies", "texture", "mesh")
+QUICK = ("several joints", "several robots and bodies", "texture")
 
 _JOINT_FIELDS = (
     *("limits", "friction", "armature", "max_velocity", "stiffness", "damping", "force_limit", "drive_target"),

@@ -25,6 +25,7 @@ from scenecc.robots.description import (
     DescribedMotion,
     DescribedRobot,
     DescribedVisual,
+    LimitAxis,
     SolidGeometry,
 )
 from scenecc.robots.rules import enforce_triangle_rule, light_link, split_joint
@@ -98,6 +99,17 @@ def test_principal_axes_along_those_of_the_link_need_no_rotation() -> None:
     assert made["entities"]["a"]["inertial"] == {"mass": 2.0, "inertia": [0.25, 0.1, 0.2]}
 
 
+def test_an_inertial_of_the_shapes_is_a_mass() -> None:
+    half, mass = (0.1, 0.2, 0.3), 3.0
+    moments = (mass / 3 * (0.04 + 0.09), mass / 3 * (0.01 + 0.09), mass / 3 * (0.01 + 0.04))
+    pose = (0.1, 0.0, 0.0, *from_rpy(0.1, 0.2, 0.3))
+    inertial = DescribedInertial(mass, pose, moments, HERE)
+    box = (shape(SolidGeometry("box", half), pose),)
+    assert written(body("a", collisions=box, inertial=inertial))["entities"]["a"]["mass"] == 3.0
+    other = DescribedInertial(mass, pose, (*moments[:2], moments[2] * 1.001), HERE)
+    assert "inertial" in written(body("a", collisions=box, inertial=other))["entities"]["a"]
+
+
 def test_settings_of_all_joints_are_grouped_and_states_are_by_name() -> None:
     drive = DescribedDrive(10.0, 1.0, 5.0, 2.0, "acceleration", 0.5)
     joints = [
@@ -122,7 +134,8 @@ def test_settings_of_all_joints_are_grouped_and_states_are_by_name() -> None:
 
 
 def test_constraints_lights_and_cameras_are_written() -> None:
-    limits, span = (("x", 0.0, 0.5),), (-1.0, math.inf)
+    limits: tuple[tuple[LimitAxis, float, float], ...] = (("x", 0.0, 0.5),)
+    span = (-1.0, math.inf)
     drive = DescribedDrive(10.0, 1.0, target=0.5)
     ends = (("a", "a"), ("b", "b"), IDENTITY_POSE, IDENTITY_POSE, HERE)
     made = written(
@@ -155,7 +168,7 @@ def colliding_pairs(document: Node) -> set[frozenset[str]]:
     found: set[frozenset[str]] = set()
     for (one, first), (two, second) in combinations(bodies, 2):
         rows = [
-            [(1, 1, 0, 0) if groups is None else tuple(groups.numbers()) for groups in body.shape_groups()]
+            [(1, 1, 0, 0) if groups is None else tuple(map(int, groups.numbers())) for groups in body.shape_groups()]
             for body in (first, second)
         ]
         for a in rows[0]:
