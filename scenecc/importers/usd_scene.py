@@ -279,6 +279,8 @@ class UsdSceneReader:
                 continue
             parent = self._where[joint.bodies[0]] if joint.bodies[0] else "world"
             kind = keys.pop("type")
+            if joint.collides and self._can_collide(joint.bodies):
+                keys["collide"] = True
             found[names.new(joint.name)] = {
                 "type": kind,
                 "parent": parent,
@@ -286,6 +288,10 @@ class UsdSceneReader:
                 **keys,
             }
         return found
+
+    def _can_collide(self, bodies: Iterable[str]) -> bool:
+        """Returns whether two bodies both have shapes that collide."""
+        return all({"shapes", "collisions"} & self._keys.get(body, {}).keys() for body in bodies)
 
     def _find_free_name(self, names: Names, wish: str, prim: Prim) -> str:
         """Returns a free name, and reports a name that a scene cannot have."""

@@ -692,3 +692,43 @@ def test_materials_without_a_surface_are_accepted(tmp_path: Path, material: str,
     found = read(tmp_path, f'def Material "paint" {material}{PAINTED}')
     assert {*found.document.get("materials", {}).get("paint", {})} == content
     assert not found.losses
+
+
+SLIDE = 'uniform token physics:axis = "X"\nbool physics:collisionEnabled = 1\n'
+
+
+def test_bodies_of_a_joint_with_collisions_collide_in_an_articulation(tmp_path: Path) -> None:
+    bodies = "".join(f'def Cube "{name}" ({BODY})\n{{\n}}\n' for name in ("rail", "cart"))
+    found = read(tmp_path, bodies + joint("PhysicsPrismaticJoint", "rail", "cart", SLIDE))
+    (robot,) = entities(found).values()
+    (between,) = robot["root"]["children"]
+    assert (between["name"], between["joint"]) == ("cart_dummy_0", {"type": "fixed"})
+    (cart,) = between["children"]
+    assert cart["joint"]["name"] == "joint"
+    assert "collision_groups" not in found.document
+    assert not found.losses
+    bodies = f'def Cube "rail" ({BODY})\n{{\n}}\ndef Xform "cart" ({RIGID})\n{{\nfloat physics:mass = 1\n}}\n'
+    (robot,) = entities(read(tmp_path, bodies + joint("PhysicsPrismaticJoint", "rail", "cart", SLIDE))).values()
+    assert robot["root"]["children"][0]["name"] == "cart"
+
+
+@pytest.mark.parametrize(
+    ("kind", "more", "rail"),
+    [
+        ("PhysicsPrismaticJoint", "bool physics:excludeFromArticulation = 1", ""),
+        ("PhysicsPrismaticJoint", "", "bool physics:kinematicEnabled = 1"),
+        ("PhysicsDistanceJoint", "float physics:maxDistance = 50", ""),
+        ("PhysicsFixedJoint", "bool physics:excludeFromArticulation = 1", ""),
+    ],
+)
+@pytest.mark.parametrize("collides", [True, False])
+def test_bodies_of_a_constraint_collide_if_the_joint_says_so(
+    tmp_path: Path, kind: str, more: str, rail: str, collides: bool
+) -> None:
+    bodies = f'def Cube "rail" ({BODY})\n{{\n{rail}\n}}\ndef Cube "cart" ({BODY})\n{{\n}}\n'
+    told = SLIDE if "Prismatic" in kind else SLIDE.partition("\n")[2]
+    if not collides:
+        told = told.replace("= 1", "= 0")
+    found = read(tmp_path, bodies + joint(kind, "rail", "cart", told + more))
+    assert found.document["constraints"]["joint"].get("collide", False) == collides
+    assert ("collision_groups" in found.document) != collides
