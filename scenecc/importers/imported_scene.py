@@ -97,6 +97,7 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "animations": LossKind("animations"),
     "unknown-prims": LossKind("prims of unknown types"),
     "vendor-attributes": LossKind("attributes of other schemas"),
+    "contact-materials": LossKind("materials with other contacts", changes_machine=True),
     "soft-bodies": LossKind("soft bodies and other dynamics", changes_machine=True),
     "point-instancers": LossKind("point instancers", changes_machine=True),
     "physics-scenes": LossKind("additional physics scenes"),

@@ -732,3 +732,45 @@ def test_bodies_of_a_constraint_collide_if_the_joint_says_so(
     found = read(tmp_path, bodies + joint(kind, "rail", "cart", told + more))
     assert found.document["constraints"]["joint"].get("collide", False) == collides
     assert ("collision_groups" in found.document) != collides
+
+
+def contact(name: str, friction: float, *attributes: str) -> str:
+    """A physical material and a body of it."""
+    values = (
+        "\n".join(attributes)
+        .replace("token ", "uniform token physxMaterial:")
+        .replace("float ", "float physxMaterial:")
+    )
+    schemas = BODY.replace("[", '["MaterialBindingAPI", ')
+    return (
+        f'def Material "{name}" (prepend apiSchemas = ["PhysicsMaterialAPI"])\n{{\n'
+        f"float physics:staticFriction = {friction}\nfloat physics:dynamicFriction = {friction}\n{values}\n}}\n"
+        f'def Cube "body_{name}" ({schemas})\n{{\nrel material:binding:physics = </World/{name}>\n}}\n'
+    )
+
+
+MAX, MIN, MULTIPLY = (f'token frictionCombineMode = "{mode}"' for mode in ("max", "min", "multiply"))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            contact("a", 1, MAX) + contact("b", 0.2, MAX),
+            "`max`: a static friction of 1 with `b`, where SAPIEN's mean is 0.6",
+        ),
+        (contact("a", 1) + contact("b", 0.2, MIN), "`min`: a static friction of 0.2 with `a`"),
+        (contact("a", 0.5, MULTIPLY) + contact("b", 0.5), "`multiply`: a static friction of 0.25 with `b`"),
+        (contact("a", 0.4, MAX) + contact("b", 0.4, MIN), ""),
+        (contact("a", 1, 'token frictionCombineMode = "average"') + contact("b", 0.2), ""),
+        (contact("a", 0.5, MULTIPLY), ""),
+        (contact("a", 0.4, 'token restitutionCombineMode = "max"') + contact("b", 0.4), ""),
+        (contact("a", 0.5, "float compliantContactStiffness = 100"), "compliant contacts of stiffness 100"),
+        (contact("a", 0.5, "float compliantContactStiffness = 0"), ""),
+        (contact("a", 1, MAX) + contact("b", 0.2) + "FIXED", ""),
+    ],
+)
+def test_combine_modes_are_reported_where_contacts_differ(tmp_path: Path, text: str, words: str) -> None:
+    found = read(tmp_path, text.replace("FIXED", joint("PhysicsFixedJoint", "body_a", "body_b")))
+    assert kinds(found) == (["contact-materials"] if words else [])
+    assert words in "".join(loss.message for loss in found.losses)
