@@ -75,6 +75,8 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "fluids": LossKind("fluid masses and forces", changes_machine=True),
     # Of MJCF.
     "tendons": LossKind("tendons", changes_machine=True),
+    "joint-couplings": LossKind("joints that follow others", changes_machine=True),
+    "inactive-equalities": LossKind("inactive equalities"),
     "contact-pairs": LossKind("contact pairs", changes_machine=True),
     "joint-springs": LossKind("joint springs", changes_machine=True),
     "actuators": LossKind("actuators"),

@@ -39,6 +39,8 @@ _KINDS: Final = {
     "look": "material-looks",
     "texture": "material-looks",
     "equality": "loops",
+    "coupling": "joint-couplings",
+    "inactive": "inactive-equalities",
     "actuator": "actuators",
     "sensor": "sensors",
     "site": "sites",

@@ -159,10 +159,10 @@ class MjcfModelReader:
             source = names.get(draft.joint.mimic.source)
             if source is None or not _can_follow(drafts, source, number):
                 message = (
-                    f"`{cut(draft.joint.name)}` cannot mimic `{cut(draft.joint.mimic.source)}`: they must be in one "
-                    "robot, without a fixed joint between them, and the first must not be above the second"
+                    f"`{cut(draft.joint.name)}` is free: it cannot mimic `{cut(draft.joint.mimic.source)}`, since they "
+                    "must be in one robot, without a fixed joint between them, and the first must not be above the second"
                 )
-                self._report.leave_out("equality/follow", message, draft.joint.mimic.location)
+                self._report.leave_out("coupling/follow", message, draft.joint.mimic.location)
                 draft.joint = replace(draft.joint, mimic=None)
         return drafts
 

@@ -103,6 +103,7 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
         if int(model.jnt_type[joint]) in _MOVES_ALONG_AXIS:
             place = model.jnt_qposadr[joint]
             data.qpos[place] = data.qpos[place].clip(*model.jnt_range[joint])
+    _pin_joints(mujoco, model, data)
     mujoco.mj_kinematics(model, data)
     arrays |= {"xpos": data.xpos, "xquat": data.xquat}
     elements = {kind: [_element(one) for one in getattr(spec, several)] for kind, several in NAMED.items()}
@@ -122,6 +123,14 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
         "disabled": [name for name in FLAGS if model.opt.disableflags & getattr(disable, f"mjDSBL_{name}", 0)],
     }
     return header, [array.tobytes() for array in arrays.values()]
+
+
+def _pin_joints(mujoco: Any, model: Any, data: Any) -> None:
+    """Moves joints to the positions at which active equalities without a second joint hold them."""
+    for number, kind in enumerate(model.eq_type):
+        if kind == mujoco.mjtEq.mjEQ_JOINT and model.eq_active0[number] and model.eq_obj2id[number] < 0:
+            place = model.jnt_qposadr[model.eq_obj1id[number]]
+            data.qpos[place] = model.qpos0[place] + model.eq_data[number][0]
 
 
 def _element(one: Any) -> list[Any]:
