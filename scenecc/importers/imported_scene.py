@@ -76,6 +76,7 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     # Of MJCF.
     "tendons": LossKind("tendons", changes_machine=True),
     "joint-couplings": LossKind("joints that follow others", changes_machine=True),
+    "parent-contacts": LossKind("contacts of bodies with their parents"),
     "inactive-equalities": LossKind("inactive equalities"),
     "contact-pairs": LossKind("contact pairs", changes_machine=True),
     "joint-springs": LossKind("joint springs", changes_machine=True),

@@ -180,3 +180,49 @@ def test_pinned_joints_rest_where_mujoco_holds_them(
                 assert found[name] == pytest.approx(position, abs=1e-5)
                 judged = data.joint(name).qpos[0] - model.qpos0[model.joint(name).qposadr[0]]
                 assert judged == pytest.approx(position, abs=2e-2)
+
+
+BLOCK = 'type="box" size="0.05 0.05 0.05"'
+CART = f'<body name="cart"><joint name="x" type="slide" axis="1 0 0" {{ends}}/><geom {BLOCK} mass="1"/></body>'
+FLAG = '<flag filterparent="disable"/>'
+
+
+@pytest.mark.parametrize(
+    ("flag", "rail", "cart", "links"),
+    [
+        ("", f'<geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends=""), 3),
+        ("", f'<geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends='range="-1 3"'), 3),
+        (FLAG, f'<joint type="slide" axis="0 1 0"/><geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends=""), 4),
+        # Filtered; out of reach; overlapping from the start; on a body that moves.
+        ("", f'<geom {BLOCK} pos="0.5 0 0" contype="2" conaffinity="2"/>', CART.format(ends='range="0 0.8"'), 2),
+        ("", f'<geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends='range="-1 0.3"'), 2),
+        ("", f"<geom {BLOCK}/>", CART.format(ends='range="-0.01 0.01"'), 2),
+        ("", f'<joint type="slide" axis="0 1 0"/><geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends='range="0 0.8"'), 3),
+    ],
+)
+def test_bodies_collide_with_a_fixed_parent(tmp_path: Path, flag: str, rail: str, cart: str, links: int) -> None:
+    option = f'<compiler autolimits="true"/><option gravity="9.81 0 0">{flag}</option>'
+    text = f'<mujoco>{option}<worldbody><body name="rail">{rail}{cart}</body></worldbody></mujoco>'
+    (tmp_path / "a.xml").write_text(text)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 500)
+    scene = {"scenecc": 1, "physics": {"gravity": [9.81, 0, 0]}, "entities": {"r": {"mjcf": str(tmp_path / "a.xml")}}}
+    with load_scene(scene, render=False, asset_roots=[tmp_path]) as batch:
+        robot = batch.articulations["r"]
+        batch.step(100)
+        assert len(robot.objs[0].links) == links
+        assert robot.qpos[0, -1] == pytest.approx(data.qpos[-1], abs=0.02)
+
+
+def test_contacts_with_a_parent_that_cannot_be_built_are_reported(tmp_path: Path) -> None:
+    rail = f'<geom {BLOCK} pos="0.5 0 0"/><geom {BLOCK}/>'
+    body = f'<body name="rail">{rail}{CART.format(ends="")}</body>'
+    (tmp_path / "a.xml").write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+    sink = Sink()
+    assert read_mjcf(ResolvedFile(tmp_path / "a.xml", "a.xml"), scope=AssetScope(tmp_path), sink=sink)
+    (found,) = sink.diagnostics()
+    assert (found.code, found.message) == (
+        "SC484",
+        "`cart` and `rail` do not collide, as they do in MuJoCo: other shapes of them overlap",
+    )

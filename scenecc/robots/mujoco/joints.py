@@ -69,6 +69,11 @@ class MjcfJointReader:
         """Returns the joints of a body, in its frame. A ball joint becomes three hinges."""
         return [made for joint in joints for made in self._joint(joint)]
 
+    def is_coupled(self, name: str) -> bool:
+        """Returns whether a joint follows another one, or is followed."""
+        followers = (self._model.name("jnt", joint) for joint in self._mimics)
+        return name in {*followers, *(mimic.source for mimic in self._mimics.values())}
+
     def _joint(self, joint: int) -> list[DescribedJoint]:
         model = self._model
         kind, dof = int(model["jnt_type"][joint]), int(model["jnt_dofadr"][joint])

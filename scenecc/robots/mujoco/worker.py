@@ -8,6 +8,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from scenecc.robots.mujoco.contact_ranges import touching_bodies
+
 if TYPE_CHECKING:
     from scenecc.worker_process import Answer, Message
 
@@ -105,7 +107,7 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
             data.qpos[place] = data.qpos[place].clip(*model.jnt_range[joint])
     _pin_joints(mujoco, model, data)
     mujoco.mj_kinematics(model, data)
-    arrays |= {"xpos": data.xpos, "xquat": data.xquat}
+    arrays |= {"xpos": data.xpos.copy(), "xquat": data.xquat.copy()}
     elements = {kind: [_element(one) for one in getattr(spec, several)] for kind, several in NAMED.items()}
     header = {
         "arrays": {name: [array.dtype.str, list(array.shape)] for name, array in arrays.items()},
@@ -119,6 +121,7 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
             "disableactuator": model.opt.disableactuator,
         },
         "ambient": model.vis.headlight.ambient.tolist() if model.vis.headlight.active else [0.0, 0.0, 0.0],
+        "touching": touching_bodies(mujoco, model, data),
         # Flag bits differ between versions.
         "disabled": [name for name in FLAGS if model.opt.disableflags & getattr(disable, f"mjDSBL_{name}", 0)],
     }
