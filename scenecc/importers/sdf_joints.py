@@ -222,9 +222,9 @@ def constraint_of(
             file.lose("joint-friction", f"the friction of `{joint.path}`, which closes a loop", place)
         kind, span = "slider", first.limits or _NO_LIMITS
         if first.type != "prismatic":
+            # PhysX measures a twist from -π to π.
             kind, axis = "hinge", "twist"
-            inside = max(span[0], -math.pi), min(span[1], math.pi)
-            span = _NO_LIMITS if inside == (-math.pi, math.pi) else inside
+            span = (span[0] if span[0] > -math.pi else -math.inf, span[1] if span[1] < math.pi else math.inf)
         if first.drive is not None or first.damping:
             drive = replace(first.drive or DescribedDrive(0.0, 0.0), damping=first.damping)
     drives: tuple[tuple[DriveAxis, DescribedDrive], ...] = () if drive is None else ((axis, drive),)

@@ -439,7 +439,7 @@ LOOP = "".join(link(name, f"{x} 0 0 0 0 0") for x, name in enumerate("abc")) + "
         (
             "revolute",
             "<limit><lower>-1</lower><upper>9</upper></limit><dynamics><damping>3</damping></dynamics>",
-            {"type": "hinge", "limits": [-1, pytest.approx(math.pi)], "drive": {"damping": 3}},
+            {"type": "hinge", "limits": [-1, math.inf], "drive": {"damping": 3}},
         ),
         (
             "prismatic",
