@@ -429,7 +429,7 @@ def test_a_joint_between_models_becomes_a_constraint(folder: Path) -> None:
 
 
 LOOP = "".join(link(name, f"{x} 0 0 0 0 0") for x, name in enumerate("abc")) + "".join(
-    joint("revolute", *pair, "<axis><xyz>0 1 0</xyz></axis>", name=pair) for pair in ("ab", "bc")
+    joint("revolute", pair[0], pair[1], "<axis><xyz>0 1 0</xyz></axis>", name=pair) for pair in ("ab", "bc")
 )
 
 
@@ -498,7 +498,7 @@ def test_densities_of_single_shapes_move_the_centre_of_mass(folder: Path) -> Non
     auto = '<inertial auto="true"><density>100</density></inertial>'
     imported(folder, model(f"<link name='a'>{auto}{boxes}</link>"))
     with open_scene(folder / "out/scene.yaml").build(render=False) as batch:
-        body = batch.entities["m"].objs[0].components[0]
+        body: Any = batch.entities["m"].objs[0].components[0]
         assert body.mass == pytest.approx(400)
         assert body.cmass_local_pose.p[0] == pytest.approx(0.5)
 
