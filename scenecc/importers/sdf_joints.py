@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from scenecc.geometry.rotations import IDENTITY, Pose7, Vec3, compose, relative_pose, rotate
+from scenecc.geometry.rotations import AXES, IDENTITY, Pose7, Vec3, compose, relative_pose, rotate
 from scenecc.importers.numbers import along_x
 from scenecc.importers.sdf_files import SMALLEST, SourceElement, find_element, text_of
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD
@@ -21,8 +21,6 @@ _UNLIMITED: Final = 1e15
 """SDF writes "no limit" as 1e16."""
 
 _NO_LIMITS: Final = (-math.inf, math.inf)
-
-_LETTERS: Final[dict[str, Vec3]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 _AXES_OF: Final = {
     "fixed": (),
@@ -176,13 +174,13 @@ def _mimic(joint: SdfJoint, axis: SourceElement | None) -> DescribedMimic | None
 
 def _axis_of(joint: SdfJoint, tag: str) -> Vec3:
     """Returns an axis in the joint's frame, from the parent to the child."""
-    if tag in _LETTERS:
-        return _LETTERS[tag]
+    if tag in AXES:
+        return AXES[tag]
     file, axis = joint.scope.file, joint.element.find(tag)
-    xyz = file.vector(axis, "xyz", default=_LETTERS["z"])
+    xyz = file.vector(axis, "xyz", default=AXES["z"])
     if math.hypot(*xyz) < SMALLEST:
         file.error(f"the axis of `{joint.path}` has length 0", joint.element)
-        return _LETTERS["z"]
+        return AXES["z"]
     element = find_element(axis, "xyz")
     frame = "" if element is None else element.attributes.get("expressed_in", "")
     is_model = file.flag(axis, "use_parent_model_frame", default=False) or file.is_before(1, 5)

@@ -463,7 +463,7 @@ def test_a_joint_whose_child_does_not_move_is_turned_round(folder: Path) -> None
     found, _ = imported(folder, world(fixed + joint("prismatic", "b::l", "s::l", axis)))
     made = found["constraints"]["j"]
     assert (made["parent"], made["child"], made["limits"]) == ("s", "b", [-0.1, 0.3])
-    assert made["pose_in_parent"] == {"rpy_deg": [0, 0, 180]}
+    assert (made["axis"], made["pose_in_parent"], made["pose_in_child"]) == ([-1, 0, 0], [0, 0, 0], [0, 0, -1])
 
 
 def test_a_joint_may_mimic_only_a_joint_that_moves(folder: Path) -> None:
@@ -728,7 +728,7 @@ def test_links_of_an_included_urdf_can_be_named(folder: Path) -> None:
     assert found["constraints"]["mount"] == mount
     turn = found["constraints"]["turn"]
     assert (turn["parent"], turn["child"]) == ("robot/tool0", "two/base")
-    assert turn["pose_in_parent"]["p"] == [0, 0, 1]
+    assert (turn["type"], turn["axis"], turn["pose_in_parent"]) == ("hinge", "z", [0, 0, 1])
     poses = body_poses(folder)
     assert poses["tool"][0] == pytest.approx([0.1, 0, 1.5])
     assert poses["two/base"][0] == pytest.approx([0, 0, 2.5])
