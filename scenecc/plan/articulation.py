@@ -77,6 +77,11 @@ def tendon_coefficients(
     return [ends.source if link == source else ends.joint if link == joint else 0.0 for link in links]
 
 
+def is_sibling_tendon(links: tuple[int, ...], structure: ArticulationStructure) -> bool:
+    """Whether both joints of a tendon over these links hang on the same link."""
+    return all(structure.links[number].parent == links[0] for number in links[1:])
+
+
 def _links_between(structure: ArticulationStructure, source: int, joint: int) -> tuple[int, ...]:
     """The path from the nearest common ancestor to one link, then to the other."""
     above_source, above_joint = _ancestors(structure, source), _ancestors(structure, joint)

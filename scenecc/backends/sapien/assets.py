@@ -43,6 +43,7 @@ from scenecc.files import State, cache_folder, keep_file, open_regular, read_che
 from scenecc.geometry.ply import encode_parts
 from scenecc.interrupt import ask_module
 from scenecc.plan import MeshGeometry
+from scenecc.plan.scene import DEFAULT_TIMESTEP
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -369,6 +370,7 @@ class Resources:
 
     def __init__(self, plan: ScenePlan, drawn: DrawnObjects | None = None) -> None:
         self._plan = plan
+        self.timestep = plan.physics.timestep or DEFAULT_TIMESTEP
         self.drawn = DrawnObjects() if drawn is None else drawn
         default = plan.physics.default_material
         self._physical: dict[tuple[object, ...], Any] = {}
