@@ -27,7 +27,8 @@ def soft_tendon(
         timestep: [s].
         temporal: whether the solver is temporal Gauss-Seidel: each iteration is a substep.
     """
-    substep = timestep / links[0].articulation.solver_position_iterations if temporal else timestep
+    # Without substeps, the iterations converge on the implicit step only up to about this stiffness.
+    substep = timestep / (links[0].articulation.solver_position_iterations if temporal else 4)
     moving = [number for number, link in enumerate(links[1:], 1) if link.joint.type != "fixed"]
     base = 0 if links[0].joint.type == "fixed" else 6
     column = {number: base + index for index, number in enumerate(moving)}

@@ -370,7 +370,7 @@ class Resources:
 
     def __init__(self, plan: ScenePlan, drawn: DrawnObjects | None = None) -> None:
         self._plan = plan
-        self.timestep = plan.physics.timestep or DEFAULT_TIMESTEP
+        self.timestep = float(np.float32(plan.physics.timestep or DEFAULT_TIMESTEP))
         self.drawn = DrawnObjects() if drawn is None else drawn
         default = plan.physics.default_material
         self._physical: dict[tuple[object, ...], Any] = {}

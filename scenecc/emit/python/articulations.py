@@ -34,6 +34,7 @@ from scenecc.plan.articulation import (
     VELOCITY_FIELDS,
     breadth_first_order,
     is_sibling_tendon,
+    soft_mimics,
     tendon_coefficients,
     tendon_links,
     tendon_pull,
@@ -51,9 +52,7 @@ if TYPE_CHECKING:
 
 def needs_soft_tendons(structure: BodyStructure | ArticulationStructure) -> bool:
     """Whether a tendon depends on the masses of the links."""
-    return isinstance(structure, ArticulationStructure) and any(
-        not is_sibling_tendon(tendon_links(structure, mimic), structure) for mimic in structure.mimics
-    )
+    return isinstance(structure, ArticulationStructure) and bool(soft_mimics(structure))
 
 
 def write_tendons(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
