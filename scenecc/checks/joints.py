@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Literal
 from scenecc.checks.value_queries import Row, find_reversed_limits, find_single_fault, report_fault
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
 from scenecc.geometry.rotations import normalized, rotate
+from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
 from scenecc.plan.articulation import MAX_LINKS, soft_mimics, tendon_links, why_no_tendon
 
 if TYPE_CHECKING:
