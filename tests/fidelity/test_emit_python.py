@@ -286,7 +286,9 @@ entities:
           shapes: [{type: box, half_size: [0.1, 0.02, 0.02], pose: [0.1, 0, 0]}]
           children:
             - name: lower
-              joint: {name: curl, type: revolute, axis: [0, 1, 0], origin: {p: [0.2, 0, 0]}, mimic: {joint: bend, offset: 0.1}}
+              joint:
+                {name: curl, type: revolute, axis: [0, 1, 0], origin: {p: [0.2, 0, 0]},
+                 mimic: {joint: bend, offset: 0.1}}
               shapes: [{type: box, half_size: [0.1, 0.02, 0.02], pose: [0.1, 0, 0]}]
               children:
                 - name: tip

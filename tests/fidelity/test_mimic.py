@@ -214,6 +214,55 @@ def test_a_finger_hangs_as_in_mujoco(tmp_path: Path) -> None:
     assert abs(joint - 0.7 * source - 0.1) < 1e-3 < abs(data.qpos[1] - 0.7 * data.qpos[0] - 0.1)
 
 
+GRIPPER = """
+scenecc: 1
+physics: {timestep: TIMESTEP}
+entities:
+  gripper:
+    pose: [0, 0, 1]
+    fix_root_link: true
+    disable_self_collisions: true
+    root:
+      name: palm
+      shapes: [{type: box, half_size: [0.03, 0.03, 0.03]}]
+      children:
+        - name: left_knuckle
+          joint: {name: left, type: revolute, axis: [0, 1, 0], limits: [0, 0.8], origin: {p: [0, 0, -0.03]}}
+          shapes: [{type: box, half_size: [0.01, 0.01, 0.02], pose: [0, 0, -0.02], density: 2000}]
+          children:
+            - name: left_pad
+              joint:
+                {name: left_inner, type: revolute, axis: [0, 1, 0], origin: {p: [0, 0, -0.05]},
+                 mimic: {joint: left, multiplier: -1}}
+              shapes: [{type: box, half_size: [0.006, 0.01, 0.02], pose: [0, 0, -0.02], density: 1500}]
+        - name: right_knuckle
+          joint:
+            {name: right, type: revolute, axis: [0, -1, 0], origin: {p: [0.08, 0, -0.03]}, mimic: {joint: left}}
+          shapes: [{type: box, half_size: [0.01, 0.01, 0.02], pose: [0, 0, -0.02], density: 2000}]
+          children:
+            - name: right_pad
+              joint:
+                {name: right_inner, type: revolute, axis: [0, -1, 0], origin: {p: [0, 0, -0.05]},
+                 mimic: {joint: left, multiplier: -1}}
+              shapes: [{type: box, half_size: [0.006, 0.01, 0.02], pose: [0, 0, -0.02], density: 1500}]
+    joints: {'.*': {friction: 0}}
+    drives: {left: {stiffness: 10, damping: 0.3, target: 0.4}}
+"""
+
+
+@pytest.mark.parametrize("timestep", [0.01, 0.002])
+def test_a_gripper_of_five_bars_closes(timestep: float) -> None:
+    """Its pads stay parallel, though the right one follows a joint on the other side."""
+    batch = loaded(GRIPPER.replace("TIMESTEP", str(timestep)))
+    batch.step(round(2 / timestep))
+    gripper = batch.articulations["gripper"]
+    found = dict(zip(gripper.active_joint_names, gripper.qpos[0].tolist(), strict=True))
+    # MuJoCo has the left joint at 0.399, where the drive carries the weight of the links.
+    expected = {"left": 0.399, "right": 0.399, "left_inner": -0.399, "right_inner": -0.399}
+    assert found == pytest.approx(expected, abs=5e-4)
+    assert abs(gripper.qvel).max() < 0.3
+
+
 HANDS = {
     "inspire": "inspire_hand/RH56DFX-2LR/urdf/inspire_hand_left.urdf",
     "ability": "ability_hand/ability_hand_left.urdf",
@@ -231,7 +280,7 @@ def test_hands_of_maniskill_stay_whole(name: str, timestep: float, drives: str) 
         io.StringIO(
             f"{{scenecc: 1, physics: {{timestep: {timestep}}}, entities: {{hand: {{"
             f"urdf: 'pkg://mani_skill/assets/robots/{HANDS[name]}', pose: [0, 0, 1],"
-            f" disable_self_collisions: true, drives: {drives}}}}}}}"
+            f" disable_self_collisions: true, drives: {{{drives}}}}}}}}}"
         ),
         render=False,
     )

@@ -515,7 +515,8 @@ class ArticulationLowerer:
             from_file = draft.file is not None or own.file is not None
             if written is not None or (not from_file and joint.max_velocity is not None):
                 place = own.joint.origin if written is None else written[1]
-                message = f"PhysX limits the speed of `{cut(joint.name)}` against the spring of a mimic joint, and may diverge"
+                name = cut(joint.name)
+                message = f"PhysX limits the speed of `{name}` against the spring of a mimic joint, and may diverge"
                 hint = "remove `max_velocity`, or limit the force of the source's drive"
                 self._sink.report("SC579", message, place.child("max_velocity"), hint=hint)
                 continue
