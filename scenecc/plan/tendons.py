@@ -1,4 +1,4 @@
-"""The tendon of a mimic joint whose source hangs on another link: a spring that PhysX integrates without error.
+"""The tendon of a mimic joint whose source is on another link: a spring with the forces of virtual work.
 
 PhysX divides what a tendon does to a joint by 1 + substep² · stiffness · response of the joint, so a stiff tendon
 pulls its joints in the ratio of their inertias, not in that of their coefficients. It also acts back on the link above
