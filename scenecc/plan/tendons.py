@@ -39,6 +39,7 @@ def soft_tendon(
     inertia = np.zeros((base + len(moving), base + len(moving)))
     for number, link in enumerate(links):
         frame, jacobian, wrench = np.eye(4), np.zeros((6, len(inertia))), np.zeros(6)
+        axis = arm = np.zeros(3)
         jacobian[:, :base] = np.eye(6)[:, :base]
         if number:
             frame = frames[parents[number]] @ link.joint.pose_in_parent.to_transformation_matrix()

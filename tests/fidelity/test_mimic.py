@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from fidelity.hand import box_shape, built
-from fidelity.test_export_mjcf import compiled
 
 from scenecc import load_scene
 from scenecc.plan import (
@@ -132,9 +131,9 @@ def loaded(text: str) -> Any:
 
 
 def at_rest(batch: Any, forces: list[float]) -> list[float]:
-    """Joint positions after 3 s under constant joint forces."""
+    """Joint positions after 2 s under constant joint forces."""
     hand = batch.articulations["hand"].objs[0]
-    for _ in range(round(3 / batch.timestep)):
+    for _ in range(round(2 / batch.timestep)):
         hand.set_qf(np.array(forces, np.float32))
         batch.step()
     return hand.qpos.tolist()
@@ -202,12 +201,13 @@ def test_a_free_hand_keeps_momentum_and_energy(timestep: float) -> None:
 
 
 def test_a_finger_hangs_as_in_mujoco(tmp_path: Path) -> None:
-    import mujoco
+    mujoco: Any = pytest.importorskip("mujoco")
+    from fidelity.test_export_mjcf import compiled
 
     keys = "mimic: {joint: j0, multiplier: 0.7, offset: 0.1}"
     scene = finger(["", keys], timestep=0.002, gravity="0, 0, -9.81", drives="j0: {stiffness: 10, damping: 1}")
     model, data, _ = compiled(io.StringIO(scene), tmp_path)
-    mujoco.mj_step(model, data, 3000)
+    mujoco.mj_step(model, data, 2000)
     source, joint = at_rest(loaded(scene), [0, 0])
     assert source == pytest.approx(data.qpos[0], abs=1e-3)
     # MuJoCo's equality is the softer one.
@@ -272,9 +272,7 @@ HANDS = {
 @pytest.mark.maniskill
 @pytest.mark.parametrize("name", HANDS)
 @pytest.mark.parametrize("timestep", [0.01, 0.002])
-@pytest.mark.parametrize(
-    "drives", ["{}", "{'.*(index|ring)_(MCP_joint|q1)': {stiffness: 1, damping: 0.05, target: -0.4}}"]
-)
+@pytest.mark.parametrize("drives", ["", "'.*(index|ring)_(MCP_joint|q1)': {stiffness: 1, damping: 0.05, target: -0.4}"])
 def test_hands_of_maniskill_stay_whole(name: str, timestep: float, drives: str) -> None:
     batch = load_scene(
         io.StringIO(
@@ -288,6 +286,8 @@ def test_hands_of_maniskill_stay_whole(name: str, timestep: float, drives: str) 
     batch.step(round(5 / timestep))
     place = dict(zip(hand.active_joint_names, hand.qpos[0].tolist(), strict=True))
     assert abs(hand.qvel).max() < 5
-    for mimic in batch.plan.entities[0].structures[0].mimics:
+    structure = batch.plan.entities[0].structures[0]
+    assert isinstance(structure, ArticulationStructure)
+    for mimic in structure.mimics:
         expected = float(mimic.multiplier.row(0)) * place[mimic.source] + float(mimic.offset.row(0))
         assert place[mimic.joint] == pytest.approx(expected, abs=0.02)

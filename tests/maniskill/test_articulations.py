@@ -183,7 +183,11 @@ def test_a_finger_is_coupled_for_the_substeps_of_the_environment() -> None:
         return {"name": name, "joint": full, "shapes": shapes, "children": children}
 
     tip = link("tip", {"name": "curl", "origin": {"p": [0.2, 0, 0]}, "mimic": {"joint": "bend"}}, [])
-    palm = {"name": "palm", "shapes": [{"type": "sphere", "radius": 0.02}], "children": [link("upper", {"name": "bend"}, [tip])]}
+    palm = {
+        "name": "palm",
+        "shapes": [{"type": "sphere", "radius": 0.02}],
+        "children": [link("upper", {"name": "bend"}, [tip])],
+    }
     hand = {"fix_root_link": True, "root": palm, "drives": {"bend": {"stiffness": 50, "damping": 2}}}
     scene = new_scene()
     ours = scenecc.load_scene({"scenecc": 1, "entities": {"hand": hand}}, scene=scene)
