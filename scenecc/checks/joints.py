@@ -42,7 +42,7 @@ def apply_joint_rules(structure: ArticulationStructure, name: str, origin: Origi
     _check_link_count(structure, name, origin, sink)
     _check_names(structure, origin, sink)
     _check_mimics(structure, origin, sink)
-    _check_reactions(structure, name, origin, sink)
+    _check_tendons(structure, name, origin, sink)
     _check_masses(structure, name, origin, sink)
 
 
@@ -116,26 +116,27 @@ def _check_mimics(structure: ArticulationStructure, origin: Origin, sink: Sink) 
             sink.report("SC521", message, place, hint="remove `mimic`, and drive both joints")
 
 
-def _check_reactions(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
-    """Warns once of mimic joints whose reaction PhysX applies to other links than their own."""
-    found = [mimic for mimic in soft_mimics(structure) if not _has_exact_reaction(structure, mimic)]
+def _check_tendons(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
+    """Warns once of mimic joints that a tendon couples inexactly."""
+    found = [mimic for mimic in soft_mimics(structure) if not _is_exact_mimic(structure, mimic)]
     if not found:
         return
     pairs = ", ".join(f"`{cut(mimic.joint)}` (source `{cut(mimic.source)}`)" for mimic in found[:_SHOWN_MIMICS])
     more = f" and {len(found) - _SHOWN_MIMICS} more" if len(found) > _SHOWN_MIMICS else ""
-    message = f"`{cut(name)}`: PhysX applies the reactions of {pairs}{more} to links that the joints do not touch"
-    hint = "drive these joints instead of `mimic`, or make the axes of joint, source and those between them parallel"
+    message = f"`{cut(name)}`: PhysX couples {pairs}{more} inexactly, because their axes differ in direction or kind"
+    hint = "remove `mimic`, and drive both joints"
     sink.report("SC578", message, found[0].origin or origin, hint=hint)
 
 
 _SHOWN_MIMICS = 3
 
 
-def _has_exact_reaction(structure: ArticulationStructure, mimic: Mimic) -> bool:
+def _is_exact_mimic(structure: ArticulationStructure, mimic: Mimic) -> bool:
     """Returns whether a soft tendon gives every joint of the articulation what virtual work has it.
 
-    PhysX acts back on the first link of the tendon, about the axis of the first joint. This is right if the axes have
-    one direction; also if this link cannot move, and those between source and joint are parallel.
+    PhysX acts back on the first link of the tendon, about the axis of the first joint, and measures speeds about this
+    axis. This is right if all turn about one direction; also if this link cannot move, all turn or all slide, and
+    those with joints between them are parallel.
     """
     path = tendon_links(structure, mimic)
     for link in (first for first in path[1:] if structure.links[first].parent == path[0]):
@@ -148,13 +149,11 @@ def _has_exact_reaction(structure: ArticulationStructure, mimic: Mimic) -> bool:
 
 
 def _is_exact_branch(structure: ArticulationStructure, branch: list[int], *, is_still: bool) -> bool:
-    if is_still and len(branch) == 2:
-        return True
     joints = [joint for number in branch if (joint := structure.links[number].joint) is not None]
     slides = [joint.type == "prismatic" for joint in joints]
     cosines = [_axis_cosine(above, below) for above, below in pairwise(joints)]
     if is_still:
-        return len(set(slides)) == 1 and all(abs(cosine) > _PARALLEL for cosine in cosines)
+        return len(set(slides)) == 1 and (len(branch) == 2 or all(abs(cosine) > _PARALLEL for cosine in cosines))
     return not any(slides) and all(cosine > _PARALLEL for cosine in cosines)
 
 
