@@ -85,6 +85,17 @@ def tendon_coefficients(
     return [ends.source if link == source else ends.joint if link == joint else 0.0 for link in links]
 
 
+def is_sibling_tendon(links: tuple[int, ...], structure: ArticulationStructure) -> bool:
+    """Whether both joints of a tendon over these links hang on the same link."""
+    return all(structure.links[number].parent == links[0] for number in links[1:])
+
+
+def soft_mimics(structure: ArticulationStructure) -> list[Mimic]:
+    """Mimics whose joints hang on different links: their tendons are made by `soft_tendon`."""
+    possible = [mimic for mimic in structure.mimics if why_no_tendon(structure, mimic) is None]
+    return [mimic for mimic in possible if not is_sibling_tendon(tendon_links(structure, mimic), structure)]
+
+
 def _links_between(structure: ArticulationStructure, source: int, joint: int) -> tuple[int, ...]:
     """The path from the nearest common ancestor to one link, then to the other."""
     above_source, above_joint = _ancestors(structure, source), _ancestors(structure, joint)
@@ -112,6 +123,9 @@ JointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
 it must count turns."""
 
 DriveMode = Literal["force", "acceleration"]
+
+UNLIMITED_VELOCITY = 1e6
+"""[rad/s, m/s] SAPIEN's default is 100."""
 
 MAX_LINKS = 255
 """Maximum for an articulation on the CPU. PhysX counts links in eight bits: 257 links have 0 degrees of freedom."""

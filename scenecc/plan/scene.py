@@ -79,6 +79,9 @@ class Physics:
     origin: Origin | None = field(default=None, compare=False)
 
 
+DEFAULT_TIMESTEP = 0.01
+"""SAPIEN's [s]."""
+
 SCENE_CONFIG_FIELDS = (
     "gravity",
     "bounce_threshold",

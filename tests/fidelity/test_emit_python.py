@@ -269,6 +269,47 @@ entities:
 """
 
 
+FINGERS = """
+scenecc: 1
+num_scenes: 2
+entities:
+  hand:
+    pose: [0, 0, 1]
+    solver_position_iterations: 14
+    root:
+      name: palm
+      shapes: [{type: box, half_size: [0.05, 0.05, 0.05]}]
+      children:
+        - name: upper
+          joint: {name: bend, type: revolute, axis: [0, 1, 0], armature: 0.001}
+          mass: {uniform: [0.1, 0.3]}
+          shapes: [{type: box, half_size: [0.1, 0.02, 0.02], pose: [0.1, 0, 0]}]
+          children:
+            - name: lower
+              joint:
+                {name: curl, type: revolute, axis: [0, 1, 0], origin: {p: [0.2, 0, 0]},
+                 mimic: {joint: bend, offset: 0.1}}
+              shapes: [{type: box, half_size: [0.1, 0.02, 0.02], pose: [0.1, 0, 0]}]
+              children:
+                - name: tip
+                  joint:
+                    {name: slide, type: prismatic, origin: {p: [0.2, 0, 0]}, limits: [-0.1, 0.1],
+                     mimic: {joint: bend, multiplier: {uniform: [0.05, 0.1]}}}
+                  shapes: [{type: box, half_size: [0.05, 0.01, 0.01]}]
+    qpos: {bend: 0.3}
+    drives: {bend: {stiffness: 20, damping: 1}}
+physics: {timestep: 0.004, solver_position_iterations: 12}
+"""
+
+
+def test_so_do_soft_tendons(tmp_path: Path) -> None:
+    plan = compile_scene(io.StringIO(FINGERS))
+    text = emit(plan, "python", Sink(), base=tmp_path)
+    assert text is not None
+    assert text.count("= soft_tendon(") == 2
+    assert_same(plan, tmp_path)
+
+
 def test_so_do_trees_of_links(tmp_path: Path) -> None:
     assert_same(compile_scene(io.StringIO(TREE)), tmp_path)
 

@@ -172,3 +172,26 @@ def test_constraints_hold_in_an_environment() -> None:
         loaded.scene.sub_scenes[0].step()
     assert panel.entity_pose.p[2] == pytest.approx(1, abs=1e-3)
     assert (panel.entity_pose.inv() * knob.pose).p == pytest.approx(apart, abs=2e-3)
+
+
+def test_a_finger_is_coupled_for_the_substeps_of_the_environment() -> None:
+    """ManiSkill's settings make the same tendon as a scene of its own with the same settings."""
+
+    def link(name: str, joint: dict[str, Any], children: list[Any]) -> dict[str, Any]:
+        shapes = [{"type": "box", "half_size": [0.1, 0.02, 0.02], "pose": [0.1, 0, 0]}]
+        full = {"type": "revolute", "axis": [0, 1, 0], "friction": 0, **joint}
+        return {"name": name, "joint": full, "shapes": shapes, "children": children}
+
+    tip = link("tip", {"name": "curl", "origin": {"p": [0.2, 0, 0]}, "mimic": {"joint": "bend"}}, [])
+    palm = {
+        "name": "palm",
+        "shapes": [{"type": "sphere", "radius": 0.02}],
+        "children": [link("upper", {"name": "bend"}, [tip])],
+    }
+    hand = {"fix_root_link": True, "root": palm, "drives": {"bend": {"stiffness": 50, "damping": 2}}}
+    scene = new_scene()
+    ours = scenecc.load_scene({"scenecc": 1, "entities": {"hand": hand}}, scene=scene)
+    iterations = ours.articulations["hand"]._objs[0].solver_position_iterations
+    physics = {"timestep": scene.timestep, "solver_position_iterations": iterations}
+    alone = scenecc.load_scene({"scenecc": 1, "physics": physics, "entities": {"hand": hand}}, render=False)
+    assert first_difference(trajectory(alone.scenes[0], STEPS), trajectory(scene.sub_scenes[0], STEPS)) is None

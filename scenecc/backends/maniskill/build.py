@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -157,6 +157,8 @@ def build_plan(plan: ScenePlan, scene: Any, sink: Sink, *, audit: bool) -> Loade
     # These settings are not part of the environment.
     with engine_settings(Physics(sdf=plan.physics.sdf)), collector_paused():
         drawn, every_scene = DrawnObjects(), tuple(range(plan.num_scenes))
+        # Tendons depend on the time step, which is the environment's.
+        built = replace(built, physics=replace(built.physics, timestep=scene.timestep))
         prepared_entities = prepare_entities(built, every_scene, sink, drawn, rendered=scene.can_render())
         if prepared_entities is None:
             return None

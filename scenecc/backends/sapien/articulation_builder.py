@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.builder import PreparedBody
-from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, engine_refusal, sapien
+from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, engine_refusal, physx, sapien
 from scenecc.backends.sapien.properties import (
     ARTICULATION_PROPERTIES,
     BODY_PROPERTIES,
@@ -37,7 +37,15 @@ from scenecc.backends.sapien.properties import (
     to_scalars,
     zip_columns,
 )
-from scenecc.plan.articulation import MAX_LINKS, TENDON_STIFFNESS, tendon_coefficients, tendon_links, tendon_pull
+from scenecc.plan.articulation import (
+    MAX_LINKS,
+    TENDON_STIFFNESS,
+    is_sibling_tendon,
+    tendon_coefficients,
+    tendon_links,
+    tendon_pull,
+)
+from scenecc.plan.tendons import soft_tendon
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -140,7 +148,7 @@ def _refuse_link_fields(body: BodyStructure) -> None:
 
 
 def _prepare_tendon(
-    structure: ArticulationStructure, mimic: Mimic, rows: NDArray[np.intp]
+    structure: ArticulationStructure, mimic: Mimic, rows: NDArray[np.intp], timestep: float
 ) -> Callable[[Any, list[Any], int], None]:
     try:
         over = tendon_links(structure, mimic)
@@ -149,15 +157,16 @@ def _prepare_tendon(
     numbers = np.broadcast_arrays(select_rows(mimic.multiplier, rows), select_rows(mimic.offset, rows))
     pulls = [tendon_pull(*pair) for pair in zip(*(column.tolist() for column in numbers), strict=True)]
     made = [(tendon_coefficients(structure, mimic, over, ends), ends.rest_length) for ends in pulls]
+    is_stiff = is_sibling_tendon(over, structure)
 
     def bind(articulation: Any, links: list[Any], row: int) -> None:
         coefficients, rest_length = row_item(made, row)
+        shares, stiffness = coefficients, TENDON_STIFFNESS
+        if not is_stiff:
+            temporal = physx.get_scene_config().enable_tgs
+            shares, stiffness = soft_tendon(links, list(over), coefficients, timestep, temporal=temporal)
         articulation.create_fixed_tendon(
-            [links[number] for number in over],
-            coefficients,
-            coefficients,
-            rest_length=rest_length,
-            stiffness=TENDON_STIFFNESS,
+            [links[number] for number in over], coefficients, shares, rest_length=rest_length, stiffness=stiffness
         )
 
     return bind
@@ -183,7 +192,7 @@ class BatchArticulationBuilder:
         self._links = [PreparedLink(link, entity, rows, resources, rendered=rendered) for link in structure.links]
         self._root_type = "fixed" if structure.fix_root_link else "undefined"
         self._poses = to_poses(select_rows(entity.pose, rows))
-        self._tendons = [_prepare_tendon(structure, mimic, rows) for mimic in structure.mimics]
+        self._tendons = [_prepare_tendon(structure, mimic, rows, resources.timestep) for mimic in structure.mimics]
         self._properties = split_setters(ARTICULATION_PROPERTIES.steps(structure, rows))
         self._velocities = split_setters(ROOT_PROPERTIES.steps(structure, rows))
         self._qpos: list[NDArray[np.float32]] | None = None
@@ -209,6 +218,8 @@ class BatchArticulationBuilder:
         entities[0].set_pose(row_item(self._poses, row))
         if self._tendons:
             articulation = links[0].get_articulation()
+            with self._report_refusal():
+                apply_setters(self._properties, articulation, row)  # tendons depend on the number of solver iterations
             for tendon in self._tendons:
                 tendon(articulation, links, row)
         return entities, links

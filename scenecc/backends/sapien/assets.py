@@ -45,6 +45,7 @@ from scenecc.geometry.ply import encode_parts
 from scenecc.interrupt import ask_module
 from scenecc.plan import MeshGeometry
 from scenecc.plan.material_counts import MATERIAL_LIMIT, drawn_combinations
+from scenecc.plan.scene import DEFAULT_TIMESTEP
 from scenecc.variation.node_bounds import BoundsAnalysis
 
 if TYPE_CHECKING:
@@ -371,6 +372,7 @@ class Resources:
 
     def __init__(self, plan: ScenePlan, drawn: DrawnObjects | None = None) -> None:
         self._plan = plan
+        self.timestep = float(np.float32(plan.physics.timestep or DEFAULT_TIMESTEP))
         self.drawn = DrawnObjects() if drawn is None else drawn
         default = plan.physics.default_material
         self._physical: dict[tuple[object, ...], Any] = {}

@@ -6,9 +6,11 @@ The script needs SAPIEN and not scenecc. A plan that no SAPIEN call can express 
 from __future__ import annotations
 
 import textwrap
+from inspect import getsource
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.diagnostic import Location
+from scenecc.emit.python.articulations import needs_soft_tendons
 from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES
 from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials, present_fields
 from scenecc.emit.python.entities import write_entity
@@ -19,6 +21,7 @@ from scenecc.plan import ArticulationStructure
 from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS, VELOCITY_FIELDS, tendon_links
 from scenecc.plan.body import rebase_file
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS, process_wide_settings
+from scenecc.plan.tendons import soft_tendon
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -169,8 +172,13 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
     settings = ProcessSettings(plan.physics)
     source = SourceWriter()
     _write_head(source, plan, is_bound=tables.files.is_bound)
-    _write_imports(source, tables.files, settings)
+    has_soft_tendons = any(needs_soft_tendons(structure) for entity in plan.entities for structure in entity.structures)
+    _write_imports(source, tables.files, settings, has_soft_tendons=has_soft_tendons)
     tables.files.write_head(source)
+    if has_soft_tendons:
+        source.line()
+        source.line()
+        source.lines(getsource(soft_tendon))
     settings.write(source)
     source.line()
     source.line()
@@ -234,15 +242,19 @@ def _scene_count_text(count: int) -> str:
     return "one scene" if count == 1 else f"{count} parallel scenes"
 
 
-def _write_imports(source: SourceWriter, files: ScriptFiles, settings: ProcessSettings) -> None:
+def _write_imports(
+    source: SourceWriter, files: ScriptFiles, settings: ProcessSettings, *, has_soft_tendons: bool
+) -> None:
     standard = [*files.imports(), *settings.imports()]
+    if has_soft_tendons:
+        standard = list(dict.fromkeys([*standard, "from typing import Any"]))
     for line in sorted(standard, key=lambda line: (line.startswith("from"), line)):
         source.line(line)
     if standard:
         source.line()
     if files.cut:
         source.line("import coacd")
-    if files.writes_meshes or files.computes:
+    if files.writes_meshes or files.computes or has_soft_tendons:
         source.line("import numpy as np")
     source.line("import sapien")
     if files.reads_meshes:

@@ -34,6 +34,8 @@ from scenecc.plan.articulation import (
     VELOCITY_FIELDS,
     breadth_first_order,
     friction_force,
+    is_sibling_tendon,
+    soft_mimics,
     tendon_coefficients,
     tendon_links,
     tendon_pull,
@@ -46,7 +48,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.emit.python.context import SceneValues, ScriptContext
-    from scenecc.plan import Entity, Joint, Link
+    from scenecc.plan import BodyStructure, Entity, Joint, Link
+
+
+def needs_soft_tendons(structure: BodyStructure | ArticulationStructure) -> bool:
+    """Whether a tendon depends on the masses of the links."""
+    return isinstance(structure, ArticulationStructure) and bool(soft_mimics(structure))
 
 
 def write_tendons(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
@@ -58,15 +65,24 @@ def write_tendons(source: SourceWriter, structure: ArticulationStructure, column
         coefficients = np.array([tendon_coefficients(structure, mimic, over, ends) for ends in pulls])
         shares = columns.of_block(coefficients, "coefficients", numbers_literal)
         rest = columns.of_block(np.array([ends.rest_length for ends in pulls]), "rest_length", numbers_literal)
-        source.comment(f"{mimic.joint} follows {mimic.source}: SAPIEN's own mimic joints invert it.")
+        recip, stiffness = shares, number_literal(TENDON_STIFFNESS)
+        if is_sibling_tendon(over, structure):
+            source.comment(f"{mimic.joint} follows {mimic.source}: SAPIEN's own mimic joints invert it.")
+        else:
+            source.comment(f"{mimic.joint} follows {mimic.source}: SAPIEN's own mimic joints act on the wrong links.")
+            source.statement(shares, assign="coefficients")
+            path, temporal = list_of([str(index) for index in over]), "physx.get_scene_config().enable_tgs"
+            soft = call("soft_tendon", "links", path, "coefficients", "scene.timestep", temporal=temporal)
+            source.statement(soft, assign="shares, stiffness")
+            shares, recip, stiffness = "coefficients", "shares", "stiffness"
         source.statement(
             call(
                 "articulation.create_fixed_tendon",
                 list_of([f"links[{index}]" for index in over]),
                 shares,
-                shares,
+                recip,
                 rest_length=rest,
-                stiffness=number_literal(TENDON_STIFFNESS),
+                stiffness=stiffness,
             )
         )
 
@@ -222,16 +238,22 @@ def write_articulation(robot: ArticulationScript) -> None:
     else:
         _write_builder(robot)
     source.statement(robot.name, assign="articulation.name")
-    if not any(map(needs_components, structure.bodies)):
-        _write_link_properties(robot)
-    write_properties(source, structure, ARTICULATION_PROPERTIES, columns, "articulation")
-    write_articulation_joints(source, structure, columns)
+    if not needs_soft_tendons(structure):
+        _write_properties(robot)
     for name in present_fields(structure, VELOCITY_FIELDS):
         source.statement(columns.value(getattr(structure, name), name), assign=f"articulation.root_{name}")
     write_positions(source, structure, columns)
     for link in robot.mounted_links:
         found = Group("articulation.find_link_by_name(", (string(link),), ").entity")
         MountTargets.write_link(source, robot.name, link, found)
+
+
+def _write_properties(robot: ArticulationScript) -> None:
+    """Writes the properties of links, articulation and joints that no builder takes."""
+    if not any(map(needs_components, robot.structure.bodies)):
+        _write_link_properties(robot)
+    write_properties(robot.source, robot.structure, ARTICULATION_PROPERTIES, robot.columns, "articulation")
+    write_articulation_joints(robot.source, robot.structure, robot.columns)
 
 
 def _write_builder(robot: ArticulationScript) -> None:
@@ -259,6 +281,8 @@ def _write_builder(robot: ArticulationScript) -> None:
 def _add_to_scene(robot: ArticulationScript) -> None:
     """Adds `entities` and their `links` to the scene, after the tendons: SAPIEN rejects tendons later."""
     robot.source.line("articulation = links[0].articulation")
+    if needs_soft_tendons(robot.structure):
+        _write_properties(robot)
     write_tendons(robot.source, robot.structure, robot.columns)
     with robot.source.block("for entity in entities:"):
         robot.source.line("scene.add_entity(entity)")

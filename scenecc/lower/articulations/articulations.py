@@ -34,8 +34,9 @@ from scenecc.lower.articulations.robots import RobotDrafter
 from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.references import PlanTables, RobotReader, RobotRequest
-from scenecc.plan.articulation import MAX_LINKS, ArticulationStructure, Link, Mimic
+from scenecc.plan.articulation import MAX_LINKS, UNLIMITED_VELOCITY, ArticulationStructure, Link, Mimic, soft_mimics
 from scenecc.plan.body import COLLISION_ID_BITS, AssetFile, BodyType, groups_collide
+from scenecc.plan.value import constant
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
@@ -517,7 +518,7 @@ class ArticulationLowerer:
         if bits:
             alike = origin.child("disable_self_collisions") if ignored else None
             _warn_ignored_pairs_collide(draft, [link.body for link in links], bits, alike, self._sink)
-        return ArticulationStructure(
+        structure = ArticulationStructure(
             links=tuple(links),
             fix_root_link=bool(draft.fixed),
             mimics=mimics,
@@ -525,6 +526,33 @@ class ArticulationLowerer:
             origin=origin,
             **self._solver_values(work, fixed=bool(draft.fixed)),
         )
+        return self._lift_velocity_limits(structure, draft, work) if structure.mimics else structure
+
+    def _lift_velocity_limits(
+        self, structure: ArticulationStructure, draft: ArticulationDraft, work: _ArticulationContext
+    ) -> ArticulationStructure:
+        """Lifts velocity limits from the joints of soft tendons, with a warning where the scene sets them.
+
+        PhysX clamps one joint after the other, within the solver's iterations. What it takes from the first then
+        differs from what the tendon gave it, so two light links diverge.
+        """
+        soft = {name for mimic in soft_mimics(structure) for name in (mimic.joint, mimic.source)}
+        links = list(structure.links)
+        for number, (link, own) in enumerate(zip(structure.links, draft.links, strict=True)):
+            joint = link.joint
+            if joint is None or own.joint is None or joint.name not in soft:
+                continue
+            written = nearest_override(work.layers("joints", joint.name, number, draft), "max_velocity")
+            from_file = draft.file is not None or own.file is not None
+            if written is not None or (not from_file and joint.max_velocity is not None):
+                place = own.joint.origin if written is None else written[1]
+                name = cut(joint.name)
+                message = f"PhysX limits the speed of `{name}` against the spring of a mimic joint, and may diverge"
+                hint = "remove `max_velocity`, or limit the force of the source's drive"
+                self._sink.report("SC579", message, place.child("max_velocity"), hint=hint)
+                continue
+            links[number] = replace(link, joint=replace(joint, max_velocity=constant(UNLIMITED_VELOCITY)))
+        return replace(structure, links=tuple(links))
 
     def _starts(
         self, draft: ArticulationDraft, joints: list[DraftJoint | None], work: _ArticulationContext
