@@ -132,6 +132,7 @@ VARIED: dict[str, dict[str, list[Any]]] = {
         "length": [1, 0.8],
         "radius": [0.01, 0.015],
         "density": [1000, 500],
+        "stiffness": [0, 1000],
         "bending": [0, 100],
         "drag": [0, 0.5],
         "color": [[0, 0, 1], [0, 1, 0]],
