@@ -29,8 +29,9 @@ def check_chains(plan: ScenePlan, sink: Sink) -> None:
     _check_connections(plan, dynamic, sink)
     graph: _Graph = {}
     for constraint in plan.constraints:
-        child, parent = constraint.child.entity, constraint.parent and constraint.parent.entity
-        if parent is not None and child in dynamic and parent in dynamic and _holds_position(constraint):
+        child = constraint.child.entity
+        parent = child if constraint.parent is None else constraint.parent.entity
+        if parent != child and child in dynamic and parent in dynamic and _holds_position(constraint):
             graph.setdefault(child, []).append((parent, constraint))
             graph.setdefault(parent, []).append((child, constraint))
     seen: set[str] = set()
@@ -96,11 +97,11 @@ def _check_length(
         name = constraint.parent.entity if name == constraint.child.entity else constraint.child.entity
         constraint = path[name]
     iterations = max(_iterations(body, plan) for body in bodies)
-    origin = (path[last] or next(filter(None, path.values()))).origin
-    if length > _BODIES_PER_ITERATION * iterations and origin is not None:
+    end = path[last]
+    if end is not None and end.origin is not None and length > _BODIES_PER_ITERATION * iterations:
         message = f"a chain of {length} bodies stretches and swings, because PhysX solves it with {iterations} iterations"
         hint = f"write `solver_position_iterations: {min(length, 255)}` on its bodies, or use `scenecc:rope`"
-        sink.report("SC582", message, origin, at="key", hint=hint)
+        sink.report("SC582", message, end.origin, at="key", hint=hint)
 
 
 def _iterations(entity: Entity, plan: ScenePlan) -> int:
