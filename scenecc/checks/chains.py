@@ -84,9 +84,7 @@ def _path_from(start: str, graph: _Graph) -> dict[str, Constraint | None]:
     return found
 
 
-def _check_length(
-    path: Mapping[str, Constraint | None], bodies: list[Entity], plan: ScenePlan, sink: Sink
-) -> None:
+def _check_length(path: Mapping[str, Constraint | None], bodies: list[Entity], plan: ScenePlan, sink: Sink) -> None:
     """Compares the longest chain with the iterations. `path`: reached from one of its ends."""
     *_, last = path
     length, name = 1, last
@@ -99,7 +97,7 @@ def _check_length(
     iterations = max(_iterations(body, plan) for body in bodies)
     end = path[last]
     if end is not None and end.origin is not None and length > _BODIES_PER_ITERATION * iterations:
-        message = f"a chain of {length} bodies stretches and swings, because PhysX solves it with {iterations} iterations"
+        message = f"a chain of {length} bodies stretches and swings: PhysX solves it in only {iterations} iterations"
         hint = f"write `solver_position_iterations: {min(length, 255)}` on its bodies, or use `scenecc:rope`"
         sink.report("SC582", message, end.origin, at="key", hint=hint)
 

@@ -225,9 +225,8 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
 def _check_optional_sections(plan: ScenePlan, sink: Sink) -> None:
     """Checks constraints, lights and cameras, whose rules are loaded only if there are any."""
     if plan.constraints:
-        from scenecc.checks.joints import check_constraints  # noqa: PLC0415 - as above
-
         from scenecc.checks.chains import check_chains  # noqa: PLC0415 - as above
+        from scenecc.checks.joints import check_constraints  # noqa: PLC0415 - as above
 
         check_constraints(plan, sink)
         check_chains(plan, sink)

@@ -119,7 +119,9 @@ def test_drawn_positions_are_those_of_the_build_after_a_reset() -> None:
     with load_scene(io.StringIO(f"{text}    qpos: {{slide: {{uniform: [0, 0.5]}}}}\n"), render=False) as batch:
 
         def drawers() -> list[float]:
-            return [float(scene.entities[0].components[0].collision_shapes[1].local_pose.p[0]) for scene in batch.scenes]
+            return [
+                float(scene.entities[0].components[0].collision_shapes[1].local_pose.p[0]) for scene in batch.scenes
+            ]
 
         before = drawers()
         assert len(set(before)) == 4

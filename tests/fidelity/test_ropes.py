@@ -72,7 +72,9 @@ def fastest(batch: Any, seconds: float) -> float:
     speed = 0.0
     for _ in range(round(seconds / batch.timestep)):
         batch.step()
-        speed = max(speed, *(np.linalg.norm(one.linear_velocity) for name, one in batch.entities.items() if "/" in name))
+        speed = max(
+            speed, *(np.linalg.norm(one.linear_velocity) for name, one in batch.entities.items() if "/" in name)
+        )
     return speed
 
 

@@ -468,9 +468,7 @@ class ArticulationLowerer:
             )
         return replace(body, body_type=body_type, **self._solver_values(work, fixed=False))
 
-    def _structure(
-        self, draft: ArticulationDraft, work: _ArticulationContext
-    ) -> BodyStructure | ArticulationStructure:
+    def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure | ArticulationStructure:
         """Lowers a robot: an articulation, or one body of all its links if the entity has a `body_type`."""
         made, body_type = self._articulation(draft, work), work.entity.body_type
         return made if body_type is None else fuse_links(made, body_type, work.fields, self._sink)

@@ -33,7 +33,9 @@ _UNUSED: dict[str, str] = {
         ),
         _STILL,
     ),
-    **dict.fromkeys(("disable_self_collisions", "sapien_bits"), "it is one body, whose shapes never collide with one another"),
+    **dict.fromkeys(
+        ("disable_self_collisions", "sapien_bits"), "it is one body, whose shapes never collide with one another"
+    ),
     "attach": "it is one body, but parts are links of an articulation",
 }
 """Keys of an articulation → why they have no effect if it is one body."""
@@ -122,4 +124,3 @@ def _is_same(a: Value | None, b: Value | None) -> bool:
     if a is None or b is None:
         return a is b
     return a is b or (a.is_constant and b.is_constant and a.numbers() == b.numbers())
-
