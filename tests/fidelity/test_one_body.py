@@ -119,9 +119,8 @@ def test_drawn_positions_are_those_of_the_build_after_a_reset() -> None:
     with load_scene(io.StringIO(f"{text}    qpos: {{slide: {{uniform: [0, 0.5]}}}}\n"), render=False) as batch:
 
         def drawers() -> list[float]:
-            return [
-                float(scene.entities[0].components[0].collision_shapes[1].local_pose.p[0]) for scene in batch.scenes
-            ]
+            components: list[Any] = [scene.entities[0].components[0] for scene in batch.scenes]
+            return [float(one.collision_shapes[1].local_pose.p[0]) for one in components]
 
         before = drawers()
         assert len(set(before)) == 4
