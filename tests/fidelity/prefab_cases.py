@@ -48,7 +48,7 @@ OURS: dict[str, dict[str, Any]] = {
 ALIKE: dict[str, dict[str, Any]] = {
     "table_workspace": {"visual": "boxes"},
     "random_clutter": {"target": "floor", "n": 4},
-    "rope": {"pieces": 5},
+    "rope": {"pieces": 3},
 }
 """What makes a prefab the same whatever packages are installed, and parameters without a default."""
 
