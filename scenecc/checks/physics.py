@@ -239,9 +239,11 @@ def _check_material_count(plan: ScenePlan, sink: Sink) -> None:
 def _check_optional_sections(plan: ScenePlan, sink: Sink) -> None:
     """Checks constraints, lights and cameras, whose rules are loaded only if there are any."""
     if plan.constraints:
+        from scenecc.checks.chains import check_chains  # noqa: PLC0415 - as above
         from scenecc.checks.joints import check_constraints  # noqa: PLC0415 - as above
 
         check_constraints(plan, sink)
+        check_chains(plan, sink)
     if plan.lights or plan.cameras:
         from scenecc.checks.render_objects import check_render_objects  # noqa: PLC0415 - as above
 

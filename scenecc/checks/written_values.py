@@ -285,7 +285,7 @@ def _check_half_turn(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> 
 def _check_density(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> None:
     """Reports a density beside a mass, which scales whatever the density gives."""
     given = next((key for key in ("mass", "inertial") if key in mapping), None)
-    if given is None or "com" in mapping:
+    if given is None or "inertia" in mapping:
         return
     material = mapping.get("material")
     physical = material.get("physical") if is_mapping(material) else None

@@ -48,6 +48,7 @@ OURS: dict[str, dict[str, Any]] = {
 ALIKE: dict[str, dict[str, Any]] = {
     "table_workspace": {"visual": "boxes"},
     "random_clutter": {"target": "floor", "n": 4},
+    "rope": {"pieces": 3},
 }
 """What makes a prefab the same whatever packages are installed, and parameters without a default."""
 
@@ -127,6 +128,15 @@ VARIED: dict[str, dict[str, list[Any]]] = {
         "color": [[0, 0, 1], [0, 1, 0]],
     },
     "stairs": {"rise": [0.15, 0.1], "run": [0.28, 0.3], "width": [1, 2], "color": [[0, 0, 1], [0, 1, 0]]},
+    "rope": {
+        "length": [1, 0.8],
+        "radius": [0.01, 0.015],
+        "density": [1000, 500],
+        "stiffness": [0, 1000],
+        "bending": [0, 100],
+        "drag": [0, 0.5],
+        "color": [[0, 0, 1], [0, 1, 0]],
+    },
     "random_clutter": {
         "length": [0.4, 1],
         "width": [0.4, 0.2],

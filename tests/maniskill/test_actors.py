@@ -49,7 +49,8 @@ def _one_of_each(scene: Any) -> None:
     ball = scene.create_actor_builder()
     ball.add_sphere_collision(radius=0.05, material=_rough())
     ball.initial_pose = _pose([0.01, 0, 0.6])
-    ball.build("ball")
+    (body,) = ball.build("ball")._bodies
+    body.set_cmass_local_pose(_pose([0.01, 0, -0.02]))
     pill = scene.create_actor_builder()
     pill.add_capsule_collision(_pose([0, 0, 0.01]), radius=0.02, half_length=0.05)
     pill.add_cylinder_collision(_pose([0, 0.1, 0]), radius=0.03, half_length=0.02, density=500)
@@ -68,7 +69,11 @@ ONE_OF_EACH = {
         "density": 200,
         "pose": {"p": [0, 0, 0.3], "q": [0.9238795325112867, 0, 0.3826834323650898, 0]},
     },
-    "ball": {"shapes": [{"type": "sphere", "radius": 0.05, "material": ROUGH}], "pose": [0.01, 0, 0.6]},
+    "ball": {
+        "shapes": [{"type": "sphere", "radius": 0.05, "material": ROUGH}],
+        "com": [0.01, 0, -0.02],
+        "pose": [0.01, 0, 0.6],
+    },
     "pill": {
         "shapes": [
             {"type": "capsule", "radius": 0.02, "half_length": 0.05, "pose": [0, 0, 0.01]},

@@ -47,6 +47,11 @@ built scene with the result of ManiSkill's own builder, name by name and to the 
 The table is from SAPIEN's tutorial "Create Actors"; the others are ours. All consist of boxes.""",
         ("table", "bin", "shelf", "stairs"),
     ),
+    "Ropes": (
+        """\
+A rope is a chain of capsules, which [how-to/recipes.md](../how-to/recipes.md#ropes) explains.""",
+        ("rope",),
+    ),
     "Clutter": (
         "This prefab differs from scene to scene without any distribution in your file.",
         ("random_clutter",),
@@ -75,7 +80,7 @@ entities:
 
 `scenecc prefabs` lists them. The entities of an instance are named INSTANCE/NAME: the cube above is the entity
 `cube/cube`. `prefix: ""` leaves the names unchanged. A body has the name of its prefab; the bodies of `random_clutter`
-are `object_0`, `object_1`, …
+are `object_0`, `object_1`, …, those of `rope` are `piece_0`, `piece_1`, …
 
 A parameter of type `number`, `vector` or `color` can be a form (`{uniform: …}`, `{choice: …}`, `{cycle: …}`, …). Each
 scene then has its own value, which is the same everywhere in the prefab. The other parameters determine the structure,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from scenecc.plan.properties import FLOAT32_MAX, property_fields
 from scenecc.variation.nodes import AffineClamp
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from scenecc.plan import ScenePlan, Value
 
 BOX = [{"type": "box", "half_size": [0.1, 0.1, 0.1]}]
@@ -359,3 +362,31 @@ def test_a_name_is_matched_with_a_pattern_once_however_many_copies_there_are() -
     for _ in range(10):
         assert matching.matches("j+", "j" * 1_000_000)
     assert not matching.exhausted
+
+
+def test_of_a_centre_of_mass_and_an_inertial_the_later_pattern_wins() -> None:
+    com, whole = {"com": [0.1, 0, 0]}, {"inertial": {"mass": 1, "inertia": [1, 1, 1]}}
+    moved = links(compile_scene(scene(links={".*": whole, "l0": com})))["l0"].body
+    assert rows(moved.com) == [[0.1, 0, 0]]
+    assert moved.inertial is not None
+    given = links(compile_scene(scene(links={".*": com, "l0": whole})))["l0"].body
+    assert given.com is None
+    assert given.inertial is not None
+
+
+def test_a_robot_of_one_body_may_have_another_file_in_each_scene(tmp_path: Path) -> None:
+    solid = "<collision><geometry><box size='1 1 1'/></geometry></collision>"
+    lone = f"<link name='a'>{solid}</link>"
+    joined = (
+        f"{lone}<link name='b'>{solid}</link><joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>"
+    )
+    for name, text in (("one", lone), ("two", joined)):
+        (tmp_path / f"{name}.urdf").write_text(f"<robot name='r'>{text}</robot>")
+    data: dict[str, Any] = {"urdf": {"cycle": ["one.urdf", "two.urdf"]}, "body_type": "static"}
+    file = tmp_path / "scene.yaml"
+    file.write_text(json.dumps({"scenecc": 1, "num_scenes": 2, "entities": {"a": data}}))
+    (entity,) = compile_scene(file).entities
+    assert [(type(one).__name__, len(one.bodies[0].collisions)) for one in entity.structures] == [
+        ("BodyStructure", 1),
+        ("BodyStructure", 2),
+    ]
