@@ -20,7 +20,7 @@ def shows_colors(data: bytes, suffix: str, colors: list[NDArray[np.uint8]]) -> b
     Args:
         data: content of the file, which was read without an error.
         suffix: of the file, in lower case.
-        colors: the colours (n, 4) in it, except of a COLLADA. White does not count: many exporters write it without need.
+        colors: the colours (n, 4) in it, except of a COLLADA. White does not count, since exporters often add it.
     """
     if suffix == ".dae":
         return _has_colored_primitive(data)

@@ -13,6 +13,7 @@ import numpy as np
 from scenecc.assets.errors import AssetError
 from scenecc.checks.boxes import local_box
 from scenecc.checks.physics import (
+    named_bodies,
     plan_origin,
     structure_origin,
 )
@@ -231,7 +232,15 @@ def _check_copies(plan: ScenePlan, sink: Sink) -> None:
 
 
 def _check_shape_copies(plan: ScenePlan, sink: Sink) -> None:
-    """Reports collision shapes that a body has twice in one place, or nearly so: their mass counts twice."""
+    """Reports collision shapes that a body has twice in one place, or nearly so: their mass counts twice.
+
+    Of a body of a robot's file, only equal shapes are reported, and only where masses come from the shapes.
+    """
+    for entity in plan.entities:
+        for structure in entity.structures:
+            for name, body, described in named_bodies(structure, entity.name):
+                if described and body.inertial is None and body.mass is None:
+                    _check_equal_shapes(name, body, structure_origin(body, entity, plan), sink)
     for name, body, origin, _ in scene_bodies(plan):
         seen: set[object] = set()
         boxes: list[Box] = []
@@ -248,6 +257,16 @@ def _check_shape_copies(plan: ScenePlan, sink: Sink) -> None:
                 hint = "`shapes` collide too: move one of them, or remove it"
                 sink.report("SC546", message, shape.origin or origin, hint=hint)
             seen.add(_solid(shape))
+
+
+def _check_equal_shapes(name: str, body: BodyStructure, origin: Origin, sink: Sink) -> None:
+    """Reports collision shapes of a robot's file that a body has twice in one place."""
+    seen: set[object] = set()
+    for shape in body.collisions:
+        if _solid(shape) in seen:
+            message = f"`{cut(name)}` has this collision shape twice in the same place, and its mass counts twice"
+            sink.report("SC546", message, shape.origin or origin, hint="remove one of the two, or give the mass")
+        seen.add(_solid(shape))
 
 
 def _own_box(shape: CollisionShape, plan: ScenePlan) -> Box | None:

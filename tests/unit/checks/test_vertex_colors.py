@@ -63,7 +63,8 @@ def test_colours_beside_a_material_are_not_reported(tmp_path: Path) -> None:
 
 def test_colours_of_faces_and_of_a_collada_are_reported(tmp_path: Path) -> None:
     header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-    header += "element face 4\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+    header += "element face 4\nproperty list uchar int vertex_indices\n"
+    header += "property uchar red\nproperty uchar green\nproperty uchar blue\n"
     faces = "".join(f"3 {face} 0 0 255\n" for face in ("0 2 1", "0 1 3", "0 3 2", "1 2 3"))
     (tmp_path / "faces.ply").write_text(f"{header}end_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n{faces}")
     (tmp_path / "red.dae").write_text(COLLADA.format(material=""))
