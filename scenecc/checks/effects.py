@@ -12,6 +12,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError
 from scenecc.checks.boxes import local_box
+from scenecc.checks.mass import DYNAMIC_TYPES
 from scenecc.checks.physics import (
     named_bodies,
     plan_origin,
@@ -194,6 +195,19 @@ def _check_collision_bits(plan: ScenePlan, sink: Sink) -> None:
             sink.report("SC544", message, origin.child("collision_bits"), at="key", hint=hint)
 
 
+def _check_weights(plan: ScenePlan, sink: Sink) -> None:
+    """Reports shapes that collide with nothing, beside others that do, and whose default density counts."""
+    for name, body, origin, _ in scene_bodies(plan):
+        if body.body_type not in DYNAMIC_TYPES or body.mass is not None or body.inertial is not None:
+            continue
+        idle = [groups is not None and not groups.data[:, :2].any() for groups in body.shape_groups()]
+        for shape, is_idle in zip(body.collisions, idle, strict=True):
+            if is_idle and shape.density is None and not all(idle):
+                message = f"this shape of `{cut(name)}` collides with nothing, but its density counts"
+                hint = "move it to `visuals`, or write its `density`: 0 for no mass"
+                sink.report("SC589", message, shape.origin or origin, hint=hint)
+
+
 def _collision_bits(bodies: Iterable[BodyStructure]) -> tuple[int, int]:
     """Returns the first two collision group integers, with the bits of all shapes combined."""
     first = second = 0
@@ -351,6 +365,7 @@ PLAN_RULES: Final[tuple[Callable[[ScenePlan, Sink], None], ...]] = (
     _check_drives,
     _check_locks,
     _check_collision_bits,
+    _check_weights,
     _check_copies,
     _check_shape_copies,
     _check_visible,

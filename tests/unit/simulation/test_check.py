@@ -67,6 +67,23 @@ def test_links_of_a_file_with_a_shape_twice_are_reported(tmp_path: Path) -> None
         assert [code for code in codes(check_scene(tmp_path / "s.yaml", settle=0)) if code == "SC546"] == expected
 
 
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [({}, ["SC589"]), ({"density": 0}, []), ({"density": 500}, []), ({"collision_bits": [0, 1, 0, 0]}, [])],
+)
+def test_a_shape_that_touches_nothing_has_no_mass_by_default(keys: dict[str, Any], expected: list[str]) -> None:
+    handle = {
+        "type": "box",
+        "half_size": [0.02, 0.01, 0.03],
+        "pose": [0.12, 0, 0],
+        "collision_bits": [0, 0, 0, 0],
+        **keys,
+    }
+    body = {"pose": [0, 0, 0.1], "shapes": [*BOX["shapes"], handle]}
+    assert codes(found({"a": body}, settle=0)) == expected
+    assert codes(found({"a": {**body, "mass": 1}}, settle=0)) == []
+
+
 @pytest.mark.parametrize("gap", [-0.0004, 0, 0.001])
 def test_touching_bodies_do_not_overlap(gap: float) -> None:
     assert found({"a": {"pose": [0, 0, 0.1 + gap], **BOX}}, settle=0) == []
