@@ -20,6 +20,7 @@ import numpy as np
 from scenecc.assets.errors import AssetError
 from scenecc.assets.images import check_image
 from scenecc.assets.measures import hull_parts, measure_hull, measure_triangles
+from scenecc.assets.mesh_colors import shows_colors
 from scenecc.assets.names import MeshNames, scan_names
 from scenecc.geometry.triangles import join_parts
 
@@ -77,8 +78,9 @@ def prepare() -> Answer:
                 return found, []
             buffers: dict[str, bytes] = dict(zip(header["buffers"] or (), parts[1:], strict=True))
             unused: list[Vertices] = []
+            colors: list[NDArray[np.uint8]] = []
             most = header["max_bytes"]
-            read = list(_read(libraries, parts[0], header["suffix"], buffers, TRIANGLES_RATIO * most, unused))
+            read = list(_read(libraries, parts[0], header["suffix"], buffers, TRIANGLES_RATIO * most, unused, colors))
             if header["wanted"] == "triangles":
                 return found, _arrays(read)
             if header["wanted"] in _HULLS:
@@ -87,6 +89,7 @@ def prepare() -> Answer:
                 return found | {"hulls": [asdict(measured(*hull)) for hull in hulls]}, []
             faults, unpacked = _check_images(names, most)
             found |= {"visual_faults": [[one.code, one.message, one.hint] for one in faults]}
+            found |= {"vertex_colors": shows_colors(parts[0], header["suffix"], colors)}
             found |= {"bytes": max(unpacked, _triangle_bytes(read) // TRIANGLES_RATIO)}
             return found | {"parts": [asdict(measure_triangles(*part)) for part in read]} | _total_measures(
                 read, unused
@@ -118,14 +121,23 @@ _UNHELPFUL_ERRORS = (ArithmeticError, AttributeError, LookupError, TypeError)
 
 
 def _read(
-    libraries: tuple[Any, Any], data: bytes, suffix: str, buffers: dict[str, bytes], most: float, unused: list[Vertices]
+    libraries: tuple[Any, Any],
+    data: bytes,
+    suffix: str,
+    buffers: dict[str, bytes],
+    most: float,
+    unused: list[Vertices],
+    colors: list[NDArray[np.uint8]],
 ) -> Iterator[Triangles]:
-    """Yields the parts that have triangles. Adds vertices without triangles to `unused`. Raises AssetError."""
+    """Yields the parts that have triangles. Raises AssetError.
+
+    Adds vertices without triangles to `unused`, and colours (n, 4) of vertices or faces to `colors`.
+    """
     trimesh, collada = libraries
     taken = 0
     try:
         for vertices, faces in (
-            _collada_parts(collada, data) if suffix == ".dae" else _parts(trimesh, data, suffix, buffers)
+            _collada_parts(collada, data) if suffix == ".dae" else _parts(trimesh, data, suffix, buffers, colors)
         ):
             if not len(faces):
                 continue
@@ -167,7 +179,9 @@ def _check_part(used: NDArray[np.int64], vertices: int, taken: int, most: float)
         raise AssetError("SC607", f"the triangles of the mesh take more than {most} bytes", hint)
 
 
-def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) -> Iterator[Triangles]:
+def _parts(
+    trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes], colors: list[NDArray[np.uint8]]
+) -> Iterator[Triangles]:
     options: dict[str, Any] = {"process": False, "skip_materials": True}
     data = _plain_text(data, suffix)
     if suffix == ".obj":
@@ -179,6 +193,8 @@ def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) ->
         mesh = scene.geometry[name]
         if isinstance(mesh, trimesh.Trimesh):
             vertices = np.asarray(mesh.vertices, np.float64)
+            if mesh.visual.kind in {"face", "vertex"}:
+                colors.append(np.asarray(getattr(mesh.visual, f"{mesh.visual.kind}_colors")))
             if not np.array_equal(place, np.eye(4)):
                 vertices = vertices @ place[:3, :3].T + place[:3, 3]
             # Primitives of one glTF mesh are children of its node.

@@ -53,6 +53,7 @@ class MeshRecord:
         whole: measures of all parts together. None: there are no triangles.
         unused: number of vertices without triangles.
         beyond: how far these are outside the bounding box [m].
+        vertex_colors: whether a part has colours at its vertices or faces, and no material.
     """
 
     key: str
@@ -62,6 +63,7 @@ class MeshRecord:
     whole: Measures | None
     unused: int
     beyond: float
+    vertex_colors: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +112,7 @@ def read_again(path: Path, digest: str | None) -> bytes:
 
 Header = dict[str, Any]
 
-_RECORDS: Final = ContentCache("meshes", 3, ("trimesh", "pycollada", "pillow"))
+_RECORDS: Final = ContentCache("meshes", 4, ("trimesh", "pycollada", "pillow"))
 """Increase the version if `names`, `images`, `measures` or `mesh_process` reject or measure something else."""
 
 
@@ -128,8 +130,9 @@ def read_mesh(content: MeshContent) -> MeshRecord:
     faults = tuple((code, message, hint) for code, message, hint in header["visual_faults"])
     whole = None if header["whole"] is None else _measures(header["whole"])
     return MeshRecord(
-        key, names, faults, tuple(map(_measures, header["parts"])), whole, header["unused"], header["beyond"]
-    )
+        key, names, faults, tuple(map(_measures, header["parts"])), whole, header["unused"], header["beyond"],
+        header["vertex_colors"],
+    )  # fmt: skip
 
 
 def read_triangles(content: MeshContent) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from scenecc.assets.meshes import MeshRecord
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
-    from scenecc.plan.body import AssetFile
+    from scenecc.plan.body import AssetFile, VisualShape
     from scenecc.plan.rendering import SkyMap
 
 
@@ -157,6 +157,7 @@ def check_assets(
     meshes: dict[int, dict[MeshUse, Origin]] = {}
     for index, use, origin in _list_meshes(plan):
         meshes.setdefault(index, {}).setdefault(use, origin)
+    bare = dict(reversed([*_list_bare_visuals(plan)]))
     textures: dict[int, dict[str, Origin]] = {}
     for index, slot, origin in _textures(plan):
         textures.setdefault(index, {}).setdefault(slot, origin)
@@ -170,6 +171,8 @@ def check_assets(
                 _check_texture(checker, asset.path)
                 _check_colors(checker, asset, textures[index])
         named = sorted(_check_mesh(checker, asset, by_use).items()) if by_use else []
+        if index in bare:
+            _check_vertex_colors(checker, asset, bare[index])
         if asset.path in checker.files.opened:
             digest, state = checker.files.opened[asset.path]
             names = tuple(
@@ -224,6 +227,43 @@ def _list_meshes(plan: ScenePlan) -> Iterator[tuple[int, MeshUse, Origin]]:
             if isinstance(geometry := shape.geometry, MeshGeometry):
                 for index in list_indices(geometry.file):
                     yield index, mesh_use(geometry), (shape.origin or structure.origin or top).child("file")
+
+
+def _list_bare_visuals(plan: ScenePlan) -> Iterator[tuple[int, Origin]]:
+    """Yields the meshes of visuals that get no colour from the scene or the robot's file, and where they are named."""
+    top = plan.origin or Origin(None)
+    for structure in (body for entity in plan.entities for body in entity.bodies):
+        for shape in structure.visuals:
+            if isinstance(geometry := shape.geometry, MeshGeometry):
+                origin = shape.origin or structure.origin or top
+                if shape.material is None or (_format(origin) == "mjcf" and _is_default_grey(plan, shape)):
+                    for index in list_indices(geometry.file):
+                        yield index, origin.child("file")
+
+
+def _format(origin: Origin) -> object:
+    """Returns the key of the scene that names a robot's file, for a shape in it."""
+    return None if origin.parent is None else origin.parent.path[-1]
+
+
+def _is_default_grey(plan: ScenePlan, shape: VisualShape) -> bool:
+    """Returns whether a shape of an MJCF has no material and MuJoCo's default `rgba`."""
+    assert shape.material is not None
+    material = plan.visual_materials[list_indices(shape.material)[0]]
+    color = material.base_color
+    return not any(material.textures()) and color is not None and [*color.numbers()] == [0.5, 0.5, 0.5, 1.0]
+
+
+def _check_vertex_colors(checker: _AssetChecker, asset: AssetFile, origin: Origin) -> None:
+    try:
+        colored = checker.files.mesh(asset).vertex_colors
+    except AssetError:
+        return  # it was reported
+    if colored:
+        message = f"{asset.uri} has colours at its vertices, which SAPIEN does not render: it is grey"
+        one = {"urdf": "a `<material>`", "mjcf": "an `rgba`"}.get(str(_format(origin)), "a `color`")
+        hint = f"give it {one}, or bake the colours to a texture"
+        checker.sink.report("SC587", message, origin, hint=hint)
 
 
 def _textures(plan: ScenePlan) -> Iterator[tuple[int, str, Origin]]:

@@ -12,7 +12,9 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError
 from scenecc.checks.boxes import local_box
+from scenecc.checks.mass import DYNAMIC_TYPES
 from scenecc.checks.physics import (
+    named_bodies,
     plan_origin,
     structure_origin,
 )
@@ -193,6 +195,19 @@ def _check_collision_bits(plan: ScenePlan, sink: Sink) -> None:
             sink.report("SC544", message, origin.child("collision_bits"), at="key", hint=hint)
 
 
+def _check_weights(plan: ScenePlan, sink: Sink) -> None:
+    """Reports shapes that collide with nothing, beside others that do, and whose default density counts."""
+    for name, body, origin, _ in scene_bodies(plan):
+        if body.body_type not in DYNAMIC_TYPES or body.mass is not None or body.inertial is not None:
+            continue
+        idle = [groups is not None and not groups.data[:, :2].any() for groups in body.shape_groups()]
+        for shape, is_idle in zip(body.collisions, idle, strict=True):
+            if is_idle and shape.density is None and not all(idle):
+                message = f"this shape of `{cut(name)}` collides with nothing, but its density counts"
+                hint = "move it to `visuals`, or write its `density`: 0 for no mass"
+                sink.report("SC589", message, shape.origin or origin, hint=hint)
+
+
 def _collision_bits(bodies: Iterable[BodyStructure]) -> tuple[int, int]:
     """Returns the first two collision group integers, with the bits of all shapes combined."""
     first = second = 0
@@ -231,7 +246,15 @@ def _check_copies(plan: ScenePlan, sink: Sink) -> None:
 
 
 def _check_shape_copies(plan: ScenePlan, sink: Sink) -> None:
-    """Reports collision shapes that a body has twice in one place, or nearly so: their mass counts twice."""
+    """Reports collision shapes that a body has twice in one place, or nearly so: their mass counts twice.
+
+    Of a body of a robot's file, only equal shapes are reported, and only where masses come from the shapes.
+    """
+    for entity in plan.entities:
+        for structure in entity.structures:
+            for name, body, described in named_bodies(structure, entity.name):
+                if described and body.inertial is None and body.mass is None:
+                    _check_equal_shapes(name, body, structure_origin(body, entity, plan), sink)
     for name, body, origin, _ in scene_bodies(plan):
         seen: set[object] = set()
         boxes: list[Box] = []
@@ -248,6 +271,16 @@ def _check_shape_copies(plan: ScenePlan, sink: Sink) -> None:
                 hint = "`shapes` collide too: move one of them, or remove it"
                 sink.report("SC546", message, shape.origin or origin, hint=hint)
             seen.add(_solid(shape))
+
+
+def _check_equal_shapes(name: str, body: BodyStructure, origin: Origin, sink: Sink) -> None:
+    """Reports collision shapes of a robot's file that a body has twice in one place."""
+    seen: set[object] = set()
+    for shape in body.collisions:
+        if _solid(shape) in seen:
+            message = f"`{cut(name)}` has this collision shape twice in the same place, and its mass counts twice"
+            sink.report("SC546", message, shape.origin or origin, hint="remove one of the two, or give the mass")
+        seen.add(_solid(shape))
 
 
 def _own_box(shape: CollisionShape, plan: ScenePlan) -> Box | None:
@@ -332,6 +365,7 @@ PLAN_RULES: Final[tuple[Callable[[ScenePlan, Sink], None], ...]] = (
     _check_drives,
     _check_locks,
     _check_collision_bits,
+    _check_weights,
     _check_copies,
     _check_shape_copies,
     _check_visible,

@@ -150,7 +150,10 @@ def _two_floors(floors: list[Floor]) -> Iterator[_Finding]:
         low, high = sorted((first.height, floor.height))
         where = f"{high - low:.3g} m apart" if high - low > 1e-6 else "at the same height"
         message = f"`{cut(floor.entity.name)}` is a second floor, beside `{cut(first.entity.name)}`, {where}"
-        yield "SC576", floor.entity, floor.origin, message, "remove one of the two: nothing reaches the lower one"
+        hint = "remove one of the two: nothing reaches the lower one"
+        if first.half is not None or floor.half is not None:
+            hint += "; a plane has no end, and `half_size` is the size of its visual only"
+        yield "SC576", floor.entity, floor.origin, message, hint
 
 
 def _flush_floors(floors: list[Floor], boxes: list[PlacedBox], plan: ScenePlan) -> Iterator[_Finding]:

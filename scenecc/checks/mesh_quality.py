@@ -6,6 +6,7 @@ convex hull, so a rule checks only the relevant uses. Robot files are not checke
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -41,6 +42,10 @@ SAME: Final = 0.03
 
 MOVED: Final = 0.1
 """Minimum distance of a visual from its collision shape, relative to their size."""
+
+TURNED: Final = 0.01
+"""Minimum distance of a visual's corners from those of its collision shape, of the same file and scale, relative to
+their size."""
 
 SCALED: Final = 1.4
 """Minimum ratio of a visual and its collision shape that is equal along all axes."""
@@ -234,23 +239,34 @@ _SAME_PLACE: Final = "check that both have the same `scale` and `pose`"
 def _misfit(structure: BodyStructure, solid: Box, seen: Box, row: int, plan: ScenePlan) -> str | None:
     """Returns how a visual differs from the collision shape that it shows; None if it is in the same place.
 
-    Compares one shape of the same file, or the boxes around all shapes if there is one visual or one collision shape.
+    Compares a visual and a collision shape of the same file, or the boxes around all shapes if there is one visual or
+    one collision shape.
     """
-    meshes = [
-        shape for shape in (*structure.collisions, *structure.visuals) if isinstance(shape.geometry, MeshGeometry)
-    ]
-    if len(structure.collisions) == len(structure.visuals) == 1 and len({_file(shape) for shape in meshes}) < len(
-        meshes
-    ):
-        one, other = (_corners(shape, row, plan) for shape in meshes)
+    pairs = list(_same_files(structure))
+    for pair in pairs:
+        one, other = (_corners(shape, row, plan) for shape in pair)
         size = float(np.linalg.norm(one[-1] - one[0]))
         ratio = float(np.linalg.norm(other[-1] - other[0])) / size
         if abs(ratio - 1) > SAME:
-            return f"{ratio:.3g} times as large as"
-        return "turned or moved against" if np.linalg.norm(one - other, axis=1).max() > MOVED / 2 * size else None
-    if min(len(structure.collisions), len(structure.visuals)) > 1:
+            if len(pairs) == len(structure.collisions) == len(structure.visuals) == 1:
+                return f"{ratio:.3g} times as large as"
+        elif np.linalg.norm(one - other, axis=1).max() > (TURNED if abs(ratio - 1) < 1e-6 else MOVED / 2) * size:
+            return "turned or moved against"
+    if pairs or min(len(structure.collisions), len(structure.visuals)) > 1:
         return None
     return _box_misfit(solid, seen)
+
+
+def _same_files(structure: BodyStructure) -> Iterator[tuple[CollisionShape, VisualShape]]:
+    """Yields the collision shape and the visual of each mesh that has one of both."""
+    solid, seen = (
+        [shape for shape in group if isinstance(shape.geometry, MeshGeometry)]
+        for group in (structure.collisions, structure.visuals)
+    )
+    uses = Counter(map(_file, solid)), Counter(map(_file, seen))
+    for one in solid:
+        if uses[0][_file(one)] == uses[1][_file(one)] == 1:
+            yield one, next(other for other in seen if _file(other) == _file(one))
 
 
 def _box_misfit(solid: Box, seen: Box) -> str | None:

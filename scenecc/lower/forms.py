@@ -44,6 +44,7 @@ from scenecc.variation.operations import expression_cost, form_cost
 
 if TYPE_CHECKING:
     from scenecc.lower.sampling import FieldScope
+    from scenecc.variation.node_bounds import BoundsAnalysis
 
 
 VARYING = SELECTORS | {DrawForm, RandomRotation, Shuffle, Vector, Template}
@@ -114,6 +115,11 @@ class VariationLowerer(Variation):
         """Gives its origin to a node that may have no value."""
         self.risky = True
         return replace(node, origin=origin)
+
+    @property
+    def analysis(self) -> BoundsAnalysis:
+        """The bounds analysis for the scenes of the object."""
+        return self._fields.analysis
 
     def item(self, given: Any, kind: FieldType, place: FieldPlace) -> Any:
         """Reads a value as an item: a node, or a plain row."""

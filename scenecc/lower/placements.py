@@ -19,7 +19,7 @@ from scenecc.placing.bodies import Part, UnsupportedShapeError, entity_parts, ma
 from scenecc.placing.place import Placer, PlacingError
 from scenecc.placing.regions import headings, rectangle_of
 from scenecc.placing.surfaces import area_of, footprint, upward_surfaces
-from scenecc.plan import ArticulationStructure, BodyStructure, Mount, Nearness, Placement, Value, literal
+from scenecc.plan import ArticulationStructure, BodyStructure, Mount, Nearness, NextTo, Placement, Value, literal
 from scenecc.plan.geometry import Box, Capsule, Cylinder, Plane, Primitive, Sphere
 from scenecc.spec.placing import TARGETS, TURNS
 from scenecc.spec.pose import ROTATIONS, PoseMapping
@@ -137,12 +137,19 @@ class PlacementLowerer:
             made = replace(made, at=fields.value(place.at, _POINT, owner, "place", "at", reset=True))
         elif place.region is not None:
             made = self._with_region(made, place.region, fields, owner)
+        elif place.next_to is not None:
+            made = self._with_neighbour(made, place, fields, origin)
         elif self._is_endless(target):
             self._sink.report(
                 "SC352", f"`{target}` is an infinite plane", origin.child(kind), hint="write `region` or `at`"
             )
+        if place.align is not None and place.next_to is None:
+            report_unused_key("align", "without `next_to`", origin, self._sink)
         made = self._with_axes(made, place, fields, owner)
-        return self._with_rotation(made, place, turn, fields, owner)
+        made = self._with_rotation(made, place, turn, fields, owner)
+        # All tries of a neighbour without drawn rotation are the same.
+        is_one = made.next_to is not None and (made.rotation is None or made.rotation.is_constant)
+        return replace(made, tries=1) if is_one else made
 
     def _mount(self, written: str, name: str, fields: FieldLowerer, place: Origin) -> Mount | None:
         scope = self._names.scopes.get(name, "")
@@ -215,6 +222,20 @@ class PlacementLowerer:
         if value.known and (value.data[:, 0] > value.data[:, 1]).any():
             self._sink.report("SC107", "the minimum height is above the maximum", origin.child("height"))
         return value
+
+    def _with_neighbour(self, made: Placement, place: Any, fields: FieldLowerer, origin: Origin) -> Placement:
+        where = origin.child("next_to", "of")
+        mount = self._mount(place.next_to.of, made.name, fields, where)
+        if mount is None:
+            return made
+        if not any(self._shapes(mount)):
+            message = f"nothing can be placed next to `{mount}`: it has no collision shape"
+            self._sink.report("SC359", message, where, hint=_COLLISIONS_HINT)
+        elif any(isinstance(shape.geometry, Plane) for shape in self._shapes(mount)):
+            message = f"nothing can be placed next to `{mount}`: it has a plane, which has no end"
+            self._sink.report("SC359", message, where, hint="`region` or `at` says where on a plane")
+        next_to = NextTo(mount, place.next_to.side, place.next_to.gap, place.align or "center")
+        return replace(made, next_to=next_to)
 
     def _with_region(self, made: Placement, region: Any, fields: FieldLowerer, owner: Origin) -> Placement:
         at: tuple[str, ...] = ("place", "region")
@@ -382,6 +403,8 @@ def _read_entities(one: Placement) -> Iterator[tuple[str, Origin]]:
         yield one.facing.entity, origin.child("facing")
     for near in one.near:
         yield near.entity, origin.child("near")
+    if one.next_to is not None:
+        yield one.next_to.mount.entity, origin.child("next_to", "of")
 
 
 _KNOWN = (Box, Sphere, Capsule, Cylinder, Plane)

@@ -40,6 +40,7 @@ from scenecc.variation.forms import (
     alternatives,
 )
 from scenecc.variation.nodes import NODE_TYPES, FromAxisAngle, FromMatrix, FromRpy, Looking, Normalized, Posed, Radians
+from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -50,6 +51,9 @@ if TYPE_CHECKING:
 
 _FIXED_LENGTH = 0.05
 """Largest deviation from length 1 of a quaternion that was only rounded: 0.7 for 0.7071 is 0.01 off."""
+
+_NEARLY_VERTICAL = math.tan(math.radians(5))
+"""Horizontal part of a view, relative to its vertical one, below which small changes turn its up direction far."""
 
 _TWO_TURNS = 4 * math.pi * (1 + 1e-6)
 """Two turns [rad]. Few angles are larger; below this, radians cannot be distinguished from degrees."""
@@ -390,7 +394,34 @@ def _rotation_node(pose: Any, form: str, p: Any, place: FieldPlace, variation: V
         case "axis_angle":
             return _axis_angle_node(given, place, variation, sink)
         case _:
-            return variation.risk(Looking(variation.item(given, POSITION, place), p), place.origin)
+            node = Looking(variation.item(given, POSITION, place), p)
+            if _may_be_vertical(node, variation):
+                message = "this view can come within a few degrees of straight up or down, where its up direction flips"
+                hint = "keep `p` and `look_at` apart sideways, or turn it by `rpy_deg`: [0, 90, 0] looks down"
+                sink.report("SC588", message, place.origin, hint=hint)
+            return variation.risk(node, place.origin)
+
+
+def _may_be_vertical(node: Looking, variation: VariationLowerer) -> bool:
+    """Returns whether a view of a continuous distribution can be within `_NEARLY_VERTICAL` of the vertical.
+
+    Independent components with bounds are checked over their whole range, expressions and normal distributions by
+    samples.
+    """
+    target, p = (variation.analysis.item(item) for item in (node.target, node.p))
+    if target.alternatives is not None and p.alternatives is not None:
+        return False
+    bounds = [*target.low, *target.high, *p.low, *p.high] if target.exact and p.exact else [math.inf]
+    if not all(map(math.isfinite, bounds)):
+        try:
+            ends = [variation.analysis.samples.item(item) for item in (node.target, node.p)]
+        except DrawError:
+            return False
+        return any(math.hypot(x, y) < _NEARLY_VERTICAL * abs(z) for x, y, z in (ends[0] - ends[1]).tolist())
+    low = [a - b for a, b in zip(target.low, p.high, strict=True)]
+    high = [a - b for a, b in zip(target.high, p.low, strict=True)]
+    across = math.hypot(*(max(least, -most, 0.0) for least, most in zip(low[:2], high[:2], strict=True)))
+    return across < _NEARLY_VERTICAL * max(abs(low[2]), abs(high[2]))
 
 
 def _quaternion_node(given: Any, place: FieldPlace, variation: VariationLowerer, sink: Sink) -> Any:

@@ -23,6 +23,7 @@ from scenecc.placing.regions import (
     points_in_regions,
     rectangle_of,
     turn_points,
+    unit_vectors,
 )
 from scenecc.placing.surfaces import SupportSurface, extent, highest_below, is_within, upward_surfaces
 from scenecc.plan.body import groups_collide
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
     from scenecc.geometry.rotation_arrays import Flags, Floats, Indices
     from scenecc.plan import Mount, ScenePlan, Value
-    from scenecc.plan.placement import Nearness, Placement
+    from scenecc.plan.placement import Nearness, NextTo, Placement
 
 
 _ROWS: Final = 4096
@@ -215,7 +216,8 @@ class Placer:
         return None
 
     def _distance(self, placement: Placement, other: Placement | None, name: str, link: str | None) -> float:
-        if name == placement.target.entity and placement.target.link in (None, link):
+        beside = () if placement.next_to is None else (placement.next_to.mount,)
+        if any(name == mount.entity and mount.link in (None, link) for mount in (placement.target, *beside)):
             return 0.0
         return max(placement.apart, 0.0 if other is None else other.apart)
 
@@ -271,7 +273,8 @@ class Trial:
         self._outline = None if placement.kind == "on" else footprint_polygons(self._target)
         frame = placer.pose_of(placement.target) if placement.frame is None else self._value(placement.frame)
         self._origin, self._heading = frame[:, :3], headings(frame[:, 3:])
-        self._rectangle = self._top_rectangle() if placement.at is placement.low is placement.center is None else None
+        where = (placement.at, placement.low, placement.center, placement.next_to)
+        self._rectangle = self._top_rectangle() if where == (None,) * 4 else None
         self._obstacles = [
             # Only its possible supports are often below it.
             _Obstacle(
@@ -401,13 +404,16 @@ class Trial:
     def _poses_at_height_zero(self, rows: Indices, batch: Batch) -> Floats:
         """Returns poses (M, 7) in the world at height 0."""
         placement, heading = self.placement, self._heading[rows]
-        point = points_in_regions(placement, self._rectangle, rows, batch, lambda v: self._value(v, rows, batch))
         pose: Any = np.zeros((len(rows), 7))
-        pose[:, :2] = self._origin[rows, :2] + turn_points(point, heading)
         axes = about_z(heading)
         pose[:, 3:] = axes
         if placement.rotation is not None:
             pose[:, 3:] = rotation_arrays.multiply_quaternions(axes, self._value(placement.rotation, rows, batch))
+        if placement.next_to is not None:
+            pose[:, :2] = self._points_next_to(placement.next_to, pose[:, 3:], rows)
+            return pose
+        point = points_in_regions(placement, self._rectangle, rows, batch, lambda v: self._value(v, rows, batch))
+        pose[:, :2] = self._origin[rows, :2] + turn_points(point, heading)
         towards: Floats | None = None
         if placement.facing is not None:
             towards = self._placer.pose_of(placement.facing)[rows, :2]
@@ -417,6 +423,22 @@ class Trial:
             away = towards - pose[:, :2]
             pose[:, 3:] = about_z(np.array([math.atan2(y, x) for x, y in away.tolist()]))
         return pose
+
+    def _points_next_to(self, next_to: NextTo, q: Floats, rows: Indices) -> Floats:
+        """Returns positions (M, 2) in the world beside an entity, for rotations (M, 4)."""
+        x = unit_vectors(self._heading[rows])
+        y = np.stack([-x[:, 1], x[:, 0]], axis=1)
+        out, along = {"front": (x, y), "back": (-x, y), "left": (y, x), "right": (-y, x)}[next_to.side]
+        out, along = (np.concatenate([one, np.zeros((len(rows), 1))], axis=1) for one in (out, along))
+        other = [part.taken(rows) for part in self._placer.target_parts(next_to.mount)]
+        turn, zero = matrices(q), np.zeros((len(rows), 3))
+        own = [part.taken(rows).moved(turn, zero) for part in self._parts]
+        # Rounding must not make touching boxes overlap.
+        away = extent(other, out) + max(next_to.gap, LIFT) + extent(own, -out)
+        # Lower and upper ends of the other box, relative to those of the own one.
+        low, high = extent(own, -along) - extent(other, -along), extent(other, along) - extent(own, along)
+        shift = {"min": low, "center": (low + high) / 2, "max": high}[next_to.align]
+        return (away[:, None] * out + shift[:, None] * along)[:, :2]
 
     def _heights(self, parts: list[Part], rows: Indices, batch: Batch) -> Floats:
         """Returns the height of the origin (M,) [m]; not finite if there is none. `parts`: at height 0."""

@@ -187,6 +187,8 @@ def _read_by(one: Placement) -> Iterator[str]:
     if one.facing is not None:
         yield one.facing.entity
     yield from (near.entity for near in one.near)
+    if one.next_to is not None:
+        yield one.next_to.mount.entity
     if one.frame is not None and one.frame.recipe is not None:
         yield from placements_read_by(one.frame.recipe)
 
@@ -199,7 +201,7 @@ def _may_support(under: Placement, one: Placement) -> bool:
 def _is_constant(one: Placement) -> bool:
     """Returns whether all tries of a placement are the same."""
     values = [getattr(one, name) for name in TRIED_FIELDS]
-    return one.at is not None and all(value is None or value.recipe is None for value in values)
+    return not one.at is one.next_to is None and all(value is None or value.recipe is None for value in values)
 
 
 def _closure(relation: Flags) -> Flags:

@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from scenecc.plan.geometry import VisualGeometry as VisualGeometry
     from scenecc.plan.geometry import VisualPlane as VisualPlane
     from scenecc.plan.placement import Nearness as Nearness
+    from scenecc.plan.placement import NextTo as NextTo
     from scenecc.plan.placement import Placement as Placement
     from scenecc.plan.rendering import AreaLight as AreaLight
     from scenecc.plan.rendering import Camera as Camera
@@ -102,7 +103,7 @@ _MODULES: Final = {
         "Box Capsule CoacdParams CollisionGeometry Cone ConvexMesh ConvexParts Cylinder Heightfield Mesh "
         "MeshGeometry Plane Ring Sphere TiledPlane TriangleMesh VisualGeometry VisualPlane"
     ),
-    "placement": "Nearness Placement",
+    "placement": "Nearness NextTo Placement",
     "rendering": (
         "AreaLight Camera CubeMap DirectionalLight Environment Intrinsic Light Orthographic Perspective "
         "PointLight Shadow SkyMap SpotLight TexturedLight"

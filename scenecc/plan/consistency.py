@@ -111,6 +111,7 @@ def _plan_faults(plan: ScenePlan) -> Iterator[Keys]:
     for index, one in enumerate(plan.placements):
         named = [one.target.entity, *one.entities, *one.carrying, *(near.entity for near in one.near)]
         named += [] if one.facing is None else [one.facing.entity]
+        named += [] if one.next_to is None else [one.next_to.mount.entity]
         if not entities.keys() >= {*named}:
             yield ("placements", index)
     draws = {name for name, _ in plan.draws}

@@ -32,6 +32,23 @@ class Nearness:
 
 
 @frozen
+class NextTo:
+    """A position beside an entity, by the bounding boxes of the collision shapes in the axes of the placement.
+
+    Attributes:
+        mount: the entity or link.
+        side: front is +x of the axes, left is +y.
+        gap: distance between the boxes [m].
+        align: which ends, or the centres, of the boxes have the same coordinate along the side.
+    """
+
+    mount: Mount
+    side: Literal["front", "back", "left", "right"]
+    gap: float = GAP
+    align: Literal["min", "center", "max"] = "center"
+
+
+@frozen
 class Placement:
     """A placement by trial. Its values are redrawn for every try.
 
@@ -52,6 +69,7 @@ class Placement:
         facing: the entity whose origin its +x points to, about z only.
         facing_point: (·, 2) a point that its +x points to, about z only [m].
         near: distances from others.
+        next_to: position beside an entity; it may touch it.
         apart: least distance from every other body [m].
         gap: between its lowest point and the surface [m].
         height: (·, 2) least and largest height above the target's top [m].
@@ -74,6 +92,7 @@ class Placement:
     facing: Mount | None = None
     facing_point: Value | None = None
     near: tuple[Nearness, ...] = ()
+    next_to: NextTo | None = None
     apart: float = APART
     gap: float = GAP
     height: Value | None = None

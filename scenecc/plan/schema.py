@@ -149,6 +149,7 @@ _BOUNDS: dict[str, dict[str, Bounds]] = {
     "CoacdParams": {"threshold": Bounds(0.01, 1), "max_convex_hull": Bounds(-1, 2**31 - 1)},
     "Camera": {"width": PIXEL_BOUNDS, "height": PIXEL_BOUNDS},
     "Nearness": {"least": NON_NEGATIVE, "most": NON_NEGATIVE},
+    "NextTo": {"gap": NON_NEGATIVE},
     "Placement": {"apart": NON_NEGATIVE, "gap": NON_NEGATIVE, "tries": Bounds(1, 10_000)},
     "Settled": {"seconds": Bounds(0, MAX_SECONDS), "within": NON_NEGATIVE, "angle": NON_NEGATIVE},
     "NoOverlap": {"deeper_than": NON_NEGATIVE},

@@ -382,7 +382,10 @@ def _parse_numbers(
     where = f"the `{attribute}` of <{element.tag}>"
     if len(words) != count:
         wanted = "one number" if count == 1 else f"{count} numbers separated by blanks"
-        findings.report("SC456", f"{where} must have {wanted}, and has {len(words)}", element.at(attribute))
+        # Other formats take one number for all axes.
+        repeats = len(words) == 1 and parse_number(words[0]) is not None
+        hint = f'write it {count} times: `{attribute}="{" ".join(words * count)}"`' if repeats else None
+        findings.report("SC456", f"{where} must have {wanted}, and has {len(words)}", element.at(attribute), hint=hint)
         return None
     values: list[float] = []
     for word in words:

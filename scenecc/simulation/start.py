@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.checks.physics import constrained_entities
-from scenecc.plan import BodyStructure
+from scenecc.plan import BodyStructure, Plane
 from scenecc.plan.body import groups_collide
 from scenecc.plan.constraint import Connection, Distance, Drive, Weld
 from scenecc.simulation.bodies import up_of
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien import SceneBatch
     from scenecc.backends.sapien.contacts import Contacts
-    from scenecc.plan import Constraint, ScenePlan
+    from scenecc.plan import Constraint, Entity, ScenePlan
     from scenecc.simulation.bodies import MovingBody
     from scenecc.simulation.expect import OverlapRules
 
@@ -54,6 +54,7 @@ def overlaps(contacts: Contacts, plan: ScenePlan, rules: OverlapRules) -> Iterat
     """
     articulations = articulation_names(plan)
     fixed = fixed_bodies(plan)
+    planes = {entity.name for entity in plan.entities if _has_plane(entity)}
     deep = np.flatnonzero(contacts.separation < -rules.least)
     deepest: dict[tuple[int, str, str], tuple[float, str, str]] = {}
     for number in deep.tolist():
@@ -71,9 +72,17 @@ def overlaps(contacts: Contacts, plan: ScenePlan, rules: OverlapRules) -> Iterat
     for (scene, *names), (depth, a, b) in deepest.items():
         by = f"by {length_text(depth)} at the start"
         if owner(a, articulations) == owner(b, articulations):
-            yield Finding("SC851", tuple(names), scene, depth, f"the links `{a}` and `{b}` overlap {by}")
+            hint = "if intended, set `collision_bits` of `links`, or add a pair with `Default` to the SRDF, where `Adjacent`"
+            hint += " and `Never` have no effect"
+            yield Finding("SC851", tuple(names), scene, depth, f"the links `{a}` and `{b}` overlap {by}", hint)
         else:
-            yield Finding("SC850", tuple(names), scene, depth, f"`{a}` and `{b}` overlap {by}")
+            plane = next((one for one in (b, a) if one in planes), None)
+            hint = None if plane is None else f"the plane of `{plane}` has no end, and all below it is solid"
+            yield Finding("SC850", tuple(names), scene, depth, f"`{a}` and `{b}` overlap {by}", hint)
+
+
+def _has_plane(entity: Entity) -> bool:
+    return any(isinstance(shape.geometry, Plane) for body in entity.bodies for shape in body.collisions)
 
 
 def articulation_names(plan: ScenePlan) -> set[str]:

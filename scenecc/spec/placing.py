@@ -1,6 +1,6 @@
 """Placement of an entity: the keys of `place`. Imported on first use."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, Strict, Tag
 
@@ -50,6 +50,16 @@ TARGETS = ("on", "inside", "above")
 TURNS = ("yaw", "yaw_deg", "facing", "q", "rpy", "rpy_deg", "axis_angle")
 
 
+class NextToSpec(SpecModel):
+    """Puts an entity next to another by their bounding boxes, without a draw."""
+
+    of: Fixed[EntityName] = Field(description="ENTITY or ENTITY/LINK.")
+    side: Fixed[Literal["front", "back", "left", "right"]] = Field(
+        description="Its side: `front` is +x of the axes, `back` -x, `left` +y, `right` -y."
+    )
+    gap: Fixed[NonNegative] = Field(default=GAP, description="Distance between the two bounding boxes [m].")
+
+
 class PlaceSpec(SpecModel):
     """Places an entity by random tries so that it overlaps nothing."""
 
@@ -61,6 +71,14 @@ class PlaceSpec(SpecModel):
         "Region of its origin: two corners, a disk or the name of a frame with a region [m]. Default: the top.",
         examples=[[[-0.3, -0.2], [0.3, 0.2]], {"center": [0, 0], "radius": 0.2}],
         excludes=("at",),
+    )
+    next_to: Maybe[NextToSpec] = key(
+        "Position of its origin: beside another entity.",
+        examples=[{"of": "box_1", "side": "left", "gap": 0.02}],
+        excludes=("at", "region", "facing"),
+    )
+    align: Maybe[Fixed[Literal["min", "center", "max"]]] = key(
+        "With `next_to`: which ends of the two bounding boxes, along the side, are level. Default: center."
     )
     relative_to: Maybe[Fixed[EntityName]] = key(
         "Object whose axes are used, rotated only by its heading. Default: the target."

@@ -31,6 +31,7 @@ from scenecc.plan import (
     Mimic,
     Mount,
     Nearness,
+    NextTo,
     NoOverlap,
     Placement,
     Reading,
@@ -210,6 +211,8 @@ def _held(draw: st.DrawFn, cls: type, name: str, entities: tuple[Entity, ...], s
         near = Nearness(names[-1], draw(_floats(NON_NEGATIVE)), draw(_floats(NON_NEGATIVE)))
         mounts = {"target": Mount(names[0]), "members": (Mount(names[-1]),), "carriers": (Mount(names[0]),)}
         mounts |= {"near": (near,) if scope.full else (), "facing": Mount(names[0]) if scope.full else None}
+        gap = draw(_floats(NON_NEGATIVE))
+        mounts |= {"next_to": NextTo(Mount(names[0]), "left", gap, "max") if scope.full else None}
     for key in () if cls is Placement else ("child", "parent") if cls is Constraint else ("mount",):
         within = [entity for entity in entities if {*idxs} & {*entity.scene_idxs} and _grips(entity)]
         needed = key == "child"

@@ -397,6 +397,7 @@ class ArticulationLowerer:
         kinds = {work.entity.body_type is None and robots[0][0].body_type is None for robots in drafts}
         if len(kinds) > 1 or any(len(robots) > 1 or robots[0][0].pose != IDENTITY_POSE for robots in drafts):
             message = "if files differ from scene to scene, each must contain one articulation, or each one body"
+            message += f"; {_misfit_of(drafts)}"
             hint = "declare the robots of such a file as separate entities"
             self._sink.report("SC327", message, origin, hint=hint)
             return []
@@ -691,3 +692,15 @@ def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Ori
     common = links[first].ignore_bits & links[second].ignore_bits
     bit = (common & -common).bit_length() - 1
     return draft.ignored.get(bit, links[second].origin)
+
+
+def _misfit_of(drafts: list[list[tuple[DescribedRobot, ArticulationDraft]]]) -> str:
+    """Returns which of several files cannot be one entity with the others, and why."""
+    for robots in drafts:
+        robot, file = robots[0][0], cut(robots[0][0].links[0].location.file or "")
+        if len(robots) > 1:
+            return f"`{file}` contains {len(robots)}"
+        if robot.pose != IDENTITY_POSE:
+            return f"`{file}` gives its root a pose"
+    body = next(robots[0][0] for robots in drafts if robots[0][0].body_type is not None)
+    return f"`{cut(body.links[0].location.file or '')}` contains one body"

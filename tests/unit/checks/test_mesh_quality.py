@@ -112,7 +112,9 @@ def test_visuals_away_from_collision_are_reported_in_each_scene(tmp_path: Path) 
         ("[0.3, 0, 0]", ["SC441"]),
         ("{per_scene: [[0, 0, 0], [0, 0, 1]]}", ["SC441"]),
         ("[0.1, 0, 0]", ["SC441"]),
-        ("[0.01, 0, 0]", []),
+        ("[0.01, 0, 0]", ["SC441"]),
+        ("{rpy_deg: [0, 0, 180]}", ["SC441"]),
+        ("[0.001, 0, 0]", []),
     ):
         box().export(tmp_path / "mesh.ply")
         scenes = 2 if "per_scene" in pose else 1
@@ -121,6 +123,17 @@ def test_visuals_away_from_collision_are_reported_in_each_scene(tmp_path: Path) 
         diagnostics = check_scene(tmp_path / "scene.yaml", settle=0)
         assert [d.code for d in diagnostics] == expected
         assert all((d.line, d.column) == (4, 3) for d in diagnostics)
+
+
+def test_the_visual_of_a_mesh_is_compared_beside_other_shapes(tmp_path: Path) -> None:
+    for scale, codes in (("1", ["SC441"]), ("0.5", [])):
+        box().export(tmp_path / "mesh.ply")
+        mesh = f"{{type: mesh, file: mesh.ply, pose: [0.02, 0, 0], scale: [{scale}, {scale}, {scale}]}}"
+        ball = "{type: sphere, radius: 0.05}"
+        shapes = f"collisions: [{{type: convex_mesh, file: mesh.ply}}, {ball}], visuals: [{ball}, {mesh}]"
+        text = f"scenecc: 1\nentities:\n  thing: {{body_type: static, {shapes}}}\n"
+        (tmp_path / "scene.yaml").write_text(text, encoding="utf-8")
+        assert [one.code for one in check_scene(tmp_path / "scene.yaml", settle=0)] == codes
 
 
 def test_loose_vertices_count_as_in_the_engine(tmp_path: Path) -> None:

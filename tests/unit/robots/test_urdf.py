@@ -449,3 +449,13 @@ def test_a_file_of_another_format_is_reported_with_the_right_key(tmp_path: Path,
     sink = Sink()
     assert read_urdf(ResolvedFile(file, file.name), scope=AssetScope(tmp_path), sink=sink) is None
     assert [(d.code, d.hint) for d in sink.diagnostics()] == [("SC453", hint)]
+
+
+def test_one_number_for_all_axes_is_written_three_times(tmp_path: Path) -> None:
+    file = tmp_path / "r.urdf"
+    for size, hint in (("0.2", 'write it 3 times: `size="0.2 0.2 0.2"`'), ("1,2,3", None)):
+        box = f'<visual><geometry><box size="{size}"/></geometry></visual>'
+        file.write_text(f'<robot name="r"><link name="a">{box}</link></robot>')
+        sink = Sink()
+        assert read_urdf(ResolvedFile(file, file.name), scope=AssetScope(tmp_path), sink=sink) is None
+        assert [(d.code, d.hint) for d in sink.diagnostics()] == [("SC456", hint)]

@@ -50,6 +50,40 @@ def test_an_overlap_is_reported_with_its_depth(shape: dict[str, Any], depth: flo
     assert [related.message for related in one.related] == ["`b` is here"]
 
 
+def test_an_overlap_with_a_plane_says_that_it_has_no_end() -> None:
+    (one,) = found({"a": {"pose": [3, 0, -1], **BOX}}, settle=0)
+    assert one.code == "SC850"
+    assert one.hint.startswith("the plane of `ground` has no end, and all below it is solid")
+
+
+def test_links_of_a_file_with_a_shape_twice_are_reported(tmp_path: Path) -> None:
+    part = "<collision><geometry><sphere radius='0.1'/></geometry></collision>"
+    joint = "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>"
+    inertial = "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"
+    for given, expected in (("", ["SC546"]), (inertial, [])):
+        links = f"<link name='a'>{part}</link><link name='b'>{given}{part}{part}</link>"
+        (tmp_path / "r.urdf").write_text(f"<robot name='r'>{links}{joint}</robot>")
+        (tmp_path / "s.yaml").write_text("scenecc: 1\nentities: {r: {urdf: r.urdf}}\n")
+        assert [code for code in codes(check_scene(tmp_path / "s.yaml", settle=0)) if code == "SC546"] == expected
+
+
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [({}, ["SC589"]), ({"density": 0}, []), ({"density": 500}, []), ({"collision_bits": [0, 1, 0, 0]}, [])],
+)
+def test_a_shape_that_touches_nothing_has_no_mass_by_default(keys: dict[str, Any], expected: list[str]) -> None:
+    handle = {
+        "type": "box",
+        "half_size": [0.02, 0.01, 0.03],
+        "pose": [0.12, 0, 0],
+        "collision_bits": [0, 0, 0, 0],
+        **keys,
+    }
+    body = {"pose": [0, 0, 0.1], "shapes": [*BOX["shapes"], handle]}
+    assert codes(found({"a": body}, settle=0)) == expected
+    assert codes(found({"a": {**body, "mass": 1}}, settle=0)) == []
+
+
 @pytest.mark.parametrize("gap", [-0.0004, 0, 0.001])
 def test_touching_bodies_do_not_overlap(gap: float) -> None:
     assert found({"a": {"pose": [0, 0, 0.1 + gap], **BOX}}, settle=0) == []

@@ -182,7 +182,9 @@ def test_a_range_is_refused_with_what_can_be_written(folder: Path) -> None:
 def test_files_of_several_robots_have_no_alternatives(folder: Path) -> None:
     free = '<joint name="f" type="floating"><parent link="a"/><child link="b"/></joint>'
     (folder / "three.urdf").write_text(f'<robot name="r"><link name="a"/><link name="b"/>{free}</robot>')
-    assert ("SC327", "entities.r.urdf") in places(folder, "urdf: three.urdf, scale: {cycle: [1, 2]}")
+    (fault,) = found(folder, "urdf: three.urdf, scale: {cycle: [1, 2]}")
+    assert (fault.code, fault.path) == ("SC327", "entities.r.urdf")
+    assert fault.message.endswith("three.urdf` contains 2")
 
 
 def test_they_share_the_number_by_which_their_links_ignore_one_another(folder: Path) -> None:
