@@ -12,6 +12,7 @@ from plugins.trajectory import first_difference, trajectory
 import scenecc
 from scenecc.decompiler.reading import LiveObject, read_scene
 from scenecc.decompiler.verify import differences
+from scenecc.maniskill import load_into
 
 STEPS = 200
 
@@ -172,3 +173,24 @@ def test_constraints_hold_in_an_environment() -> None:
         loaded.scene.sub_scenes[0].step()
     assert panel.entity_pose.p[2] == pytest.approx(1, abs=1e-3)
     assert (panel.entity_pose.inv() * knob.pose).p == pytest.approx(apart, abs=2e-3)
+
+
+def test_a_joint_rests_beyond_a_turn_and_another_has_a_friction_force() -> None:
+    inertial = {"mass": 1, "inertia": [0.02, 0.02, 0.02]}
+    joints = [{"name": "far", "type": "continuous"}, {"name": "rough", "type": "prismatic", "friction_force": 5}]
+    children = [{"name": joint["name"], "inertial": inertial, "joint": joint | {"axis": "z"}} for joint in joints]
+    entity = {
+        "fix_root_link": True,
+        "gravity": False,
+        "root": {"name": "base", "inertial": inertial, "children": children},
+        "drives": {"far": {"stiffness": 20, "damping": 2, "target": 7}},
+    }
+    scene = new_scene()
+    load_into(scene, {"scenecc": 1, "entities": {"rig": entity}})
+    rig = scene.articulations["rig"]._objs[0]
+    names = [joint.name.rpartition("_")[2] for joint in rig.active_joints]
+    for _ in range(STEPS):
+        rig.qf = np.where(np.array(names) == "rough", 4.9, 0.0).astype(np.float32)
+        scene.sub_scenes[0].step()
+    found = dict(zip(names, rig.qpos.tolist(), strict=True))
+    assert found == {"far": pytest.approx(7, abs=0.01), "rough": pytest.approx(0, abs=1e-5)}
