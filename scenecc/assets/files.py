@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
@@ -15,7 +16,15 @@ import numpy as np
 from scenecc.assets.content_cache import ContentCache
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.images import ImageSize, check_image
-from scenecc.assets.meshes import MESH_SUFFIXES, MeshContent, MeshRecord, read_mesh, read_parts, read_triangles
+from scenecc.assets.meshes import (
+    MESH_SUFFIXES,
+    MeshContent,
+    MeshRecord,
+    read_hulls,
+    read_mesh,
+    read_parts,
+    read_triangles,
+)
 from scenecc.files import open_regular, state_of
 from scenecc.geometry.rotations import MAX_COORDINATE
 
@@ -151,6 +160,15 @@ class AssetFiles:
     def hull_parts(self, asset: AssetFile) -> tuple[Measures, ...]:
         """Returns measures of the convex parts that SAPIEN makes from a mesh. Raises AssetError."""
         return read_parts(self._mesh_content(asset))
+
+    def hull_volume(self, asset: AssetFile, *, parts: bool) -> float:
+        """Returns the volume of a mesh's convex hull, or of all its convex parts [m³]. Raises AssetError."""
+        return sum(hull.hull_volume or 0.0 for hull in read_hulls(self._mesh_content(asset), parts=parts))
+
+    def box_volume(self, asset: AssetFile) -> float:
+        """Returns the volume of a mesh's bounding box [m³]. Raises AssetError."""
+        whole = check_measures(self.mesh(asset))
+        return math.prod(high - low for low, high in zip(whole.low, whole.high, strict=True))
 
     def _mesh_content(self, asset: AssetFile) -> MeshContent:
         suffix = Path(asset.path).suffix.lower()

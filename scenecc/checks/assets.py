@@ -20,6 +20,7 @@ from scenecc.assets.images import IMAGE_SUFFIXES
 from scenecc.assets.mesh_uses import MeshUse, mesh_use
 from scenecc.assets.names import check_count, material_images
 from scenecc.assets.obj_materials import fallback_materials
+from scenecc.checks.mesh_mass import check_mesh_mass
 from scenecc.checks.mesh_rules import check_mesh_use
 from scenecc.checks.value_queries import list_indices, rows
 from scenecc.diagnostics.diagnostic import Origin
@@ -186,6 +187,7 @@ def check_assets(
         count = f" (and {len(others)} other{'s' if len(others) > 1 else ''} like it)" if others else ""
         sink.report("SC488", message + count, origin)
     if not sink.failed:
+        check_mesh_mass(plan, checker.files, sink)
         _check_environment_map(plan, checker.files, sink)
     return tuple(files)
 

@@ -182,8 +182,9 @@ def friction_force(joint: Joint) -> Value | None:
     gives Coulomb friction: up to the limit it holds the joint, and beyond it opposes the motion with the limit.
     """
     damping = joint.damping
-    is_brake = joint.stiffness is None and damping is not None and damping.is_constant
-    return joint.force_limit if is_brake and damping.numbers() == (BRAKE_DAMPING,) else None
+    if joint.stiffness is not None or damping is None or not damping.is_constant:
+        return None
+    return joint.force_limit if damping.numbers() == (BRAKE_DAMPING,) else None
 
 
 @frozen

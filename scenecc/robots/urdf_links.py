@@ -235,7 +235,9 @@ def read_inertial(
         kept = f"; with `repair: [inertia]` in the scene, the link keeps its {mass:.4g} kg" if mass else ""
         findings.report(
             "SC475",
-            f"the {'inertia' if mass else 'mass'} is 0, so SAPIEN ignores the whole <inertial>",
+            f"the inertia is 0, so SAPIEN ignores the whole <inertial>, with its mass of {mass:.4g} kg"
+            if mass
+            else "the mass is 0, so SAPIEN ignores the whole <inertial>",
             element.location,
             hint=f"mass and inertia are computed from the shapes and their densities{kept}",
         )

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien import SceneBatch
     from scenecc.backends.sapien.contacts import Contacts
-    from scenecc.plan import Entity
+    from scenecc.plan import Entity, Link
     from scenecc.simulation.bodies import MovingBody
 
     Positions = list[tuple[str, int, Any, NDArray[np.float64]]]
@@ -74,11 +74,13 @@ def _weak_drives(batch: SceneBatch, entity: Entity, row: int, index: int) -> Ite
         if joint is None or joint.type == "fixed" or joint.stiffness is None or joint.name in coupled:
             continue
         engine: Any = links[number].joint
+        below = sorted(carried[number])
         if not engine.stiffness:
+            weight = float(weights[below].sum() * np.linalg.norm(pull))
+            yield from _slow_drive(entity.name, link, engine, weight, index)
             continue
         frame = links[number].entity_pose * engine.pose_in_child
         axis = frame.to_transformation_matrix()[:3, 0].astype(np.float64)
-        below = sorted(carried[number])
         forces = weights[below, None] * pull
         if joint.type != "prismatic":
             forces = np.cross(centres[below] - frame.p, forces)
@@ -91,6 +93,24 @@ def _weak_drives(batch: SceneBatch, entity: Entity, row: int, index: int) -> Ite
                 f"{load:.3g} {unit}, but its force limit is {limit:.3g} {unit}",
                 "raise `force_limit`, or write `gravity: false` for the links",
             )  # fmt: skip
+
+
+def _slow_drive(entity: str, link: Link, joint: Any, weight: float, index: int) -> Iterator[Finding]:
+    """Yields a drive by speed whose joint friction takes half of the speed or more.
+
+    PhysX's friction is a ratio of the load: it takes `friction` · weight from the force damping · (target - speed),
+    also for a joint that turns. `weight`: of the links that the joint carries [N].
+    """
+    target, damping = abs(float(np.ravel(joint.drive_velocity_target)[0])), float(joint.damping)
+    friction = float(joint.friction) * weight
+    if target and damping and 2 * friction > damping * target:
+        speed = max(0.0, target - friction / damping)
+        yield Finding(
+            "SC581", (f"{entity}/{link.name}",), index, friction,
+            f"the friction {float(joint.friction):.3g} of joint `{joint.name}` of `{entity}` slows its drive from "
+            f"{target:.3g} to about {speed:.2g}",
+            f"write `joints: {{{joint.name}: {{friction: 0}}}}`, or raise the `damping` of the drive",
+        )  # fmt: skip
 
 
 def uneven_scenes(moving: list[MovingBody]) -> set[int]:

@@ -69,6 +69,7 @@ KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("joint_velocities", "init_qvel"), ("qvel",)),
     "wxyz": ("q",),
     **dict.fromkeys(("friction", "mu", "mu1", "lateral_friction"), ("static_friction",)),
+    **dict.fromkeys(("frictionloss", "friction_loss", "coulomb_friction", "dry_friction"), ("friction_force",)),
     **dict.fromkeys(("linvel", "lin_vel", "velocity"), ("linear_velocity",)),
     **dict.fromkeys(("angvel", "ang_vel"), ("angular_velocity",)),
     **dict.fromkeys(("dt", "time_step", "sim_dt"), ("timestep",)),

@@ -155,7 +155,7 @@ def test_a_mesh_below_a_milligram_is_refused(tmp_path: Path) -> None:
     scene = tmp_path / "light.yaml"
     light = "{shapes: [{type: convex_mesh, file: wedge.obj, scale: 0.0005}]}"
     scene.write_text(f"scenecc: 1\nentities:\n  speck: {light}\n")
-    with pytest.raises(SceneError, match=r"asks for 5\..*e-10") as caught:
+    with pytest.raises(SceneError, match="`speck` weighs 5e-10 kg") as caught:
         load_scene(scene, render=False)
     assert [told.code for told in caught.value.diagnostics] == ["SC511"]
 
@@ -166,6 +166,6 @@ def test_a_mesh_below_a_milligram_by_density_is_refused_despite_its_mass(tmp_pat
     scene = tmp_path / "light.yaml"
     light = "{mass: 1, shapes: [{type: convex_mesh, file: wedge.obj, scale: 0.0005}]}"
     scene.write_text(f"scenecc: 1\nentities:\n  speck: {light}\n")
-    with pytest.raises(SceneError, match=r"mass by density = 5\..*e-10") as caught:
+    with pytest.raises(SceneError, match="`speck` weighs 5e-10 kg") as caught:
         load_scene(scene, render=False)
     assert [told.code for told in caught.value.diagnostics] == ["SC511"]

@@ -12,6 +12,7 @@ from plugins.trajectory import first_difference, trajectory
 import scenecc
 from scenecc.decompiler.reading import LiveObject, read_scene
 from scenecc.decompiler.verify import differences
+from scenecc.maniskill import load_into
 
 STEPS = 200
 
@@ -195,3 +196,22 @@ def test_a_finger_is_coupled_for_the_substeps_of_the_environment() -> None:
     physics = {"timestep": scene.timestep, "solver_position_iterations": iterations}
     alone = scenecc.load_scene({"scenecc": 1, "physics": physics, "entities": {"hand": hand}}, render=False)
     assert first_difference(trajectory(alone.scenes[0], STEPS), trajectory(scene.sub_scenes[0], STEPS)) is None
+def test_a_joint_rests_beyond_a_turn_and_another_has_a_friction_force() -> None:
+    inertial = {"mass": 1, "inertia": [0.02, 0.02, 0.02]}
+    joints = [{"name": "far", "type": "continuous"}, {"name": "rough", "type": "prismatic", "friction_force": 5}]
+    children = [{"name": joint["name"], "inertial": inertial, "joint": joint | {"axis": "z"}} for joint in joints]
+    entity = {
+        "fix_root_link": True,
+        "gravity": False,
+        "root": {"name": "base", "inertial": inertial, "children": children},
+        "drives": {"far": {"stiffness": 20, "damping": 2, "target": 7}},
+    }
+    scene = new_scene()
+    load_into(scene, {"scenecc": 1, "entities": {"rig": entity}})
+    rig = scene.articulations["rig"]._objs[0]
+    names = [joint.name.rpartition("_")[2] for joint in rig.active_joints]
+    for _ in range(STEPS):
+        rig.qf = np.where(np.array(names) == "rough", 4.9, 0.0).astype(np.float32)
+        scene.sub_scenes[0].step()
+    found = dict(zip(names, rig.qpos.tolist(), strict=True))
+    assert found == {"far": pytest.approx(7, abs=0.01), "rough": pytest.approx(0, abs=1e-5)}

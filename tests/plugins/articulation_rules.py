@@ -132,12 +132,14 @@ def _one_joint(joint: Node, random: Random) -> None:
     """A joint is placed in URDF's way or in SAPIEN's, and has no key that does nothing on one of its type."""
     keep_one(joint, random, ("origin", "axis"), ("pose_in_parent", "pose_in_child"))
     keep_one(joint, random, ("limits",), ("limits_deg",))
+    keep_one(joint, random, ("damping",), ("friction_force",))
     for key in ("limits", "limits_deg"):
         if key in joint:
             joint[key] = ascending(joint[key], random)
     match joint["type"]:
         case "fixed":
-            drop(joint, "friction", "damping", "armature", "max_velocity", "axis", "limits", "limits_deg", "mimic")
+            drop(joint, "friction", "friction_force", "damping", "armature", "max_velocity", "axis", "limits", "mimic")
+            drop(joint, "limits_deg")
         case "continuous":
             drop(joint, "limits", "limits_deg")
         case "prismatic":

@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, Vec3
 from scenecc.names import UniqueNames
+from scenecc.plan.properties import FLOAT32_MIN
 from scenecc.robots.description import (
     DescribedInertial,
     DescribedJoint,
@@ -185,7 +186,7 @@ class MjcfModelReader:
             inertial = self._light_inertial(draft)
         else:
             com = (*model["body_ipos"][draft.body].tolist(), *model["body_iquat"][draft.body].tolist())
-            inertial = DescribedInertial(mass, com, tuple(model["body_inertia"][draft.body].tolist()), place)
+            inertial = DescribedInertial(mass, com, self._moments(draft.body, mass), place)
         disable_gravity = bool(model["body_gravcomp"][draft.body] == 1)
         if not draft.is_body:
             return DescribedLink(
@@ -202,6 +203,18 @@ class MjcfModelReader:
         if partly:
             message = f"`gravcomp` other than 0 and 1 is not built (there are {len(partly)})"
             self._report.leave_out("gravcomp", message, self._model.location("body", partly[0]))
+
+    def _moments(self, body: int, mass: float) -> Vec3:
+        """Returns the principal moments of a body. Moments of 0, which MuJoCo allows on a welded body, become small."""
+        x, y, z = moments = self._model["body_inertia"][body].tolist()
+        if min(moments) >= FLOAT32_MIN:
+            return (x, y, z)
+        small = min([ball_moment(mass), *(moment for moment in moments if moment >= FLOAT32_MIN)])
+        x, y, z = (max(moment, small) for moment in moments)
+        place = self._model.location("body", body)
+        message = f"a moment of inertia of `{cut(self._model.body_name(body))}` is 0: {small:.3g} kg·m² is built"
+        self._report.of(place).report("SC580", message, place, hint="PhysX cannot represent a moment of 0")
+        return (x, y, z)
 
     def _light_inertial(self, draft: _Draft) -> DescribedInertial | None:
         """Returns a small inertial for a link without mass; None for a fixed root, where it has no effect."""

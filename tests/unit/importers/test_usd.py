@@ -774,3 +774,16 @@ def test_combine_modes_are_reported_where_contacts_differ(tmp_path: Path, text: 
     found = read(tmp_path, text.replace("FIXED", joint("PhysicsFixedJoint", "body_a", "body_b")))
     assert kinds(found) == (["contact-materials"] if words else [])
     assert words in "".join(loss.message for loss in found.losses)
+@pytest.mark.parametrize("name", ["physxJointAxis:angular:dynamicFrictionEffort", "mjc:frictionloss"])
+@pytest.mark.parametrize("is_driven", [False, True])
+def test_a_friction_force_of_a_joint(tmp_path: Path, name: str, is_driven: bool) -> None:
+    """A torque is g·cm²/s²."""
+    drive = "float drive:angular:physics:stiffness = 5\n" if is_driven else ""
+    made = joint("PhysicsRevoluteJoint", "a", "b", f"{MIDDLE}float {name} = 3\n{drive}")
+    if is_driven:
+        made = made.replace('"joint"', '"joint" (prepend apiSchemas = ["PhysicsDriveAPI:angular"])')
+    found = read(tmp_path, bodies("a", "b") + made, head='metersPerUnit = 0.01\nkilogramsPerUnit = 0.001\nupAxis = "Z"')
+    (robot,) = entities(found).values()
+    (keys,) = robot["joints"].values()
+    assert keys.get("friction_force") == (None if is_driven else pytest.approx(3e-7))
+    assert ("joint-friction" in kinds(found)) == is_driven

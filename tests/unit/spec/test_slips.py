@@ -164,6 +164,7 @@ SLIPS = {
     "joint mimic str": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: z, limits: [-1,1], mimic: k}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC103", "write `mimic: {joint: k}`"),
     "drive scalar": Slip("entities:\n  r:\n    urdf: a.urdf\n    drives: {stiffness: 100, damping: 10}\n", "SC103", 'name them first: `drives: {".*": {stiffness: …}}`'),
     "kp": Slip("entities:\n  r:\n    urdf: a.urdf\n    drives: {j: {kp: 100, kd: 10}}\n", "SC101", "did you mean `stiffness`?"),
+    "frictionloss": Slip("entities:\n  r:\n    urdf: a.urdf\n    joints: {j: {frictionloss: 1}}\n", "SC101", "did you mean `friction_force`?"),
     "drive type": Slip("entities:\n  r:\n    urdf: a.urdf\n    drives: {j: {stiffness: 100, drive_mode: force}}\n", "SC101", "did you mean `mode`?"),
     "robot kp": Slip("entities:\n  r:\n    urdf: a.urdf\n    kp: 100\n", "SC101", "set it on drives: `drives: {JOINT: {stiffness: …, damping: …}}`"),
     "robot controller": Slip("entities:\n  r:\n    urdf: a.urdf\n    controller: pd_joint_pos\n", "SC101", 'a scene has drives, not controllers: `drives: {".*": {stiffness: …, damping: …}}`'),
