@@ -90,17 +90,25 @@ class AssetNames:
         output: the scene file to write, absolute.
         scope: scope of the imported file, with that file's folder as root.
         companions: file → files that it refers to, which are copied with it.
+        passed: file → highest folder in a reference to it, whose tree is kept.
 
     Attributes:
         copies: path relative to the output's folder → content.
     """
 
-    def __init__(self, output: Path, scope: AssetScope, companions: Mapping[Path, tuple[Path, ...]]) -> None:
+    def __init__(
+        self,
+        output: Path,
+        scope: AssetScope,
+        companions: Mapping[Path, tuple[Path, ...]],
+        passed: Mapping[Path, Path],
+    ) -> None:
         self.copies: dict[str, bytes] = {}
         self._folder = output.parent.resolve()
         self._copied = assets_of(output).name
         self._scope = scope
         self._companions = companions
+        self._passed = passed
         self._made: dict[str, str] = {}
         self._originals: dict[str, Path | None] = {}
 
@@ -134,8 +142,9 @@ class AssetNames:
         """Copies a file and those that it refers to, in their folders, so that relative references stay valid."""
         files = (path, *self._companions.get(path, ()))
         root = (self._scope.root or Path.cwd()).resolve()
-        if not all(each.is_relative_to(root) for each in files):
-            root = Path(os.path.commonpath([each.parent for each in files]))
+        passed = [each.parent if each == path else self._passed.get(each, each.parent) for each in files]
+        if not all(each.is_relative_to(root) for each in passed):
+            root = Path(os.path.commonpath(passed))
         inner = {each: each.relative_to(root).as_posix() for each in files}
         folder, count = self._copied, 1
         # Files of two folders may have equal names.

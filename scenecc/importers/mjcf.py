@@ -11,7 +11,7 @@ import numpy as np
 
 from scenecc.geometry.rotations import Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss, ReferencePose
-from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose
+from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose, starts_at_limits
 from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import ReadModel, read_model
@@ -110,7 +110,7 @@ class _Importer:
             "scenecc": 1,
             "name": self._name,
             "physics": {"timestep": plain_number(header["option"]["timestep"]), "gravity": plain_numbers(gravity)},
-            "entities": {self._name: {"mjcf": self._asset, **self._keyframe()}},
+            "entities": {self._name: {"mjcf": self._asset, **(self._keyframe() or starts_at_limits(self._robots))}},
         }
         if self._constraints:
             names = Names()

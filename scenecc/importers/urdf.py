@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.importers.imported_scene import REPAIRED, Asset, ImportContext, ImportedScene, Loss
-from scenecc.importers.numbers import Names
+from scenecc.importers.numbers import Names, starts_at_limits
 from scenecc.robots.urdf import read_urdf as read_robots
 
 if TYPE_CHECKING:
@@ -33,7 +33,8 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
     entities: dict[str, Any] = {}
     bodies: dict[str, str] = {}
     name = Names().new(path.stem)
-    entities[name] = {"urdf": Asset(path.name, found.path), **({"repair": repair} if repair else {})}
+    repaired = {"repair": repair} if repair else {}
+    entities[name] = {"urdf": Asset(path.name, found.path), **repaired, **starts_at_limits(described.robots)}
     for robot in described.robots:
         entity = name if len(described.robots) == 1 else f"{name}/{robot.links[0].name}"
         bodies |= {f"{entity}/{link.name}": link.name for link in robot.links}

@@ -10,6 +10,7 @@ with the losses allowed that its hints name. Files that the judge does not read 
 from __future__ import annotations
 
 import argparse
+import functools
 import importlib
 import json
 import re
@@ -29,7 +30,7 @@ SECONDS, MEMORY = 150, 24 * 2**30
 """Limits of one file."""
 
 PART = "part of another file"
-TOLERANCE = 1e-3
+TOLERANCE, LEAST_MASS = 1e-3, 1.1e-6
 
 
 def files_in(folder: Path, kind: str) -> list[Path]:
@@ -105,6 +106,18 @@ def _step(batch: Any) -> None:
         assert np.isfinite(held.objs[0].qpos).all(), "NaN in qpos after 10 steps"
 
 
+def lacking(file: Path, root: Path) -> str | None:
+    """Returns a mesh of a URDF that is nowhere in its corpus; None if it has all."""
+    names = re.findall(r'<mesh[^>]*filename="([^"]+)"', file.read_text(errors="replace"))
+    here = _names_in(root)
+    return next((name for name in names if name.rpartition("/")[2] not in here), None)
+
+
+@functools.cache
+def _names_in(root: Path) -> frozenset[str]:
+    return frozenset(path.name for path in root.rglob("*"))
+
+
 def judge_urdf(file: Path, root: Path, header: dict[str, Any], held: dict[str, Any]) -> str:
     """Returns "right" or why the file is not built as pinocchio has it."""
     import scenecc
@@ -112,16 +125,24 @@ def judge_urdf(file: Path, root: Path, header: dict[str, Any], held: dict[str, A
     read = _ask_pinocchio(file, {}, header["pinocchio"], held)
     if "error" in read:
         return f"{PART}: {read['error']}"[:300]
-    entity: dict[str, Any] = {"urdf": str(file)}
-    if header["repair"]:
-        entity["repair"] = header["repair"].split(",")
-    try:
-        batch = scenecc.load_scene({"scenecc": 1, "entities": {"robot": entity}}, render=False, asset_roots=[root])
-    except scenecc.SceneError as error:
-        return refusal(error)
+    if (name := lacking(file, root)) is not None:
+        return f"{PART}: the corpus lacks {name}"
+    entity: dict[str, Any] = {"urdf": str(file), "repair": []}
+    while True:
+        try:
+            scene = {"scenecc": 1, "entities": {"robot": entity}}
+            batch = scenecc.load_scene(scene, render=False, asset_roots=[root])
+            break
+        except scenecc.SceneError as error:
+            hints = [re.search(r"repair: \[(\w+)\]", one.hint or "") for one in error.diagnostics]
+            hinted = {found[1] for found in hints if found} - {*entity["repair"]}
+            if not hinted:
+                return refusal(error)
+            entity["repair"] += sorted(hinted)
+    repaired = f" (with repair: {', '.join(entity['repair'])})" if entity["repair"] else ""
     with batch:
         if not batch.articulations:
-            return "right"
+            return "right" + repaired
         robot: Any = batch.articulations["robot"].objs[0]
         rng, positions = np.random.default_rng(0), dict[str, float]()
         for joint in robot.active_joints:
@@ -129,9 +150,13 @@ def judge_urdf(file: Path, root: Path, header: dict[str, Any], held: dict[str, A
             positions[joint.name] = float(rng.uniform(low, high))
         robot.qpos = np.array(list(positions.values()))
         wanted = _ask_pinocchio(file, positions, header["pinocchio"], held)
-        _assert_urdf(robot, wanted)
+        try:
+            _assert_urdf(robot, wanted)
+        except AssertionError as error:
+            codes = sorted({one.code for one in scenecc.validate(scene, asset_roots=[root])})
+            raise AssertionError(f"{error}; findings: {codes}{repaired}") from None
         _step(batch)
-    return "right"
+    return "right" + repaired
 
 
 def _ask_pinocchio(file: Path, positions: dict[str, float], python: str, held: dict[str, Any]) -> dict[str, Any]:
@@ -164,10 +189,11 @@ def _assert_urdf(robot: Any, wanted: dict[str, Any]) -> None:
                     f"limits of {name}: {low}, {high}, not {joint['limits']}"
                 )
         mass, com, inertia = _moved_together([links[link] for link in joint["links"]])
-        assert abs(mass - joint["mass"]) < TOLERANCE * joint["mass"] + 1e-9, (
+        # A link without mass gets little.
+        assert abs(mass - joint["mass"]) < TOLERANCE * joint["mass"] + LEAST_MASS, (
             f"mass of {joint['links'][:3]}: {mass:.6g}, not {joint['mass']:.6g}"
         )
-        if mass < 1e-9:
+        if mass < 2 * LEAST_MASS:
             continue
         off = float(np.linalg.norm(com - joint["com"]))
         assert off < TOLERANCE * size, f"centre of mass of {joint['links'][:3]} is {off:.3g} m off"
@@ -195,6 +221,7 @@ def _moved_together(links: list[Any]) -> tuple[float, Any, Any]:
 def judge_import(file: Path, root: Path, header: dict[str, Any], held: dict[str, Any]) -> str:
     """Returns "right" if the file is imported with its masses, after hints were followed."""
     import scenecc
+    from plugins.mujoco_judge import moving_bodies
 
     mujoco = importlib.import_module("mujoco")
     try:
@@ -203,25 +230,26 @@ def judge_import(file: Path, root: Path, header: dict[str, Any], held: dict[str,
         return f"{PART}: {error}"[:300]
     if not model.ngeom and not model.njnt:
         return f"{PART}: nothing in it"
-    allowed = list[str]()
+    allowed, roots = list[str](), list[Path]()
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(8):
             try:
-                roots = [root] if header["roots"] else []
                 made = scenecc.import_scene(file, Path(folder, "out/scene.yaml"), allow=allowed, asset_roots=roots)
                 break
             except scenecc.SceneError as error:
                 kinds = [found[1] for one in error.diagnostics if (found := re.search(r"--allow (\S+)", one.hint or ""))]
-                if not kinds:
+                if not roots and any("--asset-root" in (one.hint or "") for one in error.diagnostics):
+                    roots = [root]
+                elif not kinds:
                     return refusal(error)
                 allowed += kinds
         else:
             return "refused: the hints lead nowhere"
         found = made.certificate
-        moving = np.flatnonzero(model.body_weldid != 0)
+        moving = [*moving_bodies(model)]
         assert found.position < 1e-4 and found.relative_mass < 1e-3, f"{found.lines()}"
         assert found.masses >= sum(model.body_mass[moving] > 0), f"only {found.masses} of {len(moving)} masses"
-        left = [one for one in scenecc.validate(Path(folder, "out/scene.yaml")) if one.severity != "error"]
+        left = [one for one in scenecc.validate(Path(folder, "out/scene.yaml"), asset_roots=roots) if one.severity != "error"]
         later = Counter(one.code for one in left)
         return "right" + (f" (later findings: {dict(later)})" if later else "")
 
@@ -233,8 +261,6 @@ def main() -> None:
     parser.add_argument("--kind", default="mjcf", choices=["mjcf", "urdf", "import"])
     parser.add_argument("--out", type=Path)
     parser.add_argument("--pinocchio", default=sys.executable)
-    parser.add_argument("--repair", default="")
-    parser.add_argument("--roots", action="store_true", help="for import: give the folder as asset root")
     parser.add_argument("--match", default="", help="only files whose path contains this")
     parser.add_argument("--every", type=int, default=1, help="only every n-th file of a folder")
     chosen = parser.parse_args()
@@ -250,7 +276,7 @@ def main() -> None:
             if number % 100 == 99:
                 worker.stop()
             header = {"file": str(file), "root": str(folder.resolve())}
-            header |= {"kind": chosen.kind, "pinocchio": chosen.pinocchio, "repair": chosen.repair, "roots": chosen.roots}
+            header |= {"kind": chosen.kind, "pinocchio": chosen.pinocchio}
             try:
                 result = worker.ask(header, [])[0]["result"]
             except WorkerError as error:
@@ -269,7 +295,8 @@ def print_table(results: dict[str, dict[str, str]]) -> None:
         judged = [result for result in rows.values() if not result.startswith(PART)]
         right = sum(result.startswith("right") for result in judged)
         total.update(right=right, judged=len(judged))
-        print(f"{name:24} {right:5} of {len(judged):5}  {100 * right / max(1, len(judged)):.1f} %")
+        repaired = sum(" (with repair" in result for result in judged if result.startswith("right"))
+        print(f"{name:24} {right:5} of {len(judged):5}  {100 * right / max(1, len(judged)):.1f} %, {repaired} repaired")
     print(f"{'all':24} {total['right']:5} of {total['judged']:5}  {100 * total['right'] / max(1, total['judged']):.1f} %")
     causes = Counter(
         re.sub(r"[`'][^`']*[`']|-?\d+(\.\d+)?(e-?\d+)?", "…", result)[:90]
