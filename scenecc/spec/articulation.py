@@ -264,9 +264,11 @@ def _check_distinct(names: list[Any]) -> list[Any]:
 
 
 Repairs = Annotated[
-    list[Literal["inertia", "limits", "files", "shapes"]],
+    list[Literal["inertia", "mass", "limits", "files", "shapes"]],
     AfterValidator(_check_distinct),
-    WithJsonSchema({"type": "array", "items": {"enum": ["inertia", "limits", "files", "shapes"]}, "uniqueItems": True}),
+    WithJsonSchema(
+        {"type": "array", "items": {"enum": ["inertia", "mass", "limits", "files", "shapes"]}, "uniqueItems": True}
+    ),
 ]
 
 
