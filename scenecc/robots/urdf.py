@@ -411,7 +411,7 @@ class _UrdfReader:
         if findings.errors or self._pairing.errors:
             return None
         # Above a floating joint there is often a link `world` with nothing in it.
-        robots = tuple(robot for robot in robots if not _is_empty(robot)) or robots
+        robots = robots[1:] if len(robots) > 1 and _is_empty(robots[0]) else robots
         return RobotDescription(robots, tuple(self._files.found.values()))
 
     def _index_by_name(self, tag: str) -> dict[str, SourceElement]:

@@ -179,6 +179,8 @@ def _assert_urdf(robot: Any, wanted: dict[str, Any], free: bool) -> None:
     links = {link.name: link for link in robot.links}
     size = max((float(np.linalg.norm(place)) for place in wanted["links"].values()), default=0) + 1e-3
     for name, place in wanted["links"].items():
+        if name not in links and not any(place):
+            continue  # an empty root above a floating joint
         assert name in links, f"link {name} is missing"
         off = float(np.linalg.norm(links[name].entity_pose.p - place))
         assert off < 1e-5 * size + 1e-6, f"link {name} is {off:.3g} m off"
