@@ -21,8 +21,8 @@ _REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "mi
 _UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
 """Warnings about inertias that other programs read differently from SAPIEN."""
 
-_ASSUMED_MASSES: Final = frozenset({"SC448", "SC449"})
-"""Notes about masses that the file does not have."""
+_ASSUMED_MASS: Final = "SC448"
+"""Code of notes about masses that the file does not have."""
 
 
 def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
@@ -44,7 +44,7 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
         if len(robot.links) == 1:
             bodies[entity] = robot.links[0].name
     document = {"scenecc": 1, "name": name, "entities": entities}
-    return ImportedScene(document, losses, bodies, codes_of_losses=_UNREAL_INERTIAS | _ASSUMED_MASSES)
+    return ImportedScene(document, losses, bodies, codes_of_losses=_UNREAL_INERTIAS | {_ASSUMED_MASS})
 
 
 def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription | None, tuple[Loss, ...], list[str]]:
@@ -68,12 +68,12 @@ def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription 
         repaired = [note for note in notes if note.code == REPAIRED]
         losses += [Loss(_REPAIRS[name], note.message, note.location) for note in repaired]
     losses += [Loss("inertias", note.message, note.location) for note in _inertia_warnings(trial)]
-    if any(note.code in _ASSUMED_MASSES and note.hint for note in trial.diagnostics()):
+    if any(note.code == _ASSUMED_MASS and note.hint for note in trial.diagnostics()):
         # Fixed links get the mass that they have in the file: none.
         needed = [*needed, "mass"]
         described, trial = _try_read(file, frozenset(needed), context)
     listed = {loss.message for loss in losses}
-    assumed = [note for note in trial.diagnostics() if note.code in {*_ASSUMED_MASSES, REPAIRED}]
+    assumed = [note for note in trial.diagnostics() if note.code in {_ASSUMED_MASS, REPAIRED}]
     losses += [Loss("assumed-masses", note.message, note.location) for note in assumed if note.message not in listed]
     return described, tuple(losses), needed
 

@@ -35,7 +35,7 @@ def has_mass(link: SourceElement) -> bool:
 def weigh_links(
     links: Sequence[DescribedLink], massless: Collection[str], findings: FileReport, repair: Collection[str]
 ) -> tuple[DescribedLink, ...]:
-    """Reports links without a mass (SC448, SC449), or, with the repair "mass", gives those on fixed joints none (SC488).
+    """Reports links without a mass (SC448), or, with the repair "mass", gives those on fixed joints none (SC488).
 
     Args:
         links: the links of a robot, each after its parent.
@@ -68,7 +68,7 @@ def weigh_links(
                 f"`{cut(links[number].name)}` has no mass in the file: SAPIEN gives it {_LEAST:g} kg and moments of "
                 f"{_LEAST:g} kg·m², {_LEAST / min(moments):.0%} of the smallest of `{cut(carrier.name)}`"
             )
-            findings.report_once("SC449", "light frame", message, links[number].location, _HINT)
+            findings.report_once("SC448", "light frame", message, links[number].location, _HINT)
     return tuple(links)
 
 

@@ -186,7 +186,7 @@ def _assert_urdf(robot: Any, wanted: dict[str, Any], free: bool) -> None:
         assert off < 1e-5 * size + 1e-6, f"link {name} is {off:.3g} m off"
     joints = {joint.name: joint for joint in robot.joints}
     for name, joint in wanted["joints"].items():
-        assert name in joints, f"joint {name} is missing"
+        assert name in joints or joint["limits"] is None, f"joint {name} is missing"
         if joint["limits"] is not None and joints[name].dof and not (free and joint["limits"] == [0, 0]):
             low, high = joints[name].limits[0]
             for is_, be in ((low, joint["limits"][0]), (high, joint["limits"][1])):
@@ -206,7 +206,7 @@ def _assert_urdf(robot: Any, wanted: dict[str, Any], free: bool) -> None:
         assert off < TOLERANCE * size, f"centre of mass of {joint['links'][:3]} is {off:.3g} m off"
         error = float(np.abs(inertia - joint["inertia"]).max())
         scale = float(np.abs(joint["inertia"]).max())
-        assert error < 5 * TOLERANCE * scale + 1e-12, f"inertia of {joint['links'][:3]} is {error / scale:.3g} off"
+        assert error < 0.025 * scale + 1e-12, f"inertia of {joint['links'][:3]} is {error / scale:.3g} off"
 
 
 def _moved_together(links: list[Any]) -> tuple[float, Any, Any]:
