@@ -39,7 +39,9 @@ def import_(
     shard: Shard = None,
     allow: Annotated[
         list[str] | None,
-        typer.Option("--allow", metavar="LOSS", help="Accept a loss that changes the mechanics, or `all`; may be repeated."),
+        typer.Option(
+            "--allow", metavar="LOSS", help="Accept a loss that changes the mechanics, or `all`; may be repeated."
+        ),
     ] = None,
     options: dict[str, Any],
 ) -> None:

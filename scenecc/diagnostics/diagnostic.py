@@ -465,7 +465,9 @@ class Sink:
         found = [self._resolve(report) for report in kept]
         reports = dict(zip(found, kept, strict=True)) if self.at_use else {}
         if self.silencings:
-            found = [one for one, report in zip(found, kept, strict=True) if not self._is_silenced_by_users(one, report)]
+            found = [
+                one for one, report in zip(found, kept, strict=True) if not self._is_silenced_by_users(one, report)
+            ]
             found = without_silenced(found, self.silencings)
         if self.at_use:
             # A comment may be in the prefab or at its use.

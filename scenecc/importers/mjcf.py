@@ -11,7 +11,15 @@ import numpy as np
 
 from scenecc.geometry.rotations import Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss, ReferencePose
-from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose, starts_at_limits
+from scenecc.importers.numbers import (
+    LOOK,
+    Names,
+    light_place,
+    plain_number,
+    plain_numbers,
+    plain_pose,
+    starts_at_limits,
+)
 from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import ReadModel, read_model
@@ -91,7 +99,7 @@ class _Importer:
         self._model = read.model
         self._robots = read.description.robots
         self._links = read.links
-        self._name = Names().new(path.stem)
+        self._name = Names("world").new(path.stem)
         self._constraints = self._world_constraints({place for kind, _, place in read.losses if kind == WORLD_EQUALITY})
         built = {place for place, _ in self._constraints}
         losses = [(kind.partition("/")[0], words, place) for kind, words, place in read.losses if place not in built]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from scenecc.geometry.rotations import (
     shortest_from_x,
 )
 from scenecc.names import UniqueNames
+
+if TYPE_CHECKING:
+    from scenecc.robots.description import DescribedRobot
 
 _NOISE = 1e-9
 """Smaller numbers in poses and directions are rounding noise [m, or quaternion]."""

@@ -35,7 +35,7 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
         return None
     entities: dict[str, Any] = {}
     bodies: dict[str, str] = {}
-    name = Names().new(path.stem)
+    name = Names("world").new(path.stem)
     repaired = {"repair": repair} if repair else {}
     entities[name] = {"urdf": Asset(path.name, found.path), **repaired, **starts_at_limits(described.robots)}
     for robot in described.robots:

@@ -115,9 +115,7 @@ class FileReport:
             self.report(code, message, location, hint=hint)
 
 
-def read_robot_bytes(
-    path: Path, file: str, findings: FileReport, limit: int, *, is_xml: bool = True
-) -> bytes | None:
+def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int, *, is_xml: bool = True) -> bytes | None:
     """Returns the content of a file; None after an error (SC450: unreadable, SC452: too large).
 
     Args:

@@ -1,4 +1,4 @@
-"""Links of a URDF without a mass. Other programs give them none, but SAPIEN that of their shapes, or the least it can."""
+"""Links of a URDF without a mass. Other programs give them none, SAPIEN that of their shapes or its least."""
 
 from __future__ import annotations
 

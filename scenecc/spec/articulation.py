@@ -291,7 +291,8 @@ class UrdfKeys(SpecModel):
     )
     package_dir: Maybe[Leaf[Text]] = key("Folder that resolves `package://` in the file.")
     repair: Maybe[Fixed[Repairs]] = key(
-        "What to repair in the file: `inertia` (impossible moments become those of the collision shapes), `limits` "
+        "What to repair in the file: `inertia` (impossible moments become those of the collision shapes), `mass` "
+        "(fixed links without a mass get almost none), `limits` "
         "(missing limits are infinite), `files` (missing textures, .mtl and visual meshes are omitted), `shapes` "
         "(collisions of size 0 are omitted). Each repair is a note.",
         examples=[["inertia", "limits", "files"]],

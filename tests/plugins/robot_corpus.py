@@ -44,7 +44,7 @@ def prepare() -> Any:
     """Returns the function that judges one file, for `scenecc.worker`."""
     held: dict[str, Any] = {}
 
-    def answer(header: dict[str, Any], parts: list[bytes]) -> Any:  # noqa: ARG001 - there are none
+    def answer(header: dict[str, Any], parts: list[bytes]) -> Any:
         judge = {"mjcf": judge_mjcf, "urdf": judge_urdf, "import": judge_import}[header["kind"]]
         try:
             return {"result": judge(Path(header["file"]), Path(header["root"]), header, held)}, []
@@ -66,8 +66,9 @@ def refusal(error: Any) -> str:
 
 def judge_mjcf(file: Path, root: Path, header: dict[str, Any], held: dict[str, Any]) -> str:
     """Returns "right" or why the file is not built as MuJoCo has it."""
-    import scenecc
     from plugins.mujoco_judge import assert_same_machine, moving_bodies
+
+    import scenecc
 
     mujoco = importlib.import_module("mujoco")
     try:
@@ -175,7 +176,7 @@ def _ask_pinocchio(file: Path, positions: dict[str, float], python: str, held: d
 
 
 def _assert_urdf(robot: Any, wanted: dict[str, Any], free: bool) -> None:
-    """Compares with pinocchio. `free`: joints without limits move freely, as the repair says, and not between 0 and 0."""
+    """Compares with pinocchio. `free`: joints without limits move freely, as the repair says, not between 0 and 0."""
     links = {link.name: link for link in robot.links}
     size = max((float(np.linalg.norm(place)) for place in wanted["links"].values()), default=0) + 1e-3
     for name, place in wanted["links"].items():
@@ -227,8 +228,9 @@ def _moved_together(links: list[Any]) -> tuple[float, Any, Any]:
 
 def judge_import(file: Path, root: Path, header: dict[str, Any], held: dict[str, Any]) -> str:
     """Returns "right" if the file is imported with its masses, after hints were followed."""
-    import scenecc
     from plugins.mujoco_judge import moving_bodies
+
+    import scenecc
 
     mujoco = importlib.import_module("mujoco")
     try:
@@ -244,7 +246,9 @@ def judge_import(file: Path, root: Path, header: dict[str, Any], held: dict[str,
                 made = scenecc.import_scene(file, Path(folder, "out/scene.yaml"), allow=allowed, asset_roots=roots)
                 break
             except scenecc.SceneError as error:
-                kinds = [found[1] for one in error.diagnostics if (found := re.search(r"--allow (\S+)", one.hint or ""))]
+                kinds = [
+                    found[1] for one in error.diagnostics if (found := re.search(r"--allow (\S+)", one.hint or ""))
+                ]
                 if not roots and any("--asset-root" in (one.hint or "") for one in error.diagnostics):
                     roots = [root]
                 elif not kinds:
@@ -254,9 +258,13 @@ def judge_import(file: Path, root: Path, header: dict[str, Any], held: dict[str,
             return "refused: the hints lead nowhere"
         found = made.certificate
         moving = [*moving_bodies(model)]
-        assert found.position < 1e-4 and found.relative_mass < 1e-3, f"{found.lines()}"
+        assert max(found.position, found.relative_mass) < TOLERANCE, f"{found.lines()}"
         assert found.masses >= sum(model.body_mass[moving] > 0), f"only {found.masses} of {len(moving)} masses"
-        left = [one for one in scenecc.validate(Path(folder, "out/scene.yaml"), asset_roots=roots) if one.severity != "error"]
+        left = [
+            one
+            for one in scenecc.validate(Path(folder, "out/scene.yaml"), asset_roots=roots)
+            if one.severity != "error"
+        ]
         later = Counter(one.code for one in left)
         return "right" + (f" (later findings: {dict(later)})" if later else "")
 
@@ -304,7 +312,9 @@ def print_table(results: dict[str, dict[str, str]]) -> None:
         total.update(right=right, judged=len(judged))
         repaired = sum(" (with repair" in result for result in judged if result.startswith("right"))
         print(f"{name:24} {right:5} of {len(judged):5}  {100 * right / max(1, len(judged)):.1f} %, {repaired} repaired")
-    print(f"{'all':24} {total['right']:5} of {total['judged']:5}  {100 * total['right'] / max(1, total['judged']):.1f} %")
+    print(
+        f"{'all':24} {total['right']:5} of {total['judged']:5}  {100 * total['right'] / max(1, total['judged']):.1f} %"
+    )
     causes = Counter(
         re.sub(r"[`'][^`']*[`']|-?\d+(\.\d+)?(e-?\d+)?", "…", result)[:90]
         for rows in results.values()

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import scenecc
 from scenecc.errors import SceneError
 from scenecc.importers.import_scene import import_scene
 
@@ -77,3 +78,60 @@ def test_a_wrong_argument_is_named_in_one_error(folder: Path, arguments: dict[st
     with pytest.raises(TypeError) as caught:
         import_scene(**whole)
     assert words in str(caught.value)
+
+
+BOX = '<body name="{0}" pos="0 0 1"><freejoint/><geom type="mesh" mesh="{0}" density="{1}"/></body>'
+
+
+@pytest.mark.parametrize("marker", ["__init__.py", "package.xml"])
+def test_files_outside_the_folder_are_copied_with_their_folders(folder: Path, marker: str) -> None:
+    """Includes of includes through `..`, relative to the main file as MuJoCo has it, and files of one name."""
+    package = folder / "robots"
+    for name in ("worlds", "parts/a", "parts/b", "common"):
+        (package / name).mkdir(parents=True)
+    (package / marker).touch()
+    (package / "parts/a/rock.obj").write_text(TETRAHEDRON)
+    (package / "parts/b/rock.obj").write_text(TETRAHEDRON.replace("1", "2", 1))
+    (package / "common/assets.xml").write_text(
+        '<mujoco><asset><mesh name="a" file="a/rock.obj"/><mesh name="b" file="b/rock.obj"/></asset></mujoco>'
+    )
+    (package / "common/all.xml").write_text('<mujoco><include file="../../robots/common/assets.xml"/></mujoco>')
+    (package / "worlds/world.xml").write_text(
+        '<mujoco><compiler meshdir="../parts"/><include file="../common/all.xml"/>'
+        f"<worldbody>{BOX.format('a', 100)}{BOX.format('b', 200)}</worldbody></mujoco>"
+    )
+    made = import_scene(package / "worlds/world.xml", folder / "out/world.yaml")
+    assert made.certificate.masses == 2
+    assert made.certificate.relative_mass < 1e-6
+    package.rename(folder / "gone")
+    with scenecc.load_scene(folder / "out/world.yaml", render=False) as batch:
+        masses = sorted(held.objs[0].components[0].mass for held in batch.entities.values())
+    assert sum(masses) == pytest.approx(made.certificate.mass)
+
+
+def test_a_folder_beside_the_file_needs_an_asset_root(folder: Path) -> None:
+    (folder / "private/rock.obj").write_text(TETRAHEDRON)
+    (folder / "in/rock.xml").write_text(ROCK.replace("rock.obj", "../private/rock.obj"))
+    with pytest.raises(SceneError) as caught:
+        import_scene(folder / "in/rock.xml", folder / "out/rock.yaml")
+    assert [one.code for one in caught.value.diagnostics] == ["SC402"]
+    import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=[folder / "private"])
+    assert (folder / "out/rock_assets/private/rock.obj").is_file()
+    assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]
+
+
+LOSSY = """<mujoco><worldbody><camera name="c" mode="track"/><body><joint name="j" range="30 60"/><geom size="0.1"/>
+<site name="s"/></body><site name="t"/></worldbody><tendon><spatial><site site="s"/><site site="t"/></spatial></tendon>
+</mujoco>"""
+
+
+@pytest.mark.parametrize("allow", ["all", ["all"], ["tendons"]])
+def test_what_the_import_lists_is_silenced_in_the_scene(folder: Path, allow: Any) -> None:
+    (folder / "arm.xml").write_text(LOSSY)
+    with pytest.raises(SceneError):
+        import_scene(folder / "arm.xml", folder / "arm.yaml")
+    import_scene(folder / "arm.xml", folder / "arm.yaml", allow=allow)
+    text = (folder / "arm.yaml").read_text()
+    assert "# scenecc: ignore SC484, SC490 -- listed by the import; allowed: tendons\n" in text
+    assert "qpos: {j: 0.5235988}" in text
+    assert scenecc.validate(folder / "arm.yaml") == []
