@@ -219,7 +219,7 @@ class RobotFiles:
             return None
         if reference in self.elsewhere:
             package, _, inner = reference[len(_PACKAGE_SCHEME) :].lstrip("/").partition("/")
-            message = f"there is no package `{cut(package)}`: `{cut(inner)}` is taken from {found.path.parent}"
+            message = f"there is no package `{cut(package)}`: `{cut(inner)}` is taken from `{self._uri(found)}`"
             findings.report_once("SC449", package, message, location)
         return self.add(found, location)
 

@@ -22,7 +22,7 @@ _LEAST: Final = 1e-6
 _NOTABLE: Final = 0.01
 """Share of a link's smallest moment of inertia from which an addition is reported."""
 
-_HINT: Final = "with `repair: [mass]` in the scene, links that are fixed to others have no mass, as in other programs"
+_HINT: Final = "with `repair: [mass]` in the scene, it has no mass, as in other programs"
 
 
 def has_mass(link: SourceElement) -> bool:
@@ -35,7 +35,9 @@ def has_mass(link: SourceElement) -> bool:
 def weigh_links(
     links: Sequence[DescribedLink], massless: Collection[str], findings: FileReport, repair: Collection[str]
 ) -> tuple[DescribedLink, ...]:
-    """Reports links without a mass (SC448), or, with the repair "mass", gives those on fixed joints none (SC488).
+    """Reports links without a mass that are fixed to links with one (SC448).
+
+    With the repair "mass" they get almost none (SC488). A link that moves by itself has the mass of its shapes.
 
     Args:
         links: the links of a robot, each after its parent.
@@ -43,41 +45,40 @@ def weigh_links(
         findings: receives the notes.
         repair: repairs of the scene.
     """
-    bare = [number for number, link in enumerate(links) if number and link.name in massless and not link.inertial]
-    fixed = [number for number in bare if (joint := links[number].joint) is not None and joint.type == "fixed"]
-    if "mass" in repair and fixed:
-        count, moment = len(fixed), ball_moment(_LEAST)
-        what = f"`{cut(links[fixed[0]].name)}`" + (f" and {count - 1} more links" if count > 1 else "")
-        message = f"{what} without mass, fixed to {'others' if count > 1 else 'another'}: almost no mass, {_LEAST:g} kg"
-        findings.report("SC488", message, links[fixed[0]].location)
-        return tuple(
-            replace(one, inertial=DescribedInertial(_LEAST, IDENTITY_POSE, (moment,) * 3, one.location))
-            if number in fixed
-            else one
-            for number, one in enumerate(links)
-        )
+    groups = _rigid_groups(links)
+    least = {groups[number]: 0.0 for number, link in enumerate(links) if link.inertial is not None}
+    for number, link in enumerate(links):
+        if link.inertial is not None and link.inertial.inertia is not None:
+            least[groups[number]] = max(least[groups[number]], min(link.inertial.inertia))
+    bare = [
+        number
+        for number, link in enumerate(links)
+        if link.name in massless and link.inertial is None and groups[number] in least
+    ]
+    if "mass" in repair and bare:
+        more = f" and {len(bare) - 1} more links" if len(bare) > 1 else ""
+        message = f"`{cut(links[bare[0]].name)}`{more} without mass, fixed to others: almost no mass, {_LEAST:g} kg"
+        findings.report("SC488", message, links[bare[0]].location)
+        light = DescribedInertial(_LEAST, IDENTITY_POSE, (ball_moment(_LEAST),) * 3, links[bare[0]].location)
+        return tuple(replace(one, inertial=light) if number in bare else one for number, one in enumerate(links))
     if dense := [number for number in bare if links[number].collisions]:
         more = f" (there are {len(dense)} such links)" if len(dense) > 1 else ""
         message = f"`{cut(links[dense[0]].name)}` has no mass in the file: it gets that of its collision shapes{more}"
-        findings.report("SC448", message, links[dense[0]].location, hint=_HINT if {*dense} & {*fixed} else None)
-    for number in fixed:
-        carrier = _carrier(links, number)
-        moments = None if carrier is None or carrier.inertial is None else carrier.inertial.inertia
-        if not links[number].collisions and carrier is not None and moments and min(moments) * _NOTABLE < _LEAST:
+        findings.report("SC448", message, links[dense[0]].location, hint=_HINT)
+    for number in bare:
+        if not links[number].collisions and 0 < least[groups[number]] * _NOTABLE < _LEAST:
             message = (
                 f"`{cut(links[number].name)}` has no mass in the file: SAPIEN gives it {_LEAST:g} kg and moments of "
-                f"{_LEAST:g} kg·m², {_LEAST / min(moments):.0%} of the smallest of `{cut(carrier.name)}`"
+                f"{_LEAST:g} kg·m², {_LEAST / least[groups[number]]:.0%} of those of the links that it is fixed to"
             )
             findings.report_once("SC448", "light frame", message, links[number].location, _HINT)
     return tuple(links)
 
 
-def _carrier(links: Sequence[DescribedLink], number: int) -> DescribedLink | None:
-    """Returns the nearest link above with an inertial, without a moving joint in between."""
-    while (parent := links[number].parent) is not None and (joint := links[number].joint) is not None:
-        if joint.type != "fixed":
-            return None
-        if links[parent].inertial is not None:
-            return links[parent]
-        number = parent
-    return None
+def _rigid_groups(links: Sequence[DescribedLink]) -> list[int]:
+    """Returns for each link the first of the links that fixed joints connect it with."""
+    found: list[int] = []
+    for number, link in enumerate(links):
+        is_fixed = link.parent is not None and link.joint is not None and link.joint.type == "fixed"
+        found.append(found[link.parent] if is_fixed and link.parent is not None else number)
+    return found

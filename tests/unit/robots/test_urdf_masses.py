@@ -41,13 +41,12 @@ def test_a_fixed_link_without_mass_gets_almost_none_with_repair_mass(tmp_path: P
     inertial, told = read(tmp_path, BALL, "fixed", 0.01, "mass")
     assert inertial.mass == 1e-6
     assert max(inertial.inertia) < 1e-12
-    assert told == ["SC488 `foot` without mass, fixed to another: almost no mass, 1e-06 kg"]
+    assert told == ["SC488 `foot` without mass, fixed to others: almost no mass, 1e-06 kg"]
 
 
 def test_a_moving_link_keeps_the_mass_of_its_shapes(tmp_path: Path) -> None:
     inertial, told = read(tmp_path, BALL, "continuous", 0.01, "mass")
-    assert inertial is None
-    assert [one[:5] for one in told] == ["SC448"]
+    assert (inertial, told) == (None, [])
 
 
 @pytest.mark.parametrize(("moment", "codes"), [(0.01, []), (5e-5, ["SC448"])])
