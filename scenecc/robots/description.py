@@ -226,6 +226,7 @@ class DescribedRobot:
         fixed: whether the root is fixed to the world; None: the scene decides.
         pose: pose of the root in the file's frame.
         ignored: SRDF pair of each bit of `DescribedLink.ignore_bits`.
+        ignores_alone: whether these bits are only of this robot, not of all robots of the file.
     """
 
     links: tuple[DescribedLink, ...]
@@ -234,6 +235,7 @@ class DescribedRobot:
     pose: Pose7 = IDENTITY_POSE
     location: Location | None = None
     ignored: tuple[Location, ...] = ()
+    ignores_alone: bool = False
 
 
 LinkName = tuple[str, str]

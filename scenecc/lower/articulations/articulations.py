@@ -441,6 +441,9 @@ class ArticulationLowerer:
     def _make_structure(
         self, robot: DescribedRobot, draft: ArticulationDraft, work: _ArticulationContext
     ) -> BodyStructure | ArticulationStructure:
+        if robot.ignores_alone:
+            # It gets an id of its own.
+            self._shared.pop(id(work.entity), None)
         return self._structure(draft, work) if robot.body_type is None else self._body(robot.body_type, draft, work)
 
     def _body(self, body_type: BodyType, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure:
@@ -455,7 +458,9 @@ class ArticulationLowerer:
             return replace(
                 body, body_type=body_type, inertial=None if body.inertial is link.inertial else body.inertial
             )
-        return replace(body, body_type=body_type, **self._solver_values(work, fixed=False))
+        # A robot file may have a mass without shapes.
+        shapeless = not body.collisions and not body.visuals and body.inertial is not None
+        return replace(body, body_type=body_type, shapeless=shapeless, **self._solver_values(work, fixed=False))
 
     def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> ArticulationStructure:
         entity, origin, values = work.entity, work.origin, work.values
