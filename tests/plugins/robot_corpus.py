@@ -10,7 +10,6 @@ with the losses allowed that its hints name. Files that the judge does not read 
 from __future__ import annotations
 
 import argparse
-import functools
 import importlib
 import json
 import re
@@ -108,15 +107,14 @@ def _step(batch: Any) -> None:
 
 
 def lacking(file: Path, root: Path) -> str | None:
-    """Returns a mesh of a URDF that is nowhere in its corpus; None if it has all."""
-    names = re.findall(r'<mesh[^>]*filename="([^"]+)"', file.read_text(errors="replace"))
-    here = _names_in(root)
-    return next((name for name in names if name.rpartition("/")[2] not in here), None)
-
-
-@functools.cache
-def _names_in(root: Path) -> frozenset[str]:
-    return frozenset(path.name for path in root.rglob("*"))
+    """Returns a mesh that a URDF names and that its corpus lacks; None if it has all."""
+    for name in re.findall(r'<mesh[^>]*filename="([^"]+)"', file.read_text(errors="replace")):
+        parts = name.removeprefix("package://").strip("/").split("/")
+        ends = [parts[start:] for start in range(max(1, len(parts) - 1))] if name.startswith("package:") else [parts]
+        above = [folder for folder in file.parents if folder.is_relative_to(root)] if len(ends) > 1 else [file.parent]
+        if not any(folder.joinpath(*end).is_file() for end in ends for folder in above):
+            return name
+    return None
 
 
 def judge_urdf(file: Path, root: Path, header: dict[str, Any], held: dict[str, Any]) -> str:
@@ -126,8 +124,6 @@ def judge_urdf(file: Path, root: Path, header: dict[str, Any], held: dict[str, A
     read = _ask_pinocchio(file, {}, header["pinocchio"], held)
     if "error" in read:
         return f"{PART}: {read['error']}"[:300]
-    if (name := lacking(file, root)) is not None:
-        return f"{PART}: the corpus lacks {name}"
     entity: dict[str, Any] = {"urdf": str(file), "repair": []}
     scene = {"scenecc": 1, "entities": {"robot": entity}}
     while hinted := _hinted_repairs(scenecc.validate(scene, asset_roots=[root])) - {*entity["repair"]}:
@@ -135,7 +131,8 @@ def judge_urdf(file: Path, root: Path, header: dict[str, Any], held: dict[str, A
     try:
         batch = scenecc.load_scene(scene, render=False, asset_roots=[root])
     except scenecc.SceneError as error:
-        return refusal(error)
+        name = lacking(file, root) if any(one.code == "SC401" for one in error.diagnostics) else None
+        return refusal(error) if name is None else f"{PART}: the corpus lacks {name}"
     repaired = f" (with repair: {', '.join(entity['repair'])})" if entity["repair"] else ""
     with batch:
         if not batch.articulations:
