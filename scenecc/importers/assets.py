@@ -15,6 +15,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.expand.documents import SHIPPED_PREFIX
 from scenecc.files import open_regular
 from scenecc.importers.imported_scene import Asset
+from scenecc.importers.mjcf_paths import with_relative_paths
 from scenecc.source.paths import AssetScope, check_scheme, check_uri, has_package
 
 IMPORTED_FROM: Final = "Imported from"
@@ -154,7 +155,9 @@ class AssetNames:
         for each, name in inner.items():
             if f"{folder}/{name}" not in self.copies:
                 with open_regular(each) as stream:
-                    self.copies[f"{folder}/{name}"] = stream.read()
+                    data = stream.read()
+                is_mjcf = each == path and each.suffix.lower() in {".xml", ".mjcf"}
+                self.copies[f"{folder}/{name}"] = with_relative_paths(data, each) if is_mjcf else data
                 self._originals[f"{folder}/{name}"] = each
         return f"{folder}/{inner[path]}"
 

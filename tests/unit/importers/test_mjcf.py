@@ -135,3 +135,14 @@ def test_what_the_import_lists_is_silenced_in_the_scene(folder: Path, allow: Any
     assert "# scenecc: ignore SC484, SC490 -- listed by the import; allowed: tendons\n" in text
     assert "qpos: {j: 0.5235988}" in text
     assert scenecc.validate(folder / "arm.yaml") == []
+
+
+@pytest.mark.parametrize("folder_key", ["meshdir", "assetdir", ""])
+def test_absolute_paths_lead_to_the_copies(folder: Path, folder_key: str) -> None:
+    (folder / "private/rock.obj").write_text(TETRAHEDRON)
+    compiler = f'<compiler {folder_key}="{folder}/in"/>' if folder_key else ""
+    absolute = ROCK.replace("<asset>", f"{compiler}<asset>").replace("rock.obj", f"{folder}/private/rock.obj")
+    (folder / "in/rock.xml").write_text(absolute)
+    import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=[folder / "private"])
+    (folder / "private/rock.obj").unlink()
+    assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]
