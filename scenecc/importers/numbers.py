@@ -141,7 +141,10 @@ def joint_frames(in_parent: Pose7, in_child: Pose7, axis: Vec3 | None) -> dict[s
 
 def starts_at_limits(robots: Iterable[DescribedRobot]) -> dict[str, dict[str, float]]:
     """Returns the key `qpos` with the joints that cannot start at 0, at their nearest limit; {} if there are none."""
-    joints = [link.joint for robot in robots for link in robot.links if link.joint is not None and link.joint.name]
-    free = [joint for joint in joints if joint.type != "fixed" and joint.mimic is None and joint.qpos is None]
-    starts = {joint.name: min(max(0.0, joint.limits[0]), joint.limits[1]) for joint in free}
-    return {"qpos": found} if (found := {name: plain_number(start) for name, start in starts.items() if start}) else {}
+    found: dict[str, float] = {}
+    for joint in (link.joint for robot in robots for link in robot.links):
+        if joint is not None and joint.name and joint.limits is not None and joint.mimic is None and joint.qpos is None:
+            low, high = joint.limits
+            if start := min(max(0.0, low), high):
+                found[joint.name] = plain_number(start)
+    return {"qpos": found} if found else {}

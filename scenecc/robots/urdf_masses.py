@@ -59,7 +59,8 @@ def weigh_links(
         more = f" and {len(bare) - 1} more links" if len(bare) > 1 else ""
         message = f"`{cut(links[bare[0]].name)}`{more} without mass, fixed to others: almost no mass, {_LEAST:g} kg"
         findings.report("SC488", message, links[bare[0]].location)
-        light = DescribedInertial(_LEAST, IDENTITY_POSE, (ball_moment(_LEAST),) * 3, links[bare[0]].location)
+        moment = ball_moment(_LEAST)
+        light = DescribedInertial(_LEAST, IDENTITY_POSE, (moment, moment, moment), links[bare[0]].location)
         return tuple(replace(one, inertial=light) if number in bare else one for number, one in enumerate(links))
     if dense := [number for number in bare if links[number].collisions]:
         more = f" (there are {len(dense)} such links)" if len(dense) > 1 else ""

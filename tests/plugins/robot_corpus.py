@@ -160,7 +160,7 @@ def _hinted_repairs(found: list[Any]) -> set[str]:
 
 
 def _ask_pinocchio(file: Path, positions: dict[str, float], python: str, held: dict[str, Any]) -> dict[str, Any]:
-    process = held.get("pinocchio")
+    process: Any = held.get("pinocchio")
     if process is None or process.poll() is not None:
         command = [python, str(ROOT / "tests/plugins/pinocchio_judge.py")]
         process = held["pinocchio"] = subprocess.Popen(

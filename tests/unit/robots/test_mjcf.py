@@ -221,4 +221,5 @@ def test_a_free_body_with_a_mass_and_no_shape_is_built(tmp_path: Path) -> None:
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\nentities: {r: {mjcf: mass.xml}}\n")
     with scenecc.load_scene(scene, render=False) as batch:
-        assert batch.entities["r"].objs[0].components[-1].mass == 2
+        body: Any = batch.entities["r"].objs[0].components[-1]
+        assert body.mass == 2
