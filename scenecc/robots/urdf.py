@@ -411,7 +411,7 @@ class _UrdfReader:
         if findings.errors or self._pairing.errors:
             return None
         # Above a floating joint there is often a link `world` with nothing in it.
-        robots = robots[1:] if len(robots) > 1 and _is_empty(robots[0]) else robots
+        robots = robots[1:] if _is_empty(robots[0]) and not all(map(_is_empty, robots)) else robots
         return RobotDescription(robots, tuple(self._files.found.values()))
 
     def _index_by_name(self, tag: str) -> dict[str, SourceElement]:

@@ -243,9 +243,7 @@ class MjcfModelReader:
         ]
 
     @staticmethod
-    def _colliding_link(
-        link: DescribedLink, body: int, keys: tuple[int, int], parent: int | None
-    ) -> CollidingLink:
+    def _colliding_link(link: DescribedLink, body: int, keys: tuple[int, int], parent: int | None) -> CollidingLink:
         contype = conaffinity = 0
         for shape in link.collisions:
             first, second = shape.bits or (0, 0)
