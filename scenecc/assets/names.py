@@ -349,9 +349,11 @@ def _collada_names(data: bytes) -> list[str]:
     unit = root.find("asset/unit")
     if unit is not None and not float(unit.get("meter", "1")) > 0:
         raise ValueError(f"its unit is `{unit.get('meter'):.40}` metres")
+    instances = {node.get("url", "")[1:] for node in root.iter("instance_node")}
     for tag in ("geometry", "node", "visual_scene", "image"):
         ids = [node.get("id") for node in root.iter(tag) if node.get("id")]
-        if len(set(ids)) < len(ids):
+        # Nodes with one id are distinct unless one of them is instanced.
+        if len(set(ids)) < len(ids) and (tag != "node" or any(ids.count(one) > 1 for one in instances)):
             raise ValueError(f"two of its elements `{tag}` have the same id")
     version = root.get("version", "")
     newer = version.startswith("1.5")

@@ -15,6 +15,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.expand.documents import SHIPPED_PREFIX
 from scenecc.files import open_regular
 from scenecc.importers.imported_scene import Asset
+from scenecc.importers.mjcf_paths import with_relative_paths
 from scenecc.source.paths import AssetScope, check_scheme, check_uri, has_package
 
 IMPORTED_FROM: Final = "Imported from"
@@ -90,17 +91,25 @@ class AssetNames:
         output: the scene file to write, absolute.
         scope: scope of the imported file, with that file's folder as root.
         companions: file → files that it refers to, which are copied with it.
+        passed: file → highest folder in a reference to it, whose tree is kept.
 
     Attributes:
         copies: path relative to the output's folder → content.
     """
 
-    def __init__(self, output: Path, scope: AssetScope, companions: Mapping[Path, tuple[Path, ...]]) -> None:
+    def __init__(
+        self,
+        output: Path,
+        scope: AssetScope,
+        companions: Mapping[Path, tuple[Path, ...]],
+        passed: Mapping[Path, Path],
+    ) -> None:
         self.copies: dict[str, bytes] = {}
         self._folder = output.parent.resolve()
         self._copied = assets_of(output).name
         self._scope = scope
         self._companions = companions
+        self._passed = passed
         self._made: dict[str, str] = {}
         self._originals: dict[str, Path | None] = {}
 
@@ -134,8 +143,9 @@ class AssetNames:
         """Copies a file and those that it refers to, in their folders, so that relative references stay valid."""
         files = (path, *self._companions.get(path, ()))
         root = (self._scope.root or Path.cwd()).resolve()
-        if not all(each.is_relative_to(root) for each in files):
-            root = Path(os.path.commonpath([each.parent for each in files]))
+        passed = [each.parent if each == path else self._passed.get(each, each.parent) for each in files]
+        if not all(each.is_relative_to(root) for each in passed):
+            root = Path(os.path.commonpath(passed))
         inner = {each: each.relative_to(root).as_posix() for each in files}
         folder, count = self._copied, 1
         # Files of two folders may have equal names.
@@ -145,7 +155,9 @@ class AssetNames:
         for each, name in inner.items():
             if f"{folder}/{name}" not in self.copies:
                 with open_regular(each) as stream:
-                    self.copies[f"{folder}/{name}"] = stream.read()
+                    data = stream.read()
+                is_mjcf = each == path and each.suffix.lower() in {".xml", ".mjcf"}
+                self.copies[f"{folder}/{name}"] = with_relative_paths(data, each) if is_mjcf else data
                 self._originals[f"{folder}/{name}"] = each
         return f"{folder}/{inner[path]}"
 

@@ -117,7 +117,7 @@ def import_scene(
     _report_progress(progress, 1)
     compiled, silenced = _compile(found, source, context, options)
     _report_progress(progress, 2)
-    names = AssetNames(target, scope, _companions(compiled))
+    names = AssetNames(target, scope, _companions(compiled), _folders_passed(compiled))
     files, prefabs = _encode_files(found, source, target, names, _silencing_comments(found, silenced, context))
     found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
     stale = check_output_files(target, files)
@@ -281,6 +281,22 @@ def _is_installed(chosen: SourceFormat, sink: Sink) -> bool:
         sink.report("SC813", message, Location(None), hint=install_hint("import"))
         return False
     return True
+
+
+def _folders_passed(compiled: CompileResult) -> dict[Path, Path]:
+    """Returns file → the highest folder in a reference to it: /a for `../b/mesh.obj` in /a/c."""
+    found: dict[Path, Path] = {}
+    for lookup in compiled.scope.memory.lookups:
+        parts, top = list[str](), len(lookup.path.parts) - 1
+        for part in lookup.joined.parts:
+            if part == "..":
+                parts.pop()
+                top = min(top, len(parts))
+            else:
+                parts.append(part)
+        highest = Path(*parts[:top])
+        found[lookup.path] = min(highest, found.get(lookup.path, highest), key=lambda folder: len(folder.parts))
+    return found
 
 
 def _report_losses(losses: Sequence[Loss], context: ImportContext) -> None:

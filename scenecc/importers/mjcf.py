@@ -15,7 +15,7 @@ from scenecc.diagnostics.diagnostic import Location
 from scenecc.geometry.rotations import Pose7, compose, rotate, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss, ReferencePose
 from scenecc.importers.meshes import MeshError, load_mesh, mesh_as_obj
-from scenecc.importers.numbers import LOOK, Names
+from scenecc.importers.numbers import LOOK, Names, starts_at_limits
 from scenecc.importers.writer import write_world
 from scenecc.robots.description import (
     IN_WORLD,
@@ -198,10 +198,11 @@ class _Importer:
         )
 
     def _kept_file(self) -> tuple[DescribedEntity, ...]:
-        keys = (("keyframe", self._keyframe),) if self._keyframe else ()
+        keys: dict[str, Any] = {"keyframe": self._keyframe} if self._keyframe else {}
+        keys = keys or starts_at_limits(self._description.robots)
         for robot in self._description.robots:
             self._called |= {(robot.links[0].name, link.name): (self._name, link.name) for link in robot.links}
-        file = RobotFile("mjcf", self._file.path, keys=keys, robots=self._description.robots)
+        file = RobotFile("mjcf", self._file.path, keys=tuple(keys.items()), robots=self._description.robots)
         return (DescribedEntity(self._name, file, Location(str(self._path))),)
 
     def _entity(self, robot: DescribedRobot) -> DescribedEntity:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from scenecc.geometry.rotations import (
     shortest_from_x,
 )
 from scenecc.names import UniqueNames
+
+if TYPE_CHECKING:
+    from scenecc.robots.description import DescribedRobot
 
 _NOISE = 1e-9
 """Smaller numbers in poses and directions are rounding noise [m, or quaternion]."""
@@ -169,3 +172,14 @@ def joint_frames(in_parent: Pose7, in_child: Pose7, axis: Vec3 | None) -> dict[s
     turn = along_x(axis)
     ends = {"pose_in_parent": compose(in_parent, turn), "pose_in_child": compose(in_child, turn)}
     return {key: plain_pose(pose) for key, pose in ends.items()}
+
+
+def starts_at_limits(robots: Iterable[DescribedRobot]) -> dict[str, dict[str, float]]:
+    """Returns the key `qpos` with the joints that cannot start at 0, at their nearest limit; {} if there are none."""
+    found: dict[str, float] = {}
+    for joint in (link.joint for robot in robots for link in robot.links):
+        if joint is not None and joint.name and joint.limits is not None and joint.mimic is None and joint.qpos is None:
+            low, high = joint.limits
+            if start := min(max(0.0, low), high):
+                found[joint.name] = plain_number(start)
+    return {"qpos": found} if found else {}

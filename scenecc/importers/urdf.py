@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.importers.imported_scene import REPAIRED, Asset, ImportContext, ImportedScene, Loss
-from scenecc.importers.numbers import Names
+from scenecc.importers.numbers import Names, starts_at_limits
 from scenecc.robots.files import FileReport, read_robot_bytes
 from scenecc.robots.urdf import read_urdf as read_robots
 from scenecc.robots.xml import XmlBounds, parse_xml
@@ -22,6 +22,9 @@ _REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "mi
 
 UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
 """Warnings about inertias that other programs read differently from SAPIEN."""
+
+_ASSUMED_MASS: Final = "SC448"
+"""Code of notes about masses that the file does not have."""
 
 
 @frozen
@@ -44,7 +47,8 @@ class ReadUrdf:
 
     def entity(self) -> dict[str, Any]:
         """Returns an entity that names the file."""
-        return {"urdf": Asset(self.path.name, self.path), **({"repair": [*self.repair]} if self.repair else {})}
+        repair = {"repair": [*self.repair]} if self.repair else {}
+        return {"urdf": Asset(self.path.name, self.path), **repair, **starts_at_limits(self.robots)}
 
     def bodies(self, name: str) -> dict[str, str]:
         """Returns body in the scene → link, for an entity of this name."""
@@ -63,7 +67,7 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
         return None
     name = Names().new(path.stem)
     document = {"scenecc": 1, "name": name, "entities": {name: read.entity()}}
-    return ImportedScene(document, read.losses, read.bodies(name), codes_of_losses=UNREAL_INERTIAS)
+    return ImportedScene(document, read.losses, read.bodies(name), codes_of_losses=UNREAL_INERTIAS | {_ASSUMED_MASS})
 
 
 def read_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:
@@ -100,6 +104,13 @@ def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription 
         repaired = [note for note in notes if note.code == REPAIRED]
         losses += [Loss(_REPAIRS[name], note.message, note.location) for note in repaired]
     losses += [Loss("inertias", note.message, note.location) for note in _inertia_warnings(trial)]
+    if any(note.code == _ASSUMED_MASS and note.hint for note in trial.diagnostics()):
+        # Fixed links get the mass that they have in the file: none.
+        needed = [*needed, "mass"]
+        described, trial = _try_read(file, frozenset(needed), context)
+    listed = {loss.message for loss in losses}
+    assumed = [note for note in trial.diagnostics() if note.code in {_ASSUMED_MASS, REPAIRED}]
+    losses += [Loss("assumed-masses", note.message, note.location) for note in assumed if note.message not in listed]
     return described, tuple(losses), needed
 
 

@@ -296,6 +296,7 @@ class DescribedRobot:
         ignored: SRDF pair of each bit of `DescribedLink.ignore_bits`.
         self_collisions: whether its links collide with one another.
         dynamics: None: not in the file.
+        ignores_alone: whether these bits are only of this robot, not of all robots of the file.
     """
 
     links: tuple[DescribedLink, ...]
@@ -306,6 +307,7 @@ class DescribedRobot:
     ignored: tuple[Location, ...] = ()
     self_collisions: bool = True
     dynamics: DescribedDynamics | None = None
+    ignores_alone: bool = False
 
 
 LinkName = tuple[str, str]

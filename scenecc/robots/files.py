@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.diagnostic import Location, Origin, RelatedPlace
-from scenecc.diagnostics.messages import nearest
+from scenecc.diagnostics.messages import cut, nearest
 from scenecc.files import TooLongError, read_at_most
 from scenecc.robots.description import DescribedFile
 from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_asset_reference, shorten_uri
@@ -115,9 +115,7 @@ class FileReport:
             self.report(code, message, location, hint=hint)
 
 
-def read_robot_bytes(
-    path: Path, file: str, findings: FileReport, limit: int, *, is_xml: bool = True
-) -> bytes | None:
+def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int, *, is_xml: bool = True) -> bytes | None:
     """Returns the content of a file; None after an error (SC450: unreadable, SC452: too large).
 
     Args:
@@ -171,6 +169,7 @@ class RobotFiles:
         repairs: whether the scene sets `repair: [files]`, so that optional files may be missing.
         found: files found, by URI.
         missing: error of each reference that was not found.
+        elsewhere: references to packages that were found in a folder with another name.
     """
 
     owner: ResolvedFile
@@ -179,6 +178,7 @@ class RobotFiles:
     repairs: bool = False
     found: dict[str, DescribedFile] = field(default_factory=dict[str, DescribedFile])
     missing: dict[str, Refusal] = field(default_factory=dict[str, Refusal])
+    elsewhere: set[str] = field(default_factory=set[str])
 
     def find(
         self,
@@ -217,6 +217,10 @@ class RobotFiles:
                 hint = "; ".join(part for part in (looked, hint, repair) if part) or None
             findings.report(found.code, found.message, location, hint=hint)
             return None
+        if reference in self.elsewhere:
+            package, _, inner = reference[len(_PACKAGE_SCHEME) :].lstrip("/").partition("/")
+            message = f"there is no package `{cut(package)}`: `{cut(inner)}` is taken from `{self._uri(found)}`"
+            findings.report_once("SC449", package, message, location)
         return self.add(found, location)
 
     def _search(self, reference: str) -> ResolvedFile | Refusal:
@@ -239,6 +243,14 @@ class RobotFiles:
         # `package:///PACKAGE/PATH` occurs too; pinocchio, for one, accepts it.
         inner = written.lstrip("/")
         found = self._find_in_folders(inner) if inner else None
+        if isinstance(found, Refusal) and found.code == _FILE_NOT_FOUND:
+            # The package's folder may have another name here: the longest end of the path decides.
+            parts = inner.split("/")
+            ends = ("/".join(parts[start:]) for start in range(1, len(parts) - 1))
+            other = next((file for end in ends if isinstance(file := self._find_above(end), ResolvedFile)), None)
+            if other is not None:
+                self.elsewhere.add(_PACKAGE_SCHEME + written)
+                return other
         if isinstance(found, ResolvedFile) or (found is not None and written == inner):
             return found
         shown = shorten_uri(_PACKAGE_SCHEME + written)
@@ -248,7 +260,10 @@ class RobotFiles:
         given = None if self.package is None else self.package(inner)
         if isinstance(given, ResolvedFile):
             return given
-        first: Refusal | None = None if given is None or given.code == _FILE_NOT_FOUND else given
+        return self._find_above(inner, None if given is None or given.code == _FILE_NOT_FOUND else given)
+
+    def _find_above(self, inner: str, first: Refusal | None = None) -> ResolvedFile | Refusal:
+        """Returns a file in the robot's folder or the nearest folder above. `first`: the refusal to return, if any."""
         for step in range(min(_MAX_PARENT_FOLDERS, len(self.owner.path.parents))):
             reference = "../" * step + inner
             found = resolve_asset_reference(

@@ -40,6 +40,7 @@ from scenecc.robots.urdf_joints import (
     scale_mimics,
 )
 from scenecc.robots.urdf_links import UrdfMaterials, read_geometry, read_inertial, read_origin
+from scenecc.robots.urdf_masses import has_mass, weigh_links
 from scenecc.robots.xml import SourceElement, XmlBounds, parse_xml, read_text_attribute
 
 if TYPE_CHECKING:
@@ -324,7 +325,7 @@ def read_urdf(
             any.
         srdf_origin: the scene node that names the SRDF; default: `origin`.
         package: resolves a `package://` path in the folder that the scene gives; None: the scene gives none.
-        repair: "inertia", "limits", "files" and "shapes": faults to repair (SC488) rather than refuse.
+        repair: "inertia", "mass", "limits", "files" and "shapes": faults to repair (SC488) rather than refuse.
         name: displayed file name; default: its URI.
         budget: shared by all files of the scene; None: no budget.
     """
@@ -343,6 +344,11 @@ def read_urdf(
     return _UrdfReader(
         root, files, findings, pairing, float(scale), repair, collision_is_visual=collision_is_visual
     ).read(srdf)
+
+
+def _is_empty(robot: DescribedRobot) -> bool:
+    root, *others = robot.links
+    return not (others or root.collisions or root.visuals or root.inertial)
 
 
 class _UrdfReader:
@@ -367,6 +373,7 @@ class _UrdfReader:
         self._collision_is_visual = collision_is_visual
         self._repair = repair
         self._looks = UrdfMaterials(root, files, findings)
+        self._massless: set[str] = set()
 
     def read(self, srdf: ResolvedFile | Literal["sibling"] | None) -> RobotDescription | None:
         """Returns the robot, or None after an error."""
@@ -401,11 +408,11 @@ class _UrdfReader:
         robots = tuple(
             self._robot(branch, described, joints, pairs, is_first=index == 0) for index, branch in enumerate(branches)
         )
-        return (
-            None
-            if findings.errors or self._pairing.errors
-            else RobotDescription(robots, tuple(self._files.found.values()))
-        )
+        if findings.errors or self._pairing.errors:
+            return None
+        # Above a floating joint there is often a link `world` with nothing in it.
+        robots = robots[1:] if _is_empty(robots[0]) and not all(map(_is_empty, robots)) else robots
+        return RobotDescription(robots, tuple(self._files.found.values()))
 
     def _index_by_name(self, tag: str) -> dict[str, SourceElement]:
         """Returns the elements with a tag by name, in file order. Reports duplicate names (SC460)."""
@@ -452,6 +459,8 @@ class _UrdfReader:
                 if self._collision_is_visual:
                     visuals.append(DescribedVisual(*shape))
         inertial = read_inertial(element, len(collisions), self._scale, self._findings, self._repair)
+        if not has_mass(element):
+            self._massless.add(name)
         return DescribedLink(
             name,
             element.location,
@@ -498,11 +507,12 @@ class _UrdfReader:
         pairs = (*pairs, *own)
         bits, ignored = assign_ignore_bits(branch.links, parents, pairs, self._pairing)
         check_mimics([joints[row.name] for row in below], findings)
+        links = [
+            replace(described[name], parent=parent, joint=row and joints[row.name], ignore_bits=own_bits)
+            for name, parent, row, own_bits in zip(branch.links, parents, [None, *below], bits, strict=True)
+        ]
         return DescribedRobot(
-            links=tuple(
-                replace(described[name], parent=parent, joint=row and joints[row.name], ignore_bits=own_bits)
-                for name, parent, row, own_bits in zip(branch.links, parents, [None, *below], bits, strict=True)
-            ),
+            links=weigh_links(links, self._massless, findings, self._repair),
             body_type="dynamic" if len(branch.links) == 1 else None,
             fixed=None if is_first else False,
             pose=pose or IDENTITY_POSE,

@@ -277,9 +277,11 @@ def _check_distinct(names: list[Any]) -> list[Any]:
 
 
 Repairs = Annotated[
-    list[Literal["inertia", "limits", "files", "shapes"]],
+    list[Literal["inertia", "mass", "limits", "files", "shapes"]],
     AfterValidator(_check_distinct),
-    WithJsonSchema({"type": "array", "items": {"enum": ["inertia", "limits", "files", "shapes"]}, "uniqueItems": True}),
+    WithJsonSchema(
+        {"type": "array", "items": {"enum": ["inertia", "mass", "limits", "files", "shapes"]}, "uniqueItems": True}
+    ),
 ]
 
 
@@ -302,7 +304,8 @@ class UrdfKeys(SpecModel):
     )
     package_dir: Maybe[Leaf[Text]] = key("Folder that resolves `package://` in the file.")
     repair: Maybe[Fixed[Repairs]] = key(
-        "What to repair in the file: `inertia` (impossible moments become those of the collision shapes), `limits` "
+        "What to repair in the file: `inertia` (impossible moments become those of the collision shapes), `mass` "
+        "(fixed links without a mass get almost none), `limits` "
         "(missing limits are infinite), `files` (missing textures, .mtl and visual meshes are omitted), `shapes` "
         "(collisions of size 0 are omitted). Each repair is a note.",
         examples=[["inertia", "limits", "files"]],

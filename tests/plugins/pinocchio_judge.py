@@ -1,7 +1,7 @@
 """Reads a URDF with pinocchio, in a Python that has it: one request and one answer per line of JSON.
 
-A request: `file`, and `qpos`, joint name → position. An answer: `links`, name → position [m]; `joints`, name → lower and
-upper limit, the mass, centre of mass and inertia matrix of all that moves with it, in the world; or `error`.
+A request: `file`, and `qpos`, joint name → position. An answer: `links`, name → position [m]; `joints`, name → lower
+and upper limit, the mass, centre of mass and inertia matrix of all that moves with it, in the world; or `error`.
 """
 
 from __future__ import annotations

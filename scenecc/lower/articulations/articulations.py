@@ -460,6 +460,9 @@ class ArticulationLowerer:
     def _make_structure(
         self, robot: DescribedRobot, draft: ArticulationDraft, work: _ArticulationContext
     ) -> BodyStructure | ArticulationStructure:
+        if robot.ignores_alone:
+            # It gets an id of its own.
+            self._shared.pop(id(work.entity), None)
         if robot.body_type is None:
             return self._structure(draft, work)
         return self._body(work.entity.body_type or robot.body_type, draft, work)
@@ -476,7 +479,9 @@ class ArticulationLowerer:
             return replace(
                 body, body_type=body_type, inertial=None if body.inertial is link.inertial else body.inertial
             )
-        return replace(body, body_type=body_type, **self._solver_values(work, fixed=False))
+        # A robot file may have a mass without shapes.
+        shapeless = not body.collisions and not body.visuals and body.inertial is not None
+        return replace(body, body_type=body_type, shapeless=shapeless, **self._solver_values(work, fixed=False))
 
     def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure | ArticulationStructure:
         """Lowers a robot: an articulation, or one body of all its links if the entity has a `body_type`."""

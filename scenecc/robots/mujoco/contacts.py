@@ -30,33 +30,56 @@ class CollidingLink:
     Attributes:
         body: index of its body in the model.
         key: identifies the link.
+        robot: index of its robot.
         parent: key of its parent link; None: it has none.
         contype, conaffinity: union over its geoms.
     """
 
     body: int
     key: int
+    robot: int
     parent: int | None
     contype: int
     conaffinity: int
 
 
-def find_ignore_bits(links: Sequence[CollidingLink], model: CompiledModel, report: MjcfReport) -> dict[int, int]:
-    """Returns the ignore bits of each link that has any, by its key; empty after an error (SC483: too many sets)."""
+def find_ignore_bits(
+    links: Sequence[CollidingLink], model: CompiledModel, report: MjcfReport
+) -> tuple[dict[int, int], bool]:
+    """Returns the ignore bits of each link that has any, by its key, and whether each robot has bits of its own.
+
+    It has none after an error (SC483: too many sets).
+    """
     if "CONTACT" in model.header["disabled"]:
-        return {link.key: 1 for link in links}
+        return {link.key: 1 for link in links}, False
     wanted, free = _pairs(links, model)
     sets = cover_pairs(wanted, free, len(links))
+    alone = len(sets) > MAX_SETS and all(links[i].robot == links[j].robot for i, j in wanted)
+    if alone:
+        free = {(i, j) for i, j in free if links[i].robot == links[j].robot}
+        covers = [cover_pairs(own, free, len(links)) for own in _pairs_of_robots(wanted, links)]
+        sets = [
+            [number for cover in covers for number in (cover[bit] if bit < len(cover) else [])]
+            for bit in range(max(map(len, covers)))
+        ]
     if len(sets) > MAX_SETS:
         message = f"links that ignore one another need {len(sets)} bits, but SAPIEN has {MAX_SETS}"
         place = model.location("exclude", 0) if len(model["exclude_signature"]) else model.source.elements[0].location
         report.error("SC483", message, place, "split the file, or remove some `<exclude>`")
-        return {}
+        return {}, False
     bits: dict[int, int] = {}
     for bit, together in enumerate(sets):
         for number in together:
             bits[links[number].key] = bits.get(links[number].key, 0) | 1 << bit
-    return bits
+    return bits, alone
+
+
+def _pairs_of_robots(wanted: Pairs, links: Sequence[CollidingLink]) -> list[Pairs]:
+    """Returns the pairs of each robot that has any."""
+    found: dict[int, Pairs] = {}
+    for i, j in wanted:
+        found.setdefault(links[i].robot, set()).add((i, j))
+    return [*found.values()]
 
 
 def _pairs(links: Sequence[CollidingLink], model: CompiledModel) -> tuple[Pairs, Pairs]:

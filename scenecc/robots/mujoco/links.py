@@ -250,31 +250,32 @@ class MjcfModelReader:
         colliding: list[CollidingLink] = []
         starts: list[int] = []
         key = 0
-        for robot, bodies in made:
+        for index, (robot, bodies) in enumerate(made):
             starts.append(key)
             for link, body in zip(robot.links, bodies, strict=True):
                 if link.collisions and body >= 0:
                     parent = None if link.parent is None else starts[-1] + link.parent
-                    colliding.append(self._colliding_link(link, body, key, parent))
+                    colliding.append(self._colliding_link(link, body, (key, index), parent))
                 key += 1
-        bits = find_ignore_bits(colliding, self._model, self._report)
+        bits, alone = find_ignore_bits(colliding, self._model, self._report)
         return [
             replace(
                 robot,
                 links=tuple(
                     replace(link, ignore_bits=bits.get(start + number, 0)) for number, link in enumerate(robot.links)
                 ),
+                ignores_alone=alone,
             )
             for (robot, _), start in zip(made, starts, strict=True)
         ]
 
     @staticmethod
-    def _colliding_link(link: DescribedLink, body: int, key: int, parent: int | None) -> CollidingLink:
+    def _colliding_link(link: DescribedLink, body: int, keys: tuple[int, int], parent: int | None) -> CollidingLink:
         contype = conaffinity = 0
         for shape in link.collisions:
             first, second = shape.bits or (0, 0)
             contype, conaffinity = contype | first >> 1, conaffinity | second >> 1
-        return CollidingLink(body, key, parent, contype, conaffinity)
+        return CollidingLink(body, *keys, parent, contype, conaffinity)
 
     @staticmethod
     def _rename_duplicates(robots: list[DescribedRobot]) -> list[DescribedRobot]:

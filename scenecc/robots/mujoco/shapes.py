@@ -102,6 +102,11 @@ _COLOR_ROLE = 1
 """`mjTEXROLE_RGB`."""
 
 
+def _can_be_read(path: Path, data: bytes) -> bool:
+    """Returns whether SAPIEN can read a mesh. MuJoCo makes the hull of an OBJ without faces."""
+    return path.suffix.lower() in _MESH_FILES and (path.suffix.lower() != ".obj" or b"\nf" in data)
+
+
 class MjcfShapeReader:
     """Reads the geoms of a compiled model.
 
@@ -188,7 +193,8 @@ class MjcfShapeReader:
         mesh = int(model["geom_dataid"][geom])
         file, scale, refpos, refquat = model.header["meshes"][mesh]
         found = model.source.files.get(file)
-        if found is None or found.path.suffix.lower() not in _MESH_FILES or any(refpos) or refquat != [1, 0, 0, 0]:
+        is_moved = any(refpos) or refquat != [1, 0, 0, 0]
+        if found is None or is_moved or not _can_be_read(found.path, model.source.assets[file]):
             return self._compiled_mesh(mesh), pose
         moved = (*model["mesh_pos"][mesh].tolist(), *model["mesh_quat"][mesh].tolist())
         # MuJoCo ignores materials in mesh files.

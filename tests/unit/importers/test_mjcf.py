@@ -105,3 +105,72 @@ def test_the_file_is_kept_or_written_as_bodies(folder: Path) -> None:
         (arm,) = batch.articulations.values()
         assert [link.name for link in arm.objs[0].links] == ["base", "arm", "hand_dummy_0", "hand_dummy_1", "hand"]
         assert [joint.name for joint in arm.objs[0].active_joints] == ["hinge", "wrist_x", "wrist_y", "wrist_z"]
+
+
+BOX = '<body name="{0}" pos="0 0 1"><freejoint/><geom type="mesh" mesh="{0}" density="{1}"/></body>'
+
+
+@pytest.mark.parametrize("marker", ["__init__.py", "package.xml"])
+def test_files_outside_the_folder_are_copied_with_their_folders(folder: Path, marker: str) -> None:
+    """Includes of includes through `..`, relative to the main file as MuJoCo has it, and files of one name."""
+    package = folder / "robots"
+    for name in ("worlds", "parts/a", "parts/b", "common"):
+        (package / name).mkdir(parents=True)
+    (package / marker).touch()
+    (package / "parts/a/rock.obj").write_text(TETRAHEDRON)
+    (package / "parts/b/rock.obj").write_text(TETRAHEDRON.replace("1", "2", 1))
+    (package / "common/assets.xml").write_text(
+        '<mujoco><asset><mesh name="a" file="a/rock.obj"/><mesh name="b" file="b/rock.obj"/></asset></mujoco>'
+    )
+    (package / "common/all.xml").write_text('<mujoco><include file="../../robots/common/assets.xml"/></mujoco>')
+    (package / "worlds/world.xml").write_text(
+        '<mujoco><compiler meshdir="../parts"/><include file="../common/all.xml"/>'
+        f"<worldbody>{BOX.format('a', 100)}{BOX.format('b', 200)}</worldbody></mujoco>"
+    )
+    made = import_scene(package / "worlds/world.xml", folder / "out/world.yaml")
+    assert made.certificate.masses == 2
+    assert made.certificate.relative_mass < 1e-6
+    package.rename(folder / "gone")
+    with scenecc.load_scene(folder / "out/world.yaml", render=False) as batch:
+        bodies: list[Any] = [held.objs[0].components[0] for held in batch.entities.values()]
+        masses = [body.mass for body in bodies]
+    assert sum(masses) == pytest.approx(made.certificate.mass)
+
+
+def test_a_folder_beside_the_file_needs_an_asset_root(folder: Path) -> None:
+    (folder / "private/rock.obj").write_text(TETRAHEDRON)
+    (folder / "in/rock.xml").write_text(ROCK.replace("rock.obj", "../private/rock.obj"))
+    with pytest.raises(SceneError) as caught:
+        import_scene(folder / "in/rock.xml", folder / "out/rock.yaml")
+    assert [one.code for one in caught.value.diagnostics] == ["SC402"]
+    import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=[folder / "private"])
+    assert (folder / "out/rock_assets/private/rock.obj").is_file()
+    assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]
+
+
+LOSSY = """<mujoco><worldbody><camera name="c" mode="track"/><body><joint name="j" range="30 60"/><geom size="0.1"/>
+<site name="s"/></body><site name="t"/></worldbody><tendon><spatial><site site="s"/><site site="t"/></spatial></tendon>
+</mujoco>"""
+
+
+@pytest.mark.parametrize("allow", ["all", ["all"], ["tendons"]])
+def test_what_the_import_lists_is_silenced_in_the_scene(folder: Path, allow: Any) -> None:
+    (folder / "arm.xml").write_text(LOSSY)
+    with pytest.raises(SceneError):
+        import_scene(folder / "arm.xml", folder / "arm.yaml")
+    import_scene(folder / "arm.xml", folder / "arm.yaml", allow=allow)
+    text = (folder / "arm.yaml").read_text()
+    assert "# scenecc: ignore SC484, SC490 -- listed by the import; allowed: tendons\n" in text
+    assert "qpos: {j: 0.5235988}" in text
+    assert scenecc.validate(folder / "arm.yaml") == []
+
+
+@pytest.mark.parametrize("folder_key", ["meshdir", "assetdir", ""])
+def test_absolute_paths_lead_to_the_copies(folder: Path, folder_key: str) -> None:
+    (folder / "private/rock.obj").write_text(TETRAHEDRON)
+    compiler = f'<compiler {folder_key}="{folder}/in"/>' if folder_key else ""
+    absolute = ROCK.replace("<asset>", f"{compiler}<asset>").replace("rock.obj", f"{folder}/private/rock.obj")
+    (folder / "in/rock.xml").write_text(absolute)
+    import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=[folder / "private"])
+    (folder / "private/rock.obj").unlink()
+    assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]

@@ -774,6 +774,8 @@ def test_combine_modes_are_reported_where_contacts_differ(tmp_path: Path, text: 
     found = read(tmp_path, text.replace("FIXED", joint("PhysicsFixedJoint", "body_a", "body_b")))
     assert kinds(found) == (["contact-materials"] if words else [])
     assert words in "".join(loss.message for loss in found.losses)
+
+
 @pytest.mark.parametrize("name", ["physxJointAxis:angular:dynamicFrictionEffort", "mjc:frictionloss"])
 @pytest.mark.parametrize("is_driven", [False, True])
 def test_a_friction_force_of_a_joint(tmp_path: Path, name: str, is_driven: bool) -> None:

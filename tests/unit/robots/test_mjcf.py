@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import scenecc
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.diagnostic import Origin
@@ -181,3 +182,45 @@ def test_textures_are_read_from_texturedir(tmp_path: Path) -> None:
     assert look.base_color_texture.uri == "images/t.png"
     assert look.base_color == (1, 0, 0, 1)
     assert look.emission == (0.5, 0, 0, 1)
+
+
+def test_each_robot_of_a_file_has_its_own_bits_if_one_set_is_too_small(tmp_path: Path) -> None:
+    """Two joints per leg need a bit each; 33 such robots need 33, and SAPIEN has 32."""
+    leg = '<body pos="0 0 -1"><joint axis="1 0 0"/><joint axis="0 1 0"/><geom size="0.4"/></body>'
+    robot = f'<replicate count="33" offset="5 0 0"><body><freejoint/><geom size="0.4"/>{leg}</body></replicate>'
+    (tmp_path / "robots.xml").write_text(f"<mujoco><worldbody>{robot}</worldbody></mujoco>")
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {mjcf: robots.xml}}\n")
+    ids = set[int]()
+    with scenecc.load_scene(scene, render=False) as batch:
+        for held in batch.articulations.values():
+            shapes = [shape for link in held.objs[0].links for shape in link.collision_shapes]
+            first, second = (shape.collision_groups for shape in shapes)
+            assert first[2:] == second[2:]
+            assert first[2] == 1
+            ids.add(first[3])
+    assert len(ids) == 33
+
+
+def test_an_obj_without_faces_is_the_hull_that_mujoco_makes(tmp_path: Path) -> None:
+    (tmp_path / "cloud.obj").write_text("".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1)))
+    (tmp_path / "cloud.xml").write_text(
+        '<mujoco><asset><mesh name="m" file="cloud.obj"/></asset><worldbody><body><freejoint/>'
+        '<geom type="mesh" mesh="m"/></body></worldbody></mujoco>'
+    )
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {mjcf: cloud.xml}}\n")
+    with scenecc.load_scene(scene, render=False) as batch:
+        body: Any = batch.entities["r"].objs[0].components[-1]
+        assert body.mass == pytest.approx(1000, rel=1e-5)
+        assert len(body.collision_shapes) == 1
+
+
+def test_a_free_body_with_a_mass_and_no_shape_is_built(tmp_path: Path) -> None:
+    inertial = '<inertial pos="0 0 1" mass="2" diaginertia="1 1 1"/>'
+    (tmp_path / "mass.xml").write_text(f"<mujoco><worldbody><body><freejoint/>{inertial}</body></worldbody></mujoco>")
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {mjcf: mass.xml}}\n")
+    with scenecc.load_scene(scene, render=False) as batch:
+        body: Any = batch.entities["r"].objs[0].components[-1]
+        assert body.mass == 2

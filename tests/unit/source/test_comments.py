@@ -115,3 +115,32 @@ def test_a_comment_in_an_included_file_silences_its_findings(tmp_path: Path) -> 
     scene.write_text("scenecc: 1\ninclude: [part.yaml]\n")
     assert validate(scene) == []
     assert [found.code for found in validate(part)] == ["SC018"]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "codes"),
+    [
+        ("# scenecc: ignore SC454 -- of the wheel", "# scenecc: ignore SC454", []),
+        ("# scenecc: ignore SC454", "", ["SC454"]),
+        ("# scenecc: ignore SC454, SC469", "# scenecc: ignore SC454", ["SC018"]),
+    ],
+)
+def test_a_comment_where_a_scene_names_a_robot_file_silences_its_findings(
+    tmp_path: Path, first: str, second: str, codes: list[str]
+) -> None:
+    (tmp_path / "robot.urdf").write_text(ROBOT.format(above="", beside=""))
+    scene = tmp_path / "scene.yaml"
+    lines = f"  r:\n    urdf: robot.urdf  {first}\n  s:\n    {second}\n    urdf: robot.urdf\n"
+    scene.write_text(f"scenecc: 1\nentities:\n{lines}")
+    assert sorted(one.code for one in validate(scene)) == codes
+
+
+def test_a_comment_at_the_mjcf_silences_findings_in_the_files_that_it_includes(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    (tmp_path / "robot.xml").write_text('<mujoco><include file="body.xml"/></mujoco>')
+    (tmp_path / "body.xml").write_text(
+        '<mujoco><worldbody><light/><body><joint/><geom size="1"/></body></worldbody></mujoco>'
+    )
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities:\n  r: {mjcf: robot.xml}  # scenecc: ignore SC490\n")
+    assert validate(scene) == []
