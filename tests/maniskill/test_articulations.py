@@ -196,6 +196,8 @@ def test_a_finger_is_coupled_for_the_substeps_of_the_environment() -> None:
     physics = {"timestep": scene.timestep, "solver_position_iterations": iterations}
     alone = scenecc.load_scene({"scenecc": 1, "physics": physics, "entities": {"hand": hand}}, render=False)
     assert first_difference(trajectory(alone.scenes[0], STEPS), trajectory(scene.sub_scenes[0], STEPS)) is None
+
+
 def test_a_joint_rests_beyond_a_turn_and_another_has_a_friction_force() -> None:
     inertial = {"mass": 1, "inertia": [0.02, 0.02, 0.02]}
     joints = [{"name": "far", "type": "continuous"}, {"name": "rough", "type": "prismatic", "friction_force": 5}]

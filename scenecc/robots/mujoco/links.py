@@ -19,6 +19,7 @@ from scenecc.robots.description import (
     DescribedLink,
     DescribedRobot,
     LinkName,
+    ball_moment,
 )
 from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
 from scenecc.robots.mujoco.joints import MjcfJointReader

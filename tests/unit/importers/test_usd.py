@@ -382,7 +382,7 @@ def test_a_chain_becomes_a_link_tree_and_a_loop_joint_a_constraint(tmp_path: Pat
     assert first["joint"]["limits"] == pytest.approx([-math.pi / 2, math.pi / 4])
     assert second["joint"] == {"type": "fixed", "origin": [8, 0, 0]}
     loop = found.document["constraints"]["two"]
-    assert (loop["parent"], loop["child"]) == ("World/c", "World/b")
+    assert (loop["parent"], loop["child"]) == ("a/c", "a/b")
     assert loop["limits"]["twist"] == pytest.approx([-math.pi / 2, math.pi / 4])
 
 
@@ -789,3 +789,28 @@ def test_a_friction_force_of_a_joint(tmp_path: Path, name: str, is_driven: bool)
     (keys,) = robot["joints"].values()
     assert keys.get("friction_force") == (None if is_driven else pytest.approx(3e-7))
     assert ("joint-friction" in kinds(found)) == is_driven
+
+
+def test_prototypes_of_an_instancer_are_not_drawn_where_they_are_defined(tmp_path: Path) -> None:
+    rock = f'def Cube "rock" ({BODY})\n{{\n}}\n'
+    text = (
+        'def PointInstancer "rocks"\n{\nrel prototypes = </World/rocks/rock>\nint[] protoIndices = [0, 0, 0, 0]\n'
+        f"point3f[] positions = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)]\nint64[] invisibleIds = [1]\n{rock}}}\n"
+    )
+    found = read(tmp_path, text + f'def Cube "a" ({BODY})\n{{\n}}\n')
+    assert list(entities(found)) == ["a"]
+    assert [loss.message for loss in found.losses] == ["a `PointInstancer` of 3 instances of `rock` (/World/rocks)"]
+
+
+@pytest.mark.parametrize("head", [HEAD, "metersPerUnit = 1"])
+def test_no_entity_is_named_after_the_world(tmp_path: Path, head: str) -> None:
+    bottle = 'def Cube "bottle" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{\n}\n'
+    assert list(entities(read(tmp_path, bottle, head=head))) == ["bottle"]
+    bodies = "".join(f'def Cube "{name}" ({BODY})\n{{\n}}\n' for name in ("rail", "cart"))
+    found = read(tmp_path, bottle + bodies + joint("PhysicsPrismaticJoint", "rail", "cart"), head=head)
+    assert list(entities(found)) == ["bottle", "rail"]
+
+
+def test_moving_surfaces_are_a_loss_of_their_own(tmp_path: Path) -> None:
+    schemas = BODY.replace("[", '["PhysxSurfaceVelocityAPI", ')
+    assert kinds(read(tmp_path, f'def Cube "belt" ({schemas})\n{{\n}}\n')) == ["moving-surfaces"]
