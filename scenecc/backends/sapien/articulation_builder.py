@@ -163,8 +163,8 @@ def _prepare_tendon(
     known: dict[tuple[float, ...], tuple[list[float], float]] | None = {} if _has_one_inertia(structure) else None
 
     def soften(links: list[Any], coefficients: list[float]) -> tuple[list[float], float]:
-        found = known and known.get(tuple(coefficients))
-        if not found:
+        found = None if known is None else known.get(tuple(coefficients))
+        if found is None:
             temporal = physx.get_scene_config().enable_tgs
             found = soft_tendon(links, list(over), coefficients, timestep, temporal=temporal)
             if known is not None:
