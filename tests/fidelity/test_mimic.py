@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from fidelity.hand import box_shape, built
 
-from scenecc import load_scene
+from scenecc import load_scene, validate
 from scenecc.plan import (
     ArticulationStructure,
     BodyStructure,
@@ -112,11 +112,14 @@ def finger(
     """A scene with a chain of links of 0.2 m whose joints about y have no friction. The keys of a joint are text."""
     text = "{name: palm, shapes: [{type: box, half_size: [0.05, 0.05, 0.05]}]"
     for number, keys in enumerate(joints):
-        origin = f"{{p: [{0.2 if number else 0}, 0, 0]}}"
-        text += (
-            f", children: [{{joint: {{name: j{number}, type: revolute, axis: [0, 1, 0], friction: 0, origin: {origin}, "
-        )
-        text += f"{keys}}}, name: l{number}, "
+        given = [
+            f"name: j{number}",
+            "friction: 0",
+            f"origin: {{p: [{0.2 if number else 0}, 0, 0]}}",
+            *filter(None, [keys]),
+        ]
+        given += [default for default in ("type: revolute", "axis: [0, 1, 0]") if default.split(":")[0] not in keys]
+        text += f", children: [{{name: l{number}, joint: {{{', '.join(given)}}}, "
         text += "shapes: [{type: box, half_size: [0.1, 0.02, 0.02], pose: [0.1, 0, 0], density: 1000}]"
     root = text + "}]" * len(joints) + "}"
     return (
@@ -212,6 +215,26 @@ def test_a_finger_hangs_as_in_mujoco(tmp_path: Path) -> None:
     assert source == pytest.approx(data.qpos[0], abs=1e-3)
     # MuJoCo's equality is the softer one.
     assert abs(joint - 0.7 * source - 0.1) < 1e-3 < abs(data.qpos[1] - 0.7 * data.qpos[0] - 0.1)
+
+
+@pytest.mark.parametrize(
+    ("joints", "free", "exact"),
+    [
+        (["", "mimic: {joint: j0}"], True, True),
+        (["", "", "mimic: {joint: j1}"], False, True),
+        (["", "axis: [0, -1, 0], mimic: {joint: j0}"], True, False),
+        (["", "axis: [0, -1, 0], mimic: {joint: j0}"], False, True),
+        (["", "axis: [1, 0, 0], mimic: {joint: j0}"], False, True),
+        (["", "axis: [1, 0, 0]", "mimic: {joint: j0}"], False, False),
+        (["", "axis: [1, 0, 0]", "axis: [1, 0, 0], mimic: {joint: j1}"], True, True),
+        (["", "type: prismatic, mimic: {joint: j0}"], False, False),
+        (["type: prismatic", "type: prismatic, mimic: {joint: j0}"], False, True),
+        (["type: prismatic", "type: prismatic, mimic: {joint: j0}"], True, False),
+    ],
+)
+def test_an_inexact_coupling_is_a_warning(joints: list[str], free: bool, exact: bool) -> None:
+    found = {diagnostic.code for diagnostic in validate(io.StringIO(finger(joints, free=free)))}
+    assert ("SC578" not in found) == exact
 
 
 GRIPPER = """

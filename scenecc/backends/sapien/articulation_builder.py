@@ -46,6 +46,8 @@ from scenecc.plan.articulation import (
     tendon_pull,
 )
 from scenecc.plan.tendons import soft_tendon
+from scenecc.plan.value import Value
+from scenecc.plan.walk import walk_fields
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -158,18 +160,34 @@ def _prepare_tendon(
     pulls = [tendon_pull(*pair) for pair in zip(*(column.tolist() for column in numbers), strict=True)]
     made = [(tendon_coefficients(structure, mimic, over, ends), ends.rest_length) for ends in pulls]
     is_stiff = is_sibling_tendon(over, structure)
+    known: dict[tuple[float, ...], tuple[list[float], float]] | None = {} if _has_one_inertia(structure) else None
+
+    def soften(links: list[Any], coefficients: list[float]) -> tuple[list[float], float]:
+        found = None if known is None else known.get(tuple(coefficients))
+        if found is None:
+            temporal = physx.get_scene_config().enable_tgs
+            found = soft_tendon(links, list(over), coefficients, timestep, temporal=temporal)
+            if known is not None:
+                known[tuple(coefficients)] = found
+        return found
 
     def bind(articulation: Any, links: list[Any], row: int) -> None:
         coefficients, rest_length = row_item(made, row)
-        shares, stiffness = coefficients, TENDON_STIFFNESS
-        if not is_stiff:
-            temporal = physx.get_scene_config().enable_tgs
-            shares, stiffness = soft_tendon(links, list(over), coefficients, timestep, temporal=temporal)
+        shares, stiffness = (coefficients, TENDON_STIFFNESS) if is_stiff else soften(links, coefficients)
         articulation.create_fixed_tendon(
             [links[number] for number in over], coefficients, shares, rest_length=rest_length, stiffness=stiffness
         )
 
     return bind
+
+
+def _has_one_inertia(structure: ArticulationStructure) -> bool:
+    """Whether masses, joint frames, armatures and solver iterations are the same in all scenes."""
+    values: list[Any] = [structure.solver_position_iterations]
+    for link in structure.links:
+        values += [item for _, _, item in walk_fields(link.body)]
+        values += [getattr(link.joint, name, None) for name in ("pose_in_parent", "pose_in_child", "armature")]
+    return not any(isinstance(value, Value) and value.may_vary for value in values)
 
 
 class BatchArticulationBuilder:
