@@ -70,7 +70,8 @@ def test_the_script_tables_cover_all_geometry() -> None:
 
 
 def test_the_script_tables_cover_all_properties() -> None:
-    elsewhere = {"body_type", "collisions", "visuals", "mass", "inertial", "collision_groups", "shapeless", "origin"}
+    elsewhere = {"body_type", "collisions", "visuals", "mass", "com", "inertial"}
+    elsewhere |= {"collision_groups", "shapeless", "origin"}
     assert {*BODY_PROPERTIES, *RENDER_PROPERTIES} | elsewhere == {
         item.name for item in dataclasses.fields(BodyStructure)
     }
@@ -331,6 +332,7 @@ def test_a_script_drops_no_property_of_a_body_or_shape() -> None:
     full = dataclasses.replace(
         full,
         visuals=seen,
+        com=constant([0.1, 0.0, 0.0]),
         disable_gravity=constant(True, FLAG),
         visibility=constant(0.5),
         shading_mode=constant(1, INT),
