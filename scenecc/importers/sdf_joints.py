@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from scenecc.importers.sdf_scopes import Scope
     from scenecc.robots.description import DriveAxis, LinkName
 
-_UNLIMITED: Final = 1e15
-"""SDF writes "no limit" as 1e16."""
+_UNLIMITED: Final = 1e9
+"""SDF writes "no limit" as 1e16, and worlds also as 1e12."""
 
 _NO_LIMITS: Final = (-math.inf, math.inf)
 
