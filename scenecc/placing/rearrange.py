@@ -115,13 +115,14 @@ class _Rearrangement:
             self._head[rows] = np.where(waits, first, self._head[rows])
             for number in np.unique(self._head[rows]).tolist():
                 self._advance(number, rows[self._head[rows] == number])
-        return ~self._settled.all(axis=1)
+        failed: Any = ~self._settled.all(axis=1)
+        return failed
 
     def changed(self) -> Iterator[Placement]:
         """Yields the placements with a new pose in some scene."""
-        yield from (one for one, lifted in zip(self._all, self._lifted.any(axis=0).tolist(), strict=True) if lifted)
-        if not self._lifted[:, -1].any():
-            yield self._all[-1]
+        for number, one in enumerate(self._all):
+            if one is self._all[-1] or self._lifted[:, number].any():
+                yield one
 
     def poses(self, placement: Placement) -> Floats:
         """Returns the poses of a placement (B, 7)."""
@@ -129,9 +130,7 @@ class _Rearrangement:
 
     def lifted_names(self, scene: Flags) -> list[str]:
         """Returns the names of the placements that were placed again in a scene, without the one that had no room."""
-        return [
-            one.name for one, lifted in zip(self._all[:-1], self._lifted[scene].any(axis=0), strict=False) if lifted
-        ]
+        return [one.name for number, one in enumerate(self._all[:-1]) if self._lifted[scene, number].any()]
 
     def _advance(self, number: int, rows: Indices) -> None:
         """Tries a placement in some scenes."""
@@ -165,7 +164,8 @@ class _Rearrangement:
     def _lifted_for_need(self, number: int) -> Flags:
         """Returns the placements to place again where no try of one is possible: what it reads, and their followers."""
         read = self._reads[number] & ~self._constant
-        return self._followers[read].any(axis=0)
+        lifted: Any = self._followers[read].any(axis=0)
+        return lifted
 
     def _settle(self, number: int, rows: Indices, pose: Floats) -> None:
         whole = self.poses(self._all[number])

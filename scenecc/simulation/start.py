@@ -72,8 +72,8 @@ def overlaps(contacts: Contacts, plan: ScenePlan, rules: OverlapRules) -> Iterat
     for (scene, *names), (depth, a, b) in deepest.items():
         by = f"by {length_text(depth)} at the start"
         if owner(a, articulations) == owner(b, articulations):
-            hint = "if intended, set `collision_bits` of `links`, or add a pair with `Default` to the SRDF"
-            hint += " (`Adjacent` and `Never` have no effect there)"
+            hint = "if intended, set `collision_bits` of `links`, or add a pair with `Default` to the SRDF, where "
+            hint += "`Adjacent` and `Never` have no effect"
             yield Finding("SC851", tuple(names), scene, depth, f"the links `{a}` and `{b}` overlap {by}", hint)
         else:
             plane = next((one for one in (b, a) if one in planes), None)

@@ -127,7 +127,7 @@ def test_a_shared_material_that_a_reset_changes_stays_that_of_other_scenes() -> 
 
     def friction() -> list[float]:
         bodies = batch.entities["a"].objs
-        found = [body.find_component_by_type(sapien.physx.PhysxRigidDynamicComponent) for body in bodies]
+        found: list[Any] = [body.find_component_by_type(sapien.physx.PhysxRigidDynamicComponent) for body in bodies]
         return [one.collision_shapes[0].physical_material.static_friction for one in found]
 
     batch.reset(draws={"mu": [0.5] * 4})

@@ -28,7 +28,7 @@ COLLADA = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" versi
 
 
 def box(suffix: str, color: tuple[int, int, int] | None = (255, 0, 0)) -> bytes:
-    mesh = trimesh.creation.box((0.2, 0.2, 0.2))
+    mesh: Any = trimesh.creation.box((0.2, 0.2, 0.2))
     if color is not None:
         mesh.visual.vertex_colors = np.array([*color, 255], np.uint8)
     content: Any = mesh.export(file_type=suffix)
