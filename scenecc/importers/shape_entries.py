@@ -121,8 +121,8 @@ def _collision_entry(
     weighs: bool,
 ) -> Node:
     geometry = shape.geometry
-    if isinstance(geometry, PlaneGeometry) and twin is not None:
-        geometry = twin.geometry
+    if isinstance(geometry, PlaneGeometry):
+        geometry = PlaneGeometry() if twin is None else twin.geometry
     kind = geometry.collision or "hull" if isinstance(geometry, MeshGeometry) else "hull"
     entry = _geometry_keys(geometry, shape.pose, _MESH_TYPES[kind])
     if shape.density is not None and weighs:

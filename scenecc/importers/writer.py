@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, rotate
+from scenecc.geometry.rotations import AXES, IDENTITY, IDENTITY_POSE, rotate
 from scenecc.importers.ignored_pairs import Collider, IgnoredPairs
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.numbers import (
@@ -44,6 +44,7 @@ from scenecc.importers.numbers import (
 from scenecc.importers.shape_entries import move_up, shape_lists, texture_value
 from scenecc.importers.tree_entries import drive_keys, joint_names, tree_of
 from scenecc.robots.description import IN_WORLD, LinkName
+from scenecc.robots.solids import follows_from_shapes
 from scenecc.robots.world import RobotFile
 from scenecc.scene_file import Node
 
@@ -54,8 +55,10 @@ if TYPE_CHECKING:
     from scenecc.robots.description import (
         DescribedConstraint,
         DescribedDrive,
+        DescribedDynamics,
         DescribedInertial,
         DescribedLink,
+        DescribedMotion,
         DescribedRobot,
     )
     from scenecc.robots.world import DescribedCamera, DescribedEntity, DescribedLight, DescribedPhysics, DescribedWorld
@@ -120,13 +123,14 @@ class _WorldWriter:
             "entities": entities,
             "constraints": self._named(world.constraints, self._constraint),
             "lights": self._named(world.lights, self._light),
-            "cameras": self._named(world.cameras, self._camera),
+            # Entities and cameras share their names.
+            "cameras": self._named(world.cameras, self._camera, *entities),
         }
         document = {"scenecc": 1, "name": world.name, **{key: value for key, value in sections.items() if value}}
         return WrittenWorld(document, self.bodies, self.places, self.names, tuple(ignored.unwritten))
 
-    def _named(self, described: Any, keys: Any) -> dict[str, Node]:
-        names = Names()
+    def _named(self, described: Any, keys: Any, *taken: str) -> dict[str, Node]:
+        names = Names(*taken, "world")
         return {names.new(one.name): keys(one) for one in described}
 
     def _environment(self) -> Node:
@@ -176,7 +180,7 @@ class _WorldWriter:
         if moves:
             node |= _given(robot.dynamics)
         node |= self._link_keys(link, moves=moves)
-        node = self._with_shapes(node, link, name, index, 0, is_link=False, is_static=kind == "static")
+        node = self._with_shapes(node, link, name, index, 0, is_link=False, moves=moves, is_static=kind == "static")
         if not any(node.get(key) for key in ("shapes", "collisions", "visuals")):
             node["shapes"] = []
         return node
@@ -206,7 +210,9 @@ class _WorldWriter:
         """Returns mass and motion of a link or body."""
         if not moves:
             return {}
-        keys = {} if link.inertial is None else _mass_keys(link.inertial)
+        keys: Node = {}
+        if link.inertial is not None:
+            keys = _mass_keys(link.inertial, plain=follows_from_shapes(link.inertial, link.collisions))
         if link.disable_gravity:
             keys["gravity"] = False
         return keys | _given(link.motion)
@@ -220,11 +226,12 @@ class _WorldWriter:
         number: int,
         *,
         is_link: bool,
+        moves: bool = True,
         is_static: bool = False,
     ) -> Node:
         """Returns the keys of a link or body with its shapes, and records it if it collides."""
         inertial = link.inertial
-        weighs = not is_static and (inertial is None or inertial.inertia is None)
+        weighs = moves and (inertial is None or inertial.inertia is None)
         lists, entries = shape_lists(link.collisions, link.visuals, self.world.physics.friction, weighs=weighs)
         made = move_up({**node, **lists}, entries, is_link=is_link)
         if link.collisions:
@@ -309,13 +316,16 @@ def _motor_keys(drive: DescribedDrive) -> Node:
     return {**drive_keys(drive), **{key: plain_number(value) for key, value in targets.items() if value}}
 
 
-def _mass_keys(inertial: DescribedInertial) -> Node:
-    """Returns `mass` or `inertial`. Axes along those of the link are not written: the moments are in their order."""
+def _mass_keys(inertial: DescribedInertial, *, plain: bool) -> Node:
+    """Returns `mass` or `inertial`. Axes along those of the link are not written: the moments are in their order.
+
+    `plain`: whether the inertia follows from the shapes with one density.
+    """
     mass = short_number(inertial.mass)
-    if inertial.inertia is None:
+    if inertial.inertia is None or plain:
         return {"mass": mass}
     com, inertia = clean_pose(inertial.com), inertial.inertia
-    turn = np.array([rotate(com[3:], axis) for axis in np.eye(3).tolist()]).T
+    turn = np.array([rotate(com[3:], axis) for axis in AXES.values()]).T
     if max(inertia) - min(inertia) <= 1e-6 * max(inertia):
         com = (*com[:3], *IDENTITY)
     elif np.abs(turn - np.round(turn)).max() < 1e-6:
@@ -323,13 +333,13 @@ def _mass_keys(inertial: DescribedInertial) -> Node:
     return {"inertial": {"mass": mass, **pose_key(com, "com"), "inertia": [short_number(each) for each in inertia]}}
 
 
-def _given(described: Any) -> Node:
-    """Returns the values of a described object that are in the file, by field. None: no object."""
+def _given(described: DescribedMotion | DescribedDynamics | None) -> Node:
+    """Returns the values of a described object that are in the file, by field."""
     keys: Node = {}
     for one in () if described is None else fields(described):
-        value = getattr(described, one.name)
+        value: Any = getattr(described, one.name)
         if isinstance(value, tuple):
-            keys |= {one.name: _plain_row(value)} if value else {}
+            keys |= {one.name: _plain_row(value)} if value else {}  # pyright: ignore[reportUnknownArgumentType]
         elif value is not None:
             keys[one.name] = value if isinstance(value, int) else plain_number(value)
     return keys

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Location
 
 LIGHT_SHARE: Final = 1e-3
-"""Mass and inertia of a light link, relative to what it carries."""
+"""Mass and inertia of a light link, relative to the next link."""
+
+_LEAST_MASS: Final = 1e-6
+"""Mass of a light link that carries nothing [kg]."""
 
 _TRIANGLE: Final = 1 + 1e-6
 """Allowed ratio of the largest moment of inertia to the sum of the others."""
@@ -23,21 +26,24 @@ _TRIANGLE: Final = 1 + 1e-6
 def light_link(mass: float, moment: float | None, place: Location) -> DescribedInertial:
     """Returns the inertial of a link between two freedoms of one joint.
 
-    It has a share of 1e-3 of the mass and, about each axis, of the largest moment of inertia of what it carries, with
-    its centre of mass at the joint. Without shapes PhysX would give it 1 kg.
+    Its mass is 1e-3 of that of the next link, each of its moments 1e-3 of the next link's largest, and its centre of
+    mass is at the joint. Without shapes PhysX would give it 1 kg. The periods of a pendulum on three hinges, and of a
+    chain of ten, are then those of MuJoCo's ball joints to 0.03 %. Shares of 1e-4 and less gain more energy where the
+    outer hinges are almost parallel (a chain of six: 4 times as much). A share of 1e-2 changes the period by 0.3 %.
 
     Args:
-        mass: of the links that it carries [kg].
-        moment: largest moment of inertia of the link after it [kg·m²]; None: that of a sphere of water.
+        mass: of the next link [kg].
+        moment: its largest moment of inertia [kg·m²]; None: that of a sphere of water of the light
+            link's mass.
         place: of the joint.
     """
-    share = max(LIGHT_SHARE * mass, 1e-9)
-    turns = ball_moment(share) if moment is None else max(LIGHT_SHARE * moment, 1e-12)
+    share = LIGHT_SHARE * mass or _LEAST_MASS
+    turns = LIGHT_SHARE * moment if moment else ball_moment(share)
     return DescribedInertial(share, IDENTITY_POSE, (turns, turns, turns), place)
 
 
 def split_joint(
-    link: DescribedLink, freedoms: Sequence[DescribedJoint], names: Sequence[str], first: int, mass: float
+    link: DescribedLink, freedoms: Sequence[DescribedJoint], names: Sequence[str], first: int
 ) -> tuple[DescribedLink, ...]:
     """Returns a link on a joint of several freedoms, after the light links between its freedoms.
 
@@ -47,15 +53,15 @@ def split_joint(
             child; the last has its frame in the link; all others are identities.
         names: of the light links, one fewer than freedoms.
         first: index of the first link that is returned.
-        mass: of the link with everything that it carries [kg].
     """
-    moments = None if link.inertial is None or link.inertial.inertia is None else max(link.inertial.inertia)
+    mass = 1.0 if link.inertial is None else link.inertial.mass
+    moment = None if link.inertial is None or link.inertial.inertia is None else max(link.inertial.inertia)
     *others, last = freedoms
     made: list[DescribedLink] = []
     parent = link.parent
     for number, (joint, name) in enumerate(zip(others, names, strict=True)):
-        inertial = light_link(mass, moments, joint.location)
-        made.append(DescribedLink(name, joint.location, parent, joint, inertial=inertial, source=" "))
+        inertial = light_link(mass, moment, joint.location)
+        made.append(DescribedLink(name, joint.location, parent, joint, inertial=inertial))
         parent = first + number
     return (*made, replace(link, parent=parent, joint=last))
 

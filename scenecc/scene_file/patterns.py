@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+from scenecc.spec.references import MAX_PATTERN_LENGTH
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -32,7 +34,20 @@ def group_by_pattern(settings: Mapping[str, Node], names: Sequence[str]) -> Node
         for value, members in groups:
             holders.setdefault(tuple(members), {})[key] = value
     ordered = sorted(holders.items(), key=lambda entry: -len(entry[0]))
-    return {pattern_of(members, names): keys for members, keys in ordered}
+    found: Node = {}
+    for members, keys in ordered:
+        for pattern in _short_patterns(list(members), names):
+            found[pattern] = found.get(pattern, {}) | keys
+    return found
+
+
+def _short_patterns(members: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Returns patterns that match these names and no others, each short enough for a scene."""
+    pattern = pattern_of(members, names)
+    if len(pattern) <= MAX_PATTERN_LENGTH or len(members) == 1:
+        return [pattern]
+    half = len(members) // 2
+    return [*_short_patterns(members[:half], names), *_short_patterns(members[half:], names)]
 
 
 def pattern_of(members: Sequence[str], names: Sequence[str]) -> str:

@@ -18,21 +18,18 @@ from scenecc.robots.description import (
     DescribedLink,
     DescribedRobot,
     LinkName,
-    ball_moment,
 )
 from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
 from scenecc.robots.mujoco.joints import MjcfJointReader
 from scenecc.robots.mujoco.model import FREE, WORLD, CompiledModel
 from scenecc.robots.mujoco.shapes import MjcfShapeReader
 from scenecc.robots.poses import compose_poses
+from scenecc.robots.rules import light_link
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
     from scenecc.robots.mjcf_files import MjcfReport
-
-_DUMMY_SHARE = 1e-4
-"""Mass of a link between two joints of one body, relative to its subtree. PhysX would default to 1 kg."""
 
 
 @dataclass(slots=True)
@@ -196,10 +193,13 @@ class MjcfModelReader:
         """Returns a small inertial for a link without mass; None for a fixed root, where it has no effect."""
         if draft.parent is None and draft.body == WORLD:
             return None
-        mass = max(_DUMMY_SHARE * float(self._model["body_subtreemass"][draft.body]), 1e-6)
-        moment = ball_moment(mass)
-        place = self._model.location("body", draft.body)
-        return DescribedInertial(mass, IDENTITY_POSE, (moment, moment, moment), place)
+        model = self._model
+        mass, moment = (float(model[name][draft.body].max()) for name in ("body_mass", "body_inertia"))
+        place = model.location("body", draft.body)
+        if not mass:
+            below = max((float(model["body_mass"][child]) for child in model.children[draft.body]), default=0.0)
+            return light_link(below or float(model["body_subtreemass"][draft.body]), None, place)
+        return light_link(mass, moment or None, place)
 
     def _static_body(self, body: int) -> DescribedRobot | None:
         """Returns a top-level body without joints, with its descendants; None if it has no shapes."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import scenecc
 from scenecc.errors import SceneError
 from scenecc.importers.import_scene import import_scene
 
@@ -85,3 +86,23 @@ def test_a_wrong_argument_is_named_in_one_error(folder: Path, arguments: dict[st
     with pytest.raises(TypeError) as caught:
         import_scene(**whole)
     assert words in str(caught.value)
+
+
+def test_the_file_is_kept_or_written_as_bodies(folder: Path) -> None:
+    (folder / "world.xml").write_text("""<mujoco><worldbody><camera name="eye" pos="0 -1 0"/>
+<body name="a/arm" pos="0 0 1"><joint name="a/hinge" axis="0 1 0"/><geom size="0.1" mass="2"/><body name="a/hand">
+<joint name="a/wrist" type="ball"/><geom type="capsule" size="0.1 0.2" mass="1"/></body></body>
+<body name="box" pos="0 0 3"><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="2"/></body></worldbody>
+<equality><weld name="held" body1="a/hand" body2="box"/></equality></mujoco>""")
+    import_scene(folder / "world.xml", folder / "kept.yaml", keep_file=True)
+    with scenecc.load_scene(folder / "kept.yaml", render=False) as batch:
+        assert {*batch.entities, *batch.articulations} == {"world_2/dummy_root_0", "world_2/box"}
+    import_scene(folder / "world.xml", folder / "written.yaml")
+    text = (folder / "written.yaml").read_text()
+    assert "mjcf:" not in text
+    assert "held: {type: weld, parent: a/hand, child: box" in text
+    assert "mass: 2" in text
+    with scenecc.load_scene(folder / "written.yaml", render=False) as batch:
+        (arm,) = batch.articulations.values()
+        assert [link.name for link in arm.objs[0].links] == ["base", "arm", "hand_dummy_0", "hand_dummy_1", "hand"]
+        assert [joint.name for joint in arm.objs[0].active_joints] == ["hinge", "wrist_x", "wrist_y", "wrist_z"]

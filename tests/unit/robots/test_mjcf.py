@@ -177,6 +177,7 @@ def test_textures_are_read_from_texturedir(tmp_path: Path) -> None:
     )
     look = found.robots[0].links[0].visuals[0].look
     assert look is not None
-    assert look.texture_uri == "images/t.png"
+    assert look.base_color_texture is not None
+    assert look.base_color_texture.uri == "images/t.png"
     assert look.base_color == (1, 0, 0, 1)
     assert look.emission == (0.5, 0, 0, 1)
