@@ -501,7 +501,7 @@ def write_constraint(stage: Stage, constraint: Constraint, row: int, paths: dict
     connect_bodies(stage, made, parent, paths[constraint.child.entity, constraint.child.link], in_parent, in_child)
     made.CreateExcludeFromArticulationAttr(defaultValue=True)
     # PhysX prevents collisions between two constrained bodies, even if the constraint is disabled.
-    made.CreateCollisionEnabledAttr(parent is None)
+    made.CreateCollisionEnabledAttr(parent is None or constraint.collide)
     if constraint.enabled is not None:
         made.CreateJointEnabledAttr(bool(constraint.enabled.row(row)))
     if isinstance(joint, Distance):

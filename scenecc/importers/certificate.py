@@ -41,7 +41,7 @@ class Certificate:
         engine: name of the reference engine or library; "" if there is none.
         why_no_engine: why an installed engine was not used; "" if none is installed.
         compared: number of bodies in both.
-        not_compared: names of the bodies built that the engine does not have, in the order of the scene.
+        not_compared: names in the scene of the source's bodies that the engine does not have.
         position: largest position difference [m].
         angle: largest rotation difference [rad].
         masses: number of masses compared, without kinematic bodies, whose mass has no effect.
@@ -123,13 +123,12 @@ def _compare(
     reference: Mapping[str, ReferencePose],
 ) -> Certificate:
     pairs = [(built[mine], reference[own]) for mine, own in names.items() if mine in built and own in reference]
-    found = {mine for mine, own in names.items() if own in reference}
     weighed = [(a.mass, b.mass) for a, b in pairs if a.mass is not None and b.mass]
     return replace(
         certificate,
         engine=engine,
         compared=len(pairs),
-        not_compared=tuple(mine for mine in built if mine not in found),
+        not_compared=tuple(mine for mine, own in names.items() if mine in built and own not in reference),
         position=max((math.dist(a.pose[:3], b.pose[:3]) for a, b in pairs), default=0.0),
         angle=max((_angle(a.pose[3:], b.pose[3:]) for a, b in pairs), default=0.0),
         masses=len(weighed),

@@ -75,6 +75,9 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "fluids": LossKind("fluid masses and forces", changes_machine=True),
     # Of MJCF.
     "tendons": LossKind("tendons", changes_machine=True),
+    "joint-couplings": LossKind("joints that follow others", changes_machine=True),
+    "parent-contacts": LossKind("contacts of bodies with their parents"),
+    "inactive-equalities": LossKind("inactive equalities"),
     "contact-pairs": LossKind("contact pairs", changes_machine=True),
     "joint-springs": LossKind("joint springs", changes_machine=True),
     "actuators": LossKind("actuators"),
@@ -97,6 +100,7 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "animations": LossKind("animations"),
     "unknown-prims": LossKind("prims of unknown types"),
     "vendor-attributes": LossKind("attributes of other schemas"),
+    "contact-materials": LossKind("materials with other contacts", changes_machine=True),
     "soft-bodies": LossKind("soft bodies and other dynamics", changes_machine=True),
     "point-instancers": LossKind("point instancers", changes_machine=True),
     "physics-scenes": LossKind("additional physics scenes"),

@@ -30,6 +30,7 @@ from scenecc.robots.description import (
 from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import ReadModel, read_model
+from scenecc.robots.mujoco.worker import FLAGS
 from scenecc.robots.world import (
     DescribedCamera,
     DescribedEntity,
@@ -61,6 +62,9 @@ _KINDS: Final = {
     "look": "material-looks",
     "texture": "material-looks",
     "equality": "loops",
+    "coupling": "joint-couplings",
+    "parent": "parent-contacts",
+    "inactive": "inactive-equalities",
     "actuator": "actuators",
     "sensor": "sensors",
     "site": "sites",
@@ -77,6 +81,9 @@ _BUILT: Final = frozenset({"camera", "light", "option"})
 """Findings of the reader about content that is imported here."""
 
 _READ_OPTIONS: Final = frozenset({"timestep", "gravity", "density", "viscosity"})
+
+_READ_FLAGS: Final = frozenset(each.lower() for each in (*FLAGS, "override"))
+"""Attributes of <flag> that are read, or reported by the reader."""
 
 _LIGHT_TYPES: Final[dict[int, Literal["spot", "directional", "point"]]] = {0: "spot", 1: "directional", 2: "point"}
 """`mjtLightType`; the fourth is an environment image."""
@@ -137,8 +144,13 @@ class _Importer:
         for element in self._model.source.elements:
             if element.tag == "option":
                 unread = [f"`{name}`" for name in element.attributes if name not in _READ_OPTIONS]
-                unread += [f"<{child.tag}>" for child in element.children]
                 self._losses += [Loss("settings", f"{name} of <option>", element.location) for name in unread]
+                flags = [(name, child) for child in element.children for name in child.attributes]
+                self._losses += [
+                    Loss("settings", f"`{name}` of <{child.tag}>", child.location)
+                    for name, child in flags
+                    if name not in _READ_FLAGS
+                ]
         self._keyframe = self._find_keyframe()
         self._description = read.description
         if self._keyframe and not context.keep_file:

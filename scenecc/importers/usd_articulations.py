@@ -206,8 +206,8 @@ class ArticulationWriter:
         name: str,
         settings: dict[str, dict[str, Any]],
     ) -> bool:
-        """Adds a link below its parent, with a link between each two freedoms. Returns whether it starts beyond a
-        limit.
+        """Adds a link below its parent, with a link between each two freedoms, and one above if both collide with each
+        other. Returns whether it starts beyond a limit.
 
         `first`: the joint's frame in the parent.
         """
@@ -219,17 +219,20 @@ class ArticulationWriter:
                 joint.prim,
             )
         freedoms: list[Freedom | None] = list(joint.freedoms) or [None]
-        if len(freedoms) > 1:
+        if len(joint.freedoms) > 1:
             self._stage.lose(
                 "ball-joints",
                 f"a joint with {len(freedoms)} freedoms; it becomes {len(freedoms)} joints in series",
                 joint.prim,
             )
+        elif joint.collides and all(_collides(self._bodies.get(body)) for body in joint.bodies):
+            # PhysX prevents contacts only between a link and its parent.
+            freedoms, positions = [None, *freedoms], [0.0, *(positions or [0.0])]
         beyond = False
         for k, (freedom, position) in enumerate(zip(freedoms, positions or [0.0], strict=True)):
             last = k == len(freedoms) - 1
             child = link if last else _dummy(link, f"{link['name']}_dummy_{k}")
-            own = name if len(freedoms) == 1 or freedom is None else f"{name}_{freedom.name}"
+            own = name if len(joint.freedoms) <= 1 or freedom is None else f"{name}_{freedom.name}"
             in_child = joint.frames[1] if last else IDENTITY_POSE
             made = usd_tree_joint(first, in_child, freedom, own)
             first = IDENTITY_POSE
@@ -307,6 +310,10 @@ class ArticulationWriter:
 
 _AXIS_WORDS: Final = {True: "angular", False: "linear"}
 """Names of PhysX's schema for the axes of a joint of one freedom, by whether it turns."""
+
+
+def _collides(body: UsdBody | None) -> bool:
+    return body is not None and any(parsed.collisionEnabled for _, parsed in body.colliders)
 
 
 def _dummy(link: dict[str, Any], name: str) -> dict[str, Any]:

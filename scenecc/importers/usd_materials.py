@@ -54,13 +54,13 @@ class UsdMaterialReader:
     def set_both(self, entry: dict[str, Any], prim: Prim, parsed: Any) -> None:
         """Sets material and colour of a shape that collides and is visible. `parsed`: its UsdPhysics descriptor."""
         looks = self._visual_path(prim)
-        self._set(entry, self._physical_path(parsed), looks)
+        self._set(entry, self.physical_path(parsed), looks)
         if not looks:
             self._set_color(entry, prim)
 
     def set_physical(self, entry: dict[str, Any], parsed: Any) -> None:
         """Sets the material of a collision shape."""
-        self._set(entry, self._physical_path(parsed), "")
+        self._set(entry, self.physical_path(parsed), "")
 
     def set_visual(self, entry: dict[str, Any], prim: Prim) -> None:
         """Sets material or colour of a visual shape. `prim`: the geometry, or a subset of its faces."""
@@ -71,7 +71,7 @@ class UsdMaterialReader:
 
     def density(self, parsed: Any) -> float:
         """Returns the density of a collider's material, in the stage's units; 0 if it has none."""
-        path = self._physical_path(parsed)
+        path = self.physical_path(parsed)
         return float(self._stage.value(self._stage.prim(path), "physics:density", 0.0)) if path else 0.0
 
     def parts(self, prim: Prim, mesh: UsdMesh) -> Iterator[tuple[Prim, UsdMesh, str]]:
@@ -91,8 +91,8 @@ class UsdMaterialReader:
     def _set(self, entry: dict[str, Any], physical: str, visual: str) -> None:
         if (physical, visual) not in self._names:
             content: dict[str, Any] = {}
-            if physical and self._friction(physical):
-                content["physical"] = self._friction(physical)
+            if physical and self.friction(physical):
+                content["physical"] = self.friction(physical)
             if visual and self._look(visual):
                 content["visual"] = self._look(visual)
             parts = dict.fromkeys(path.rpartition("/")[2] for path in (visual, physical) if path)
@@ -111,7 +111,8 @@ class UsdMaterialReader:
         self.named[name] = content
         return name
 
-    def _physical_path(self, parsed: Any) -> str:
+    def physical_path(self, parsed: Any) -> str:
+        """Returns the path of a collider's material; "" if it has none."""
         paths = [str(path) for path in parsed.materials]
         stage = self._stage
         found = [path for path in paths if path and stage.prim(path).HasAPI(stage.physics.MaterialAPI)]
@@ -123,7 +124,8 @@ class UsdMaterialReader:
             )
         return found[0] if found else ""
 
-    def _friction(self, path: str) -> dict[str, Any]:
+    def friction(self, path: str) -> dict[str, Any]:
+        """Returns static friction, dynamic friction and restitution of a material."""
         if path not in self._physical:
             stage, prim = self._stage, self._stage.prim(path)
             static, dynamic, restitution = (

@@ -14,6 +14,7 @@ from scenecc.importers.imported_scene import ImportContext, ImportedScene, Refer
 from scenecc.importers.numbers import Names, plain_name, plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_articulations import ArticulationWriter, JointTree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
+from scenecc.importers.usd_contacts import report_contacts
 from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, constraint_keys
 from scenecc.importers.usd_materials import UsdMaterialReader
 from scenecc.importers.usd_rendering import RenderingReader
@@ -83,6 +84,8 @@ class UsdSceneReader:
             each for kind in ("RigidBody", "Shape", "Articulation") for each in self._parsed.get(kind, [])
         )
         filters.add_groups()
+        adjacent = (frozenset(joint.bodies) for tree in trees for joint in tree.joints if not joint.collides)
+        report_contacts(self._stage, self._materials, groups, {*filters.pairs, *adjacent})
         sections = {
             "physics": self._physics(),
             "materials": self._materials.named,
@@ -279,6 +282,8 @@ class UsdSceneReader:
                 continue
             parent = self._where[joint.bodies[0]] if joint.bodies[0] else "world"
             kind = keys.pop("type")
+            if joint.collides and self._can_collide(joint.bodies):
+                keys["collide"] = True
             found[names.new(joint.name)] = {
                 "type": kind,
                 "parent": parent,
@@ -286,6 +291,10 @@ class UsdSceneReader:
                 **keys,
             }
         return found
+
+    def _can_collide(self, bodies: Iterable[str]) -> bool:
+        """Returns whether two bodies both have shapes that collide."""
+        return all({"shapes", "collisions"} & self._keys.get(body, {}).keys() for body in bodies)
 
     def _find_free_name(self, names: Names, wish: str, prim: Prim) -> str:
         """Returns a free name, and reports a name that a scene cannot have."""
@@ -319,6 +328,9 @@ def _parse(stage: UsdStage) -> dict[str, Any]:
 _VENDOR: Final = re.compile(r"(physx|newton|mjc|mjcf|state|isaac|omniphysics)[A-Za-z]*:")
 """Namespaces of simulation schemas that usd-core does not have."""
 
+_OF_CONTACTS: Final = re.compile(r"physxMaterial:(\w+CombineMode|compliantContact\w+)")
+"""Attributes that `report_contacts` reads."""
+
 _SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|SurfaceVelocity|ForceAPI|MimicJoint|Gear")
 """Schemas for dynamics other than rigid bodies and joints."""
 
@@ -341,7 +353,7 @@ def report_unread(stage: UsdStage) -> None:
             stage.lose("animations", "an animated transform; the first pose is used", prim)
         for each in prim.GetAuthoredAttributes():
             label = str(each.GetName())
-            if _VENDOR.match(label) and not READ_OF_PHYSX.fullmatch(label):
+            if _VENDOR.match(label) and not READ_OF_PHYSX.fullmatch(label) and not _OF_CONTACTS.fullmatch(label):
                 attributes.setdefault(label, []).append(prim)
     for label, prims in attributes.items():
         stage.lose("vendor-attributes", f"`{label}` of {len(prims)} prims", prims[0])
@@ -406,19 +418,22 @@ class CollisionFilters:
         stage: the stage.
         bodies: by prim path.
         groups: UsdPhysics descriptors of collision groups.
+
+    Attributes:
+        pairs: paths of two bodies each.
     """
 
     def __init__(self, stage: UsdStage, bodies: Mapping[str, UsdBody], groups: Iterable[Any]) -> None:
         self._stage = stage
         self._bodies = bodies
         self._groups = {str(group.primPath): group for group in groups}
-        self._pairs: set[Pair] = set()
+        self.pairs: set[Pair] = set()
 
     def add_joints(self, joints: Iterable[UsdJoint]) -> None:
         """Adds the pairs connected by joints without collision."""
         for joint in joints:
             if not joint.collides and all(body in self._bodies for body in joint.bodies):
-                self._pairs.add(frozenset(joint.bodies))
+                self.pairs.add(frozenset(joint.bodies))
 
     def add_filtered(self, parsed: Iterable[Any]) -> None:
         """Adds the pairs of `FilteredPairsAPI`. `parsed`: descriptors of bodies, shapes and articulations."""
@@ -436,7 +451,7 @@ class CollisionFilters:
                 self._stage.lose(
                     "collision-filters", "a filter between single colliders, applied to whole bodies", prim
                 )
-            self._pairs |= {frozenset((a, b)) for a in own for b in others if a != b}
+            self.pairs |= {frozenset((a, b)) for a in own for b in others if a != b}
 
     def _find_filtered(self, parsed: Any) -> set[str]:
         """Returns the bodies that a filter names as a whole."""
@@ -473,7 +488,7 @@ class CollisionFilters:
                     prim = self._stage.prim(ones[0])
                     self._stage.lose("collision-filters", "groups of only some colliders of a body", prim)
                 elif found == {True}:
-                    self._pairs |= {frozenset((a, b)) for a in ones for b in others if a != b}
+                    self.pairs |= {frozenset((a, b)) for a in ones for b in others if a != b}
 
     def _list_ignored(self, group: Any) -> list[str]:
         named = [str(path) for path in group.filteredGroups]
@@ -489,7 +504,7 @@ class CollisionFilters:
             names: names of the bodies, by path.
         """
         neighbours: dict[str, set[str]] = {}
-        for pair in self._pairs:
+        for pair in self.pairs:
             if all({"shapes", "collisions"} & keys.get(body, {}).keys() for body in pair):
                 a, b = sorted(pair)
                 neighbours.setdefault(a, set()).add(b)
@@ -497,7 +512,7 @@ class CollisionFilters:
         order = [path for path in keys if path in neighbours]
         classes = _find_twins(order, neighbours)
         if len(set(classes.values())) > _MAX_GROUPS:
-            for pair in self._pairs:
+            for pair in self.pairs:
                 self._stage.lose("collision-filters", "a filtered pair", self._stage.prim(min(pair)))
             return {}
         found: dict[str, Any] = {}

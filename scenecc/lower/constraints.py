@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY
 from scenecc.lower.articulations.links import find_target_beyond_limits
-from scenecc.lower.field_types import FieldType, field_type, vector
+from scenecc.lower.field_types import FieldType, field_type, report_unused_key, vector
 from scenecc.lower.fields import fields_of
 from scenecc.lower.forms import VariationLowerer, field_place
 from scenecc.lower.link_frames import moved_along_x
@@ -27,7 +27,7 @@ from scenecc.plan import (
     literal,
 )
 from scenecc.plan.body import Mount
-from scenecc.plan.constraint import WELD_SWING, DriveAxis, LimitAxis
+from scenecc.plan.constraint import WELD_SWING, DriveAxis, LimitAxis, colliding_constraints
 from scenecc.plan.link_poses import PoseStep, steps_to_link
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.spec.constraint import (
@@ -278,6 +278,13 @@ class ConstraintLowerer:
         """The constraints of the plan, without those with errors. `origin`: of `constraints`."""
         found = [self._constraint(name, one, origin.child(name)) for name, one in written.items()]
         made = tuple(one for one in found if one is not None)
+        colliding = colliding_constraints(made)
+        for one in made:
+            others = [each for each in made if {each.child, each.parent} == {one.child, one.parent}]
+            if one.collide and others[-1].name not in colliding and one.origin is not None:
+                other = next(each.name for each in others if not each.collide)
+                where = f"beside `{cut(other)}`, which connects the same bodies without it"
+                report_unused_key("collide", where, one.origin, self._sink, hint="write `collide: true` there too")
         if self._sampling.resets and not self._sink.failed:
             from scenecc.lower.resets import check_constraint_resets  # noqa: PLC0415 - loaded where something varies
 
@@ -328,6 +335,10 @@ class ConstraintLowerer:
         for key, mount in (("child", child), ("parent", parent)):
             if mount is not None:
                 self._mounts.find(getattr(written, key), scope, scenes, origin.child(key))
+        if parent is None and written.collide is not None:
+            report_unused_key(
+                "collide", "with `parent: world`, with which nothing stops collisions", origin, self._sink
+            )
         fields = fields_of(self._sampling, scenes, scope)
         in_child = None
         if written.pose_in_child is not None:
@@ -346,6 +357,7 @@ class ConstraintLowerer:
             pose_in_parent=in_parent,
             pose_in_child=in_child,
             enabled=fields.optional(written.enabled, _ENABLED, origin, "enabled"),
+            collide=bool(written.collide),
             origin=origin,
         )
 

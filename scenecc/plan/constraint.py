@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Literal
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan.articulation import DriveMode
     from scenecc.plan.body import Mount
@@ -125,6 +127,7 @@ class Constraint:
             None: the identity.
         parent: None: the world.
         enabled: (·,) bool, initial, a reset may change it; None: enabled.
+        collide: whether the two bodies collide with each other, if all constraints between them say so.
     """
 
     name: str
@@ -135,4 +138,14 @@ class Constraint:
     pose_in_parent: Value | None = None
     pose_in_child: Value | None = None
     enabled: Value | None = None
+    collide: bool = False
     origin: Origin | None = field(default=None, compare=False)
+
+
+def colliding_constraints(constraints: Iterable[Constraint]) -> tuple[str, ...]:
+    """Returns the last constraint of each two bodies that collide: all constraints between them have `collide`."""
+    found: dict[frozenset[Mount], list[Constraint]] = {}
+    for each in constraints:
+        if each.parent is not None:
+            found.setdefault(frozenset((each.child, each.parent)), []).append(each)
+    return tuple(ones[-1].name for ones in found.values() if all(one.collide for one in ones))

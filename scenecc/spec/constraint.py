@@ -34,6 +34,10 @@ class ConstraintKeys(RepeatKeys):
     enabled: Maybe[Leaf[bool]] = key(
         "Whether it acts at the start; `batch.constraints[NAME].enabled` changes that.", default=True
     )
+    collide: Maybe[Fixed[bool]] = key(
+        "Whether both bodies collide with each other, which a constraint otherwise prevents.",
+        default=False,
+    )
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Default: those with both bodies.'
     )

@@ -13,7 +13,7 @@ import sapien
 from fidelity.compare import assert_same_scene, assert_same_trajectory
 from sapien import Pose, physx
 
-from scenecc import SceneBatch, compile_scene, load_scene
+from scenecc import SceneBatch, compile_scene, emit_scene, load_scene
 
 Scene = dict[str, Any]
 By = Callable[[sapien.Scene, Any, Any, int], Any]
@@ -590,3 +590,66 @@ def test_the_rope_bridge_that_ships_is_what_hand_written_code_builds(planks: int
     hand = [bridge_by_hand(planks, rope=scene != 2) for scene in range(4)]
     with load_scene(BRIDGE, params={"planks": planks}, render=False) as batch:
         assert_same_trajectory(batch.scenes, hand)
+
+
+RAIL = {"type": "box", "half_size": [0.05, 0.05, 0.05], "pose": [0.5, 0, 0]}
+
+
+def railed(*constraints: Scene, kind: str = "dynamic", link: bool = False) -> Scene:
+    """A cart that gravity pulls along x against the end of a rail, which holds it by constraints."""
+    rail: Scene = {"body_type": kind, "collisions": [RAIL]}
+    if link:
+        rail = {"fix_root_link": True, "root": {"name": "rail", "collisions": [RAIL]}}
+    elif kind == "dynamic":
+        rail |= {"mass": 1e6, "gravity": False}
+    cart = {"collisions": [{"type": "box", "half_size": [0.05, 0.05, 0.05]}]}
+    ends = {"parent": "rail/rail" if link else "rail", "child": "cart", "pose_in_parent": [0, 0, 0]}
+    return {
+        "scenecc": 1,
+        "physics": {"gravity": [9.81, 0, 0]},
+        "entities": {"rail": rail, "cart": cart},
+        "constraints": {f"tie{number}": {**ends, **each} for number, each in enumerate(constraints)},
+    }
+
+
+SLIDER: Scene = {"type": "slider"}
+COLLIDING: Scene = {"type": "slider", "collide": True}
+FAR: Scene = {"type": "distance", "limits": [0, 50], "collide": True}
+
+
+@pytest.mark.parametrize(
+    ("scene", "stops"),
+    [
+        (railed(SLIDER), False),
+        (railed(COLLIDING, kind="static"), True),
+        (railed(COLLIDING, kind="kinematic"), True),
+        (railed(COLLIDING), True),
+        (railed(COLLIDING, link=True), True),
+        (railed(FAR, kind="kinematic"), True),
+        (railed(COLLIDING, FAR, kind="kinematic"), True),
+    ],
+)
+@pytest.mark.parametrize("exact", [False, True])
+def test_bodies_of_a_constraint_collide_if_it_says_so(scene: Scene, stops: bool, exact: bool) -> None:
+    with load_scene(scene, render=False) as batch:
+        for _ in range(2):
+            batch.step(100)
+            x = batch.entities["cart"].pose[0, 0]
+            assert x == pytest.approx(0.4, abs=0.01) if stops else x > 4
+            batch.reset(exact=exact)
+        for name in scene["constraints"]:
+            batch.constraints[name].enabled = False
+            batch.constraints[name].enabled = True
+        batch.step(100)
+        assert (batch.entities["cart"].pose[0, 0] < 0.41) == stops
+
+
+def test_emitted_scripts_let_the_same_bodies_collide() -> None:
+    script = emit_scene(railed(COLLIDING, FAR, kind="kinematic"), "python")
+    space: dict[str, Any] = {"__name__": "emitted"}
+    exec(script, space)
+    (scene,) = space["build_scenes"]()
+    for _ in range(100):
+        scene.step()
+    (cart,) = (entity for entity in scene.entities if entity.name == "cart")
+    assert cart.pose.p[0] == pytest.approx(0.4, abs=0.01)

@@ -141,3 +141,88 @@ def test_an_mjcf_feature_is_built_as_mujoco_compiles_it(
     scene = {"scenecc": 1, "entities": {"robot": {"mjcf": str(path)}}}
     with load_scene(scene, render=False, asset_roots=[tmp_path]) as batch:
         assert_same_machine(mujoco, mujoco.MjModel.from_xml_path(str(path)), batch)
+
+
+PINNED = """<mujoco><compiler angle="radian"/><worldbody><body><geom size=".1"/>
+  <body pos="0 0 1"><joint name="a" type="slide" axis="0 0 1" {range}/><geom size=".1" contype="0"/></body>
+  <body pos="1 0 1"><joint name="b" axis="0 1 0" ref="0.1"/><geom pos="0.5 0 0" size=".1" contype="0"/></body>
+</body></worldbody><equality>{equality}</equality>
+<keyframe><key name="k" qpos="0.125 0.1"/></keyframe>
+<actuator><position joint="a" kp="10"/></actuator></mujoco>"""
+
+PIN_B = '<joint joint1="b" polycoef="0.25 1 0 0 0"/>'
+
+
+@pytest.mark.parametrize(
+    ("equality", "ends", "expected"),
+    [
+        ('<joint joint1="a" polycoef="0.25 1 0 0 0"/>', "", {"a": 0.25}),
+        (PIN_B, "", {"b": 0.25}),
+        ('<joint joint1="a" joint2="b" polycoef="0.25 0 0 0 0"/>', 'range="-1 0.5"', {"a": 0.25}),
+        (f'<joint joint1="a" joint2="b" polycoef="0 2 1 0 0"/>{PIN_B}', "", {"a": 0.5625, "b": 0.25}),
+    ],
+)
+@pytest.mark.parametrize("keyframe", [{}, {"keyframe": "k"}])
+def test_pinned_joints_rest_where_mujoco_holds_them(
+    tmp_path: Path, equality: str, ends: str, expected: dict[str, float], keyframe: dict[str, str]
+) -> None:
+    (tmp_path / "a.xml").write_text(PINNED.format(equality=equality, range=ends))
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 1500)
+    scene = {"scenecc": 1, "entities": {"r": {"mjcf": str(tmp_path / "a.xml"), **keyframe}}}
+    with load_scene(scene, render=False, asset_roots=[tmp_path]) as batch:
+        robot = batch.articulations["r"]
+        for steps in (0, 100):
+            batch.step(steps)
+            found = dict(zip([joint.name for joint in robot.objs[0].active_joints], robot.qpos[0], strict=True))
+            for name, position in expected.items():
+                assert found[name] == pytest.approx(position, abs=1e-5)
+                judged = data.joint(name).qpos[0] - model.qpos0[model.joint(name).qposadr[0]]
+                assert judged == pytest.approx(position, abs=2e-2)
+
+
+BLOCK = 'type="box" size="0.05 0.05 0.05"'
+CART = f'<body name="cart"><joint name="x" type="slide" axis="1 0 0" {{ends}}/><geom {BLOCK} mass="1"/></body>'
+FLAG = '<flag filterparent="disable"/>'
+
+
+@pytest.mark.parametrize(
+    ("flag", "rail", "cart", "links"),
+    [
+        ("", f'<geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends=""), 3),
+        ("", f'<geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends='range="-1 3"'), 3),
+        (FLAG, f'<joint type="slide" axis="0 1 0"/><geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends=""), 4),
+        # Filtered; out of reach; overlapping from the start; on a body that moves.
+        ("", f'<geom {BLOCK} pos="0.5 0 0" contype="2" conaffinity="2"/>', CART.format(ends='range="0 0.8"'), 2),
+        ("", f'<geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends='range="-1 0.3"'), 2),
+        ("", f"<geom {BLOCK}/>", CART.format(ends='range="-0.01 0.01"'), 2),
+        ("", f'<joint type="slide" axis="0 1 0"/><geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends='range="0 0.8"'), 3),
+    ],
+)
+def test_bodies_collide_with_a_fixed_parent(tmp_path: Path, flag: str, rail: str, cart: str, links: int) -> None:
+    option = f'<compiler autolimits="true"/><option gravity="9.81 0 0">{flag}</option>'
+    text = f'<mujoco>{option}<worldbody><body name="rail">{rail}{cart}</body></worldbody></mujoco>'
+    (tmp_path / "a.xml").write_text(text)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 500)
+    scene = {"scenecc": 1, "physics": {"gravity": [9.81, 0, 0]}, "entities": {"r": {"mjcf": str(tmp_path / "a.xml")}}}
+    with load_scene(scene, render=False, asset_roots=[tmp_path]) as batch:
+        robot = batch.articulations["r"]
+        batch.step(100)
+        assert len(robot.objs[0].links) == links
+        assert robot.qpos[0, -1] == pytest.approx(data.qpos[-1], abs=0.02)
+
+
+def test_contacts_with_a_parent_that_cannot_be_built_are_reported(tmp_path: Path) -> None:
+    rail = f'<geom {BLOCK} pos="0.5 0 0"/><geom {BLOCK}/>'
+    body = f'<body name="rail">{rail}{CART.format(ends="")}</body>'
+    (tmp_path / "a.xml").write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+    sink = Sink()
+    assert read_mjcf(ResolvedFile(tmp_path / "a.xml", "a.xml"), scope=AssetScope(tmp_path), sink=sink)
+    (found,) = sink.diagnostics()
+    assert (found.code, found.message) == (
+        "SC484",
+        "`cart` and `rail` do not collide, as they do in MuJoCo: other shapes of them overlap",
+    )

@@ -700,6 +700,8 @@ class SceneBatch:
                 if exact:
                     number = self._number_of[index]
                     self._scenes[number] = restore_in_new_scene(placements, index, self._scenes[number])
+                    if self._constraints is not None:
+                        self._constraints.allow_collisions(index)
                     if self._rendering is not None:
                         self._rendering.enter_new_scene(index)
                 else:

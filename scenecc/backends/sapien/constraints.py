@@ -15,7 +15,7 @@ from scenecc.backends.sapien.properties import Column, select_rows, to_poses, to
 from scenecc.backends.sapien.reset import check_drawn_finite, part_in_scenes, sample_value
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
-from scenecc.plan.constraint import WELD_SWING
+from scenecc.plan.constraint import WELD_SWING, colliding_constraints
 from scenecc.plan.properties import FLOAT32_MAX
 
 if TYPE_CHECKING:
@@ -234,12 +234,15 @@ class ConstraintSet:
             for each in plan.constraints
             if (prepared := PreparedConstraint(each, lookup.scene_idxs)).scene_idxs
         ]
+        self._colliding = colliding_constraints([each.constraint for each in self._prepared])
         self.batches: dict[str, ConstraintBatch] = {
             prepared.constraint.name: ConstraintBatch(
                 prepared.constraint.name, prepared.scene_idxs, prepared.build(lookup)
             )
             for prepared in self._prepared
         }
+        for index in lookup.scene_idxs:
+            self.allow_collisions(index)
 
     @property
     def has_targets(self) -> bool:
@@ -275,6 +278,21 @@ class ConstraintSet:
         finally:
             for entity, component in removed:
                 entity.add_component(component)
+            self.allow_collisions(scene_idx)
+
+    def allow_collisions(self, scene_idx: int) -> None:
+        """Lets the bodies of constraints with `collide` collide in a scene. They must be in its simulation.
+
+        SAPIEN has no setter for it. PhysX has a table of the pairs whose joints prevent contacts. The end of any joint
+        between two bodies removes their pair, until they enter a simulation again.
+        """
+        for name in self._colliding:
+            component = self.batches[name].in_scene(scene_idx)
+            if component is not None:
+                own = next(
+                    each for each in component.entity.components if isinstance(each, physx.PhysxRigidBodyComponent)
+                )
+                physx.PhysxDistanceJointComponent(own).set_parent(component.parent)
 
     def close(self) -> None:
         """Releases all objects."""

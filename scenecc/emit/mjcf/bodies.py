@@ -308,7 +308,7 @@ def write_contact_exclusions(model: MjcfModel) -> None:
             if above.is_fixed and above.measured.shapes and body.measured.shapes:
                 found[above.name, body.name] = None
     for constraint in model.plan.constraints:
-        if constraint.parent is not None and model.scene.index in constraint.scene_idxs:
+        if constraint.parent is not None and not constraint.collide and model.scene.index in constraint.scene_idxs:
             a, b = (model.bodies[model.key(mount)].name for mount in (constraint.parent, constraint.child))
             found[a, b] = None
     groups = {id(body): {shape.groups for shape in body.measured.shapes} for body in model.bodies.values()}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.emit.python.context import frame_expression, pose_call, scene_block, texture_call, write_properties
 from scenecc.emit.python.source import SourceNode, call, number_literal, string
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld
-from scenecc.plan.constraint import WELD_SWING
+from scenecc.plan.constraint import WELD_SWING, colliding_constraints
 from scenecc.plan.rendering import (
     LIGHT_CLASSES,
     LIGHT_NUMBERS,
@@ -46,7 +46,16 @@ def write_sections(source: SourceWriter, plan: ScenePlan, tables: ScriptContext)
         (plan.lights, _write_light),
         (plan.cameras, _write_camera),
     )
-    _write_objects(source, plan.constraints, _write_constraint, plan.num_scenes, tables)
+    colliding = colliding_constraints(plan.constraints)
+
+    def write(source: SourceWriter, constraint: Constraint, columns: SceneValues, tables: ScriptContext) -> None:
+        _write_constraint(source, constraint, columns, tables)
+        if constraint.name in colliding:
+            source.comment("A joint prevents contacts of its bodies, until another joint between them ends.")
+            source.line(f"own = {_VARIABLE}.entity.find_component_by_type(sapien.physx.PhysxRigidBodyComponent)")
+            source.line(f"sapien.physx.PhysxDistanceJointComponent(own).set_parent({_VARIABLE}.parent)")
+
+    _write_objects(source, plan.constraints, write, plan.num_scenes, tables)
     for objects, write_object in rendered:
         if objects:
             source.gap()

@@ -35,7 +35,9 @@ def read_constraints(
     for number, kind in enumerate(model["eq_type"].tolist()):
         place = model.location("eq", number)
         if not model["eq_active0"][number]:
-            report.leave_out("equality/inactive", "inactive equalities are not built", place)
+            report.note_elsewhere(
+                "inactive", f"{_what(model, number, kind)} is not built: it is inactive at the start", place
+            )
         elif kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
             (first, in_first), (second, in_second) = equality_frames(model, number, kind)
             if first not in links or second not in links or first == second:
@@ -51,6 +53,12 @@ def read_constraints(
         elif kind != JOINT_EQUALITY:
             report.leave_out("equality/other", "equalities of tendons, flexes or distances are not built", place)
     return made
+
+
+def _what(model: CompiledModel, number: int, kind: int) -> str:
+    name = model.name("eq", number)
+    joint = model.name("jnt", int(model["eq_obj1id"][number])) if kind == JOINT_EQUALITY else ""
+    return f"the equality{f' `{name}`' if name else ''}{f' of `{joint}`' if joint else ''}"
 
 
 def equality_frames(model: CompiledModel, number: int, kind: int) -> tuple[tuple[int, Pose7], tuple[int, Pose7]]:

@@ -13,6 +13,8 @@ from scenecc.robots.mujoco.model import BALL, FREE, HINGE, JOINT_EQUALITY, SLIDE
 from scenecc.robots.poses import axis_pose
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from scenecc.diagnostics import Location
     from scenecc.robots.mjcf_files import MjcfReport
 
@@ -59,12 +61,17 @@ class MjcfJointReader:
         self._keyframe = keyframe
         self._report_springs()
         self._report_flags()
-        self._mimics = self._read_mimics()
+        self._pins, self._mimics = self._read_couplings()
         self._drives = self._read_drives()
 
     def of_body(self, joints: list[int]) -> list[DescribedJoint]:
         """Returns the joints of a body, in its frame. A ball joint becomes three hinges."""
         return [made for joint in joints for made in self._joint(joint)]
+
+    def is_coupled(self, name: str) -> bool:
+        """Returns whether a joint follows another one, or is followed."""
+        followers = (self._model.name("jnt", joint) for joint in self._mimics)
+        return name in {*followers, *(mimic.source for mimic in self._mimics.values())}
 
     def _joint(self, joint: int) -> list[DescribedJoint]:
         model = self._model
@@ -90,6 +97,8 @@ class MjcfJointReader:
         made = self._describe_joint(
             name, kinds[kind], tuple(model["jnt_axis"][joint].tolist()), anchor, place, dof, (low - zero, high - zero)
         )
+        if (pin := self._pins.get(joint)) is not None:
+            return [replace(made, limits=(pin, pin), qpos=pin)]
         qpos = None if start is None else min(max(start[0] - zero, low - zero), high - zero)
         return [replace(made, qpos=qpos, mimic=self._mimics.get(joint), drive=self._drive(joint, zero))]
 
@@ -163,24 +172,65 @@ class MjcfJointReader:
 
     # --- equalities of two joints
 
-    def _read_mimics(self) -> dict[int, DescribedMimic]:
-        """Returns the mimics, by joint number."""
+    def _read_couplings(self) -> tuple[dict[int, float], dict[int, DescribedMimic]]:
+        """Returns the positions of pinned joints, measured from their `ref`, and the mimics, by joint number.
+
+        A joint is pinned if its polynomial is constant: without a second joint, without powers, or with a pinned one.
+        """
         model = self._model
-        found: dict[int, DescribedMimic] = {}
-        for number, kind in enumerate(model["eq_type"].tolist()):
-            if kind != JOINT_EQUALITY or not model["eq_active0"][number]:
-                continue
+        pins: dict[int, float] = {}
+        mimics: dict[int, DescribedMimic] = {}
+        rest = [
+            number
+            for number, kind in enumerate(model["eq_type"].tolist())
+            if kind == JOINT_EQUALITY and model["eq_active0"][number] and self._is_coupling_of_axes(number)
+        ]
+        while constant := [number for number in rest if self._source(number) in {None, *pins}]:
+            for number in constant:
+                joint, source = int(model["eq_obj1id"][number]), self._source(number)
+                if self._is_first(number, joint, pins):
+                    position = 0.0 if source is None else pins[source]
+                    factors = enumerate(model["eq_data"][number][:5].tolist())
+                    pins[joint] = sum(factor * position**power for power, factor in factors)
+                rest.remove(number)
+        for number in rest:
             joint, source = int(model["eq_obj1id"][number]), int(model["eq_obj2id"][number])
             offset, multiplier, *higher = model["eq_data"][number][:5].tolist()
-            place = model.location("eq", number)
-            if source < 0 or any(higher) or multiplier == 0 or {self._kind(joint), self._kind(source)} - {HINGE, SLIDE}:
-                message = "an equality of joints is built only if one is a multiple of the other, plus an offset"
-                self._report.leave_out("equality/joint", message, place)
-            elif joint in found:
-                self._report.leave_out("equality/second", "a joint can mimic only one other joint", place)
-            else:
-                found[joint] = DescribedMimic(model.name("jnt", source), multiplier, offset, place)
-        return found
+            if any(higher):
+                why = f"it follows `{self._joint_name(source)}` by a polynomial, but PhysX has multiples and offsets"
+                self._report_free(joint, why, model.location("eq", number))
+            elif self._is_first(number, joint, {**pins, **mimics}):
+                place = model.location("eq", number)
+                mimics[joint] = DescribedMimic(model.name("jnt", source), multiplier, offset, place)
+        return pins, mimics
+
+    def _source(self, equality: int) -> int | None:
+        """Returns the second joint of an equality; None if its position has no effect."""
+        source = int(self._model["eq_obj2id"][equality])
+        return source if source >= 0 and self._model["eq_data"][equality][1:5].any() else None
+
+    def _is_coupling_of_axes(self, number: int) -> bool:
+        """Returns whether an equality is between hinges and slides; reports it otherwise."""
+        joint, source = int(self._model["eq_obj1id"][number]), self._source(number)
+        if {self._kind(each) for each in (joint, source) if each is not None} <= {HINGE, SLIDE}:
+            return True
+        self._report_free(joint, "only hinges and slides can follow each other", self._model.location("eq", number))
+        return False
+
+    def _is_first(self, number: int, joint: int, found: Collection[int]) -> bool:
+        """Returns whether no earlier equality moves a joint; reports it otherwise."""
+        if joint not in found:
+            return True
+        message = f"`{self._joint_name(joint)}` can follow only one other joint"
+        self._report.leave_out("coupling/second", message, self._model.location("eq", number))
+        return False
+
+    def _report_free(self, joint: int, why: str, place: Location) -> None:
+        name = self._joint_name(joint)
+        self._report.leave_out(f"coupling/{name}", f"`{name}` is free: {why}", place)
+
+    def _joint_name(self, joint: int) -> str:
+        return self._model.name("jnt", joint) or f"joint_{joint}"
 
     def _kind(self, joint: int) -> int:
         return int(self._model["jnt_type"][joint])

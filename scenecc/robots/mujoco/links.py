@@ -71,6 +71,7 @@ class MjcfModelReader:
         self._geoms = model.rows_of_bodies("geom_bodyid")
         self._joints = MjcfJointReader(model, report, keyframe)
         self._shapes = MjcfShapeReader(model, report, visual_groups)
+        self._touching: dict[int, bool] = {body: bool(apart) for body, apart in model.header["touching"]}
         self.links_of_bodies: dict[int, LinkName] = {}
 
     def robots(self) -> list[DescribedRobot]:
@@ -135,8 +136,10 @@ class MjcfModelReader:
             one, above = pending.pop()
             name, in_parent = self._model.body_name(one), self._model.body_pose(one)
             made = self._joints.of_body(self._joint_numbers[one])
-            if not made:
-                made = [DescribedJoint("", "fixed", IDENTITY_POSE, IDENTITY_POSE, self._model.location("body", one))]
+            if not made or (len(made) == 1 and self._collides_with_parent(one, made[0])):
+                # PhysX prevents contacts only between a link and its parent.
+                fixed = DescribedJoint("", "fixed", IDENTITY_POSE, IDENTITY_POSE, self._model.location("body", one))
+                made = [fixed, *made]
             for index, joint in enumerate(made):
                 # Links between a body's joints share its pose.
                 frame = compose_poses(in_parent, joint.pose_in_child) if index == 0 else joint.pose_in_child
@@ -147,6 +150,17 @@ class MjcfModelReader:
                 above = len(drafts) - 1
             pending += [(child, above) for child in reversed(self._model.children[one])]
 
+    def _collides_with_parent(self, body: int, joint: DescribedJoint) -> bool:
+        """Returns whether contacts of a body and its parent are built; reports those that cannot be."""
+        apart = self._touching.get(body)
+        if apart is None or (apart and not self._joints.is_coupled(joint.name)):
+            return bool(apart)
+        name, parent = (cut(self._model.body_name(each)) for each in (body, self._model["body_parentid"][body]))
+        why = "its joint follows another" if apart else "other shapes of them overlap"
+        message = f"`{name}` and `{parent}` do not collide, as they do in MuJoCo: {why}"
+        self._report.leave_out("parent", message, self._model.location("body", body))
+        return False
+
     def _without_invalid_mimics(self, drafts: list[_Draft]) -> list[_Draft]:
         """Removes mimics that PhysX cannot build."""
         names = {draft.joint.name: number for number, draft in enumerate(drafts) if draft.joint is not None}
@@ -156,10 +170,10 @@ class MjcfModelReader:
             source = names.get(draft.joint.mimic.source)
             if source is None or not _can_follow(drafts, source, number):
                 message = (
-                    f"`{cut(draft.joint.name)}` cannot mimic `{cut(draft.joint.mimic.source)}`: they must be in one "
-                    "robot, without a fixed joint between them, and the first must not be above the second"
+                    f"`{cut(draft.joint.name)}` is free: it cannot mimic `{cut(draft.joint.mimic.source)}`, as they "
+                    "are in two robots, a fixed joint is between them, or the first is above the second"
                 )
-                self._report.leave_out("equality/follow", message, draft.joint.mimic.location)
+                self._report.leave_out("coupling/follow", message, draft.joint.mimic.location)
                 draft.joint = replace(draft.joint, mimic=None)
         return drafts
 

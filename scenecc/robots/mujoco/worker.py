@@ -8,6 +8,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from scenecc.robots.mujoco.contact_ranges import touching_bodies
+
 if TYPE_CHECKING:
     from scenecc.worker_process import Answer, Message
 
@@ -103,8 +105,9 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
         if int(model.jnt_type[joint]) in _MOVES_ALONG_AXIS:
             place = model.jnt_qposadr[joint]
             data.qpos[place] = data.qpos[place].clip(*model.jnt_range[joint])
+    _pin_joints(mujoco, model, data)
     mujoco.mj_kinematics(model, data)
-    arrays |= {"xpos": data.xpos, "xquat": data.xquat}
+    arrays |= {"xpos": data.xpos.copy(), "xquat": data.xquat.copy()}
     elements = {kind: [_element(one) for one in getattr(spec, several)] for kind, several in NAMED.items()}
     header = {
         "arrays": {name: [array.dtype.str, list(array.shape)] for name, array in arrays.items()},
@@ -118,10 +121,19 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
             "disableactuator": model.opt.disableactuator,
         },
         "ambient": model.vis.headlight.ambient.tolist() if model.vis.headlight.active else [0.0, 0.0, 0.0],
+        "touching": touching_bodies(mujoco, model, data),
         # Flag bits differ between versions.
         "disabled": [name for name in FLAGS if model.opt.disableflags & getattr(disable, f"mjDSBL_{name}", 0)],
     }
     return header, [array.tobytes() for array in arrays.values()]
+
+
+def _pin_joints(mujoco: Any, model: Any, data: Any) -> None:
+    """Moves joints to the positions at which active equalities without a second joint hold them."""
+    for number, kind in enumerate(model.eq_type):
+        if kind == mujoco.mjtEq.mjEQ_JOINT and model.eq_active0[number] and model.eq_obj2id[number] < 0:
+            place = model.jnt_qposadr[model.eq_obj1id[number]]
+            data.qpos[place] = model.qpos0[place] + model.eq_data[number][0]
 
 
 def _element(one: Any) -> list[Any]:

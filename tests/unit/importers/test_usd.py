@@ -692,3 +692,85 @@ def test_materials_without_a_surface_are_accepted(tmp_path: Path, material: str,
     found = read(tmp_path, f'def Material "paint" {material}{PAINTED}')
     assert {*found.document.get("materials", {}).get("paint", {})} == content
     assert not found.losses
+
+
+SLIDE = 'uniform token physics:axis = "X"\nbool physics:collisionEnabled = 1\n'
+
+
+def test_bodies_of_a_joint_with_collisions_collide_in_an_articulation(tmp_path: Path) -> None:
+    bodies = "".join(f'def Cube "{name}" ({BODY})\n{{\n}}\n' for name in ("rail", "cart"))
+    found = read(tmp_path, bodies + joint("PhysicsPrismaticJoint", "rail", "cart", SLIDE))
+    (robot,) = entities(found).values()
+    (between,) = robot["root"]["children"]
+    assert (between["name"], between["joint"]) == ("cart_dummy_0", {"type": "fixed"})
+    (cart,) = between["children"]
+    assert cart["joint"]["name"] == "joint"
+    assert "collision_groups" not in found.document
+    assert not found.losses
+    bodies = f'def Cube "rail" ({BODY})\n{{\n}}\ndef Xform "cart" ({RIGID})\n{{\nfloat physics:mass = 1\n}}\n'
+    (robot,) = entities(read(tmp_path, bodies + joint("PhysicsPrismaticJoint", "rail", "cart", SLIDE))).values()
+    assert robot["root"]["children"][0]["name"] == "cart"
+
+
+@pytest.mark.parametrize(
+    ("kind", "more", "rail"),
+    [
+        ("PhysicsPrismaticJoint", "bool physics:excludeFromArticulation = 1", ""),
+        ("PhysicsPrismaticJoint", "", "bool physics:kinematicEnabled = 1"),
+        ("PhysicsDistanceJoint", "float physics:maxDistance = 50", ""),
+        ("PhysicsFixedJoint", "bool physics:excludeFromArticulation = 1", ""),
+    ],
+)
+@pytest.mark.parametrize("collides", [True, False])
+def test_bodies_of_a_constraint_collide_if_the_joint_says_so(
+    tmp_path: Path, kind: str, more: str, rail: str, collides: bool
+) -> None:
+    bodies = f'def Cube "rail" ({BODY})\n{{\n{rail}\n}}\ndef Cube "cart" ({BODY})\n{{\n}}\n'
+    told = SLIDE if "Prismatic" in kind else SLIDE.partition("\n")[2]
+    if not collides:
+        told = told.replace("= 1", "= 0")
+    found = read(tmp_path, bodies + joint(kind, "rail", "cart", told + more))
+    assert found.document["constraints"]["joint"].get("collide", False) == collides
+    assert ("collision_groups" in found.document) != collides
+
+
+def contact(name: str, friction: float, *attributes: str) -> str:
+    """A physical material and a body of it."""
+    values = (
+        "\n".join(attributes)
+        .replace("token ", "uniform token physxMaterial:")
+        .replace("float ", "float physxMaterial:")
+    )
+    schemas = BODY.replace("[", '["MaterialBindingAPI", ')
+    return (
+        f'def Material "{name}" (prepend apiSchemas = ["PhysicsMaterialAPI"])\n{{\n'
+        f"float physics:staticFriction = {friction}\nfloat physics:dynamicFriction = {friction}\n{values}\n}}\n"
+        f'def Cube "body_{name}" ({schemas})\n{{\nrel material:binding:physics = </World/{name}>\n}}\n'
+    )
+
+
+MAX, MIN, MULTIPLY = (f'token frictionCombineMode = "{mode}"' for mode in ("max", "min", "multiply"))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            contact("a", 1, MAX) + contact("b", 0.2, MAX),
+            "`max`: a static friction of 1 with `b`, where SAPIEN's mean is 0.6",
+        ),
+        (contact("a", 1) + contact("b", 0.2, MIN), "`min`: a static friction of 0.2 with `a`"),
+        (contact("a", 0.5, MULTIPLY) + contact("b", 0.5), "`multiply`: a static friction of 0.25 with `b`"),
+        (contact("a", 0.4, MAX) + contact("b", 0.4, MIN), ""),
+        (contact("a", 1, 'token frictionCombineMode = "average"') + contact("b", 0.2), ""),
+        (contact("a", 0.5, MULTIPLY), ""),
+        (contact("a", 0.4, 'token restitutionCombineMode = "max"') + contact("b", 0.4), ""),
+        (contact("a", 0.5, "float compliantContactStiffness = 100"), "compliant contacts of stiffness 100"),
+        (contact("a", 0.5, "float compliantContactStiffness = 0"), ""),
+        (contact("a", 1, MAX) + contact("b", 0.2) + "FIXED", ""),
+    ],
+)
+def test_combine_modes_are_reported_where_contacts_differ(tmp_path: Path, text: str, words: str) -> None:
+    found = read(tmp_path, text.replace("FIXED", joint("PhysicsFixedJoint", "body_a", "body_b")))
+    assert kinds(found) == (["contact-materials"] if words else [])
+    assert words in "".join(loss.message for loss in found.losses)

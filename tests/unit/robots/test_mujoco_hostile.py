@@ -340,7 +340,12 @@ MORE = '<body pos="1 0 0"><joint name="b"/><geom size="1"/></body><body><joint n
         (
             HINGE.format(MORE),
             '<equality><joint joint1="a" joint2="b"/><joint joint1="a" joint2="c"/></equality>',
-            "a joint can mimic only one other joint",
+            "`a` can follow only one other joint",
+        ),
+        (
+            HINGE.format(MORE),
+            '<equality><joint joint1="a" joint2="b" polycoef="0 0 1 0 0"/></equality>',
+            "`a` is free: it follows `b` by a polynomial",
         ),
         (
             HINGE.format(""),
