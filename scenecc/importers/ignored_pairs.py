@@ -86,7 +86,7 @@ class IgnoredPairs:
             return
         ignored, mixed = self._pairs()
         if not mixed:
-            ignored = self._within_entities(ignored)
+            ignored = self._with_closed(self._within_entities(ignored))
             classes = _find_classes(ignored, len(self.colliders))
             if len({*classes.values()}) <= _MAX_GROUPS:
                 self._write_groups(ignored, classes)
@@ -132,10 +132,19 @@ class IgnoredPairs:
                 ignored = ignored - pairs
         return ignored
 
+    def _with_closed(self, ignored: Pairs) -> Pairs:
+        """Returns the pairs with those inside closed entities, so that their links can share a group."""
+        held = {number for pair in ignored for number in pair if self.colliders[number].entity in self.closed}
+        alike = (pair for pair in combinations(sorted(held), 2) if self._are_in_one_entity(*pair))
+        return ignored.union(alike)
+
+    def _are_in_one_entity(self, first: int, second: int) -> bool:
+        return self.colliders[first].entity == self.colliders[second].entity
+
     def _write_groups(self, ignored: Pairs, classes: Mapping[int, int]) -> None:
         names, called = Names(), dict[int, str]()
         for first in dict.fromkeys(classes.values()):
-            called[first] = names.new(self.colliders[first].name.rpartition("/")[2])
+            called[first] = names.new(self._group_name([i for i in classes if classes[i] == first]))
         for first, name in called.items():
             ignores = {called[classes[i]]: None for i in classes if order_pair(i, first) in ignored and i != first}
             twins = [i for i in classes if classes[i] == first]
@@ -150,6 +159,14 @@ class IgnoredPairs:
             whole = len(members[collider.entity]) == 1
             node = self.entities[collider.entity] if whole else collider.node
             node["collision_group"] = called[classes[number]]
+
+    def _group_name(self, members: Sequence[int]) -> str:
+        """Returns the first part that the names of several entities (`PART.NAME`) share, or the first member's name."""
+        entities = {self.colliders[number].name.partition("/")[0] for number in members}
+        parts = {entity.partition(".")[0] for entity in entities}
+        if len(entities) > len(parts) == 1:
+            return parts.pop()
+        return self.colliders[members[0]].name.rpartition("/")[2]
 
     def _third_bits(self) -> list[int]:
         """Returns the third collision integer of each collider, which covers the ignored pairs."""

@@ -199,6 +199,8 @@ class _Importer:
 
     def _kept_file(self) -> tuple[DescribedEntity, ...]:
         keys = (("keyframe", self._keyframe),) if self._keyframe else ()
+        for robot in self._description.robots:
+            self._called |= {(robot.links[0].name, link.name): (self._name, link.name) for link in robot.links}
         file = RobotFile("mjcf", self._file.path, keys=keys, robots=self._description.robots)
         return (DescribedEntity(self._name, file, Location(str(self._path))),)
 

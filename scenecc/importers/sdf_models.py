@@ -1,148 +1,112 @@
-"""SDF models as entities: bodies, articulations, and constraints that close loops."""
+"""Describes SDF models: bodies, robots, and the joints that become constraints between them."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from itertools import pairwise
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, from_matrix, invert, relative_pose
-from scenecc.importers.numbers import Names, plain_name, plain_number, pose_key
-from scenecc.importers.sdf_files import SourceElement, find_element, text_of
-from scenecc.importers.sdf_joints import (
-    Hinge,
-    SdfJoint,
-    hinges_of,
-    joint_type,
-    make_constraint,
-    mimic_of,
-    sdf_tree_joint,
-)
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, from_matrix
+from scenecc.importers.numbers import plain_name
+from scenecc.importers.sdf_files import find_element
+from scenecc.importers.sdf_joints import SdfJoint, constraint_of, freedoms_of, read_joint
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
-from scenecc.importers.sdf_shapes import LinkPlace, read_shapes, solid_mass
+from scenecc.importers.sdf_shapes import SdfLink, read_collisions, read_visuals
+from scenecc.names import UniqueNames
+from scenecc.plan.geometry import SIDES, SOLIDS
+from scenecc.robots.description import (
+    IN_WORLD,
+    DescribedCollision,
+    DescribedConstraint,
+    DescribedInertial,
+    DescribedJoint,
+    DescribedLink,
+    DescribedMotion,
+    DescribedRobot,
+    LinkName,
+    PlaneGeometry,
+    SolidGeometry,
+    ball_moment,
+)
+from scenecc.robots.rules import enforce_triangle_rule, split_joint
+from scenecc.robots.world import DescribedEntity, RobotFile
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics.diagnostic import Location
+    from collections.abc import Sequence
 
-Node = dict[str, Any]
+    from scenecc.importers.urdf import ReadUrdf
 
-_MAX_GROUPS, _MAX_LINKS = 31, 255
+_MAX_LINKS: Final = 255
 
-_LEAST_INERTIA: Final = 1e-30
+_LEAST: Final = 1e-30
 """Smaller masses and moments count as 0 in the engine's single precision [kg, kg·m²]."""
 
-_DUMMY_MASS: Final = 1e-6
-"""Mass of a link between the hinges of one joint [kg]."""
-
-
-@dataclass(frozen=True, slots=True)
-class SdfLink:
-    """A link of a top model.
-
-    Attributes:
-        scope: the scope that contains it.
-        element: the <link>.
-        path: from the top model.
-        pose: in the top model's frame.
-        turn: pose of the scope's frame in the top model's frame.
-    """
-
-    scope: Scope
-    element: SourceElement
-    path: str
-    pose: Pose7
-    turn: Pose7
+_SMALL_MASS: Final = 1e-6
+"""Mass of a link whose mass is 0 [kg]."""
 
 
 @dataclass(frozen=True, slots=True)
 class BuiltLink:
-    """A link in the scene.
+    """A link in the described world.
 
     Attributes:
-        name: `ENTITY` or `ENTITY/LINK`.
+        name: `IN_WORLD` if it is not built.
         pose: in the world.
         is_moved: whether forces can move it.
+        link: of an SDF; None: of a URDF.
     """
 
-    name: str
+    name: LinkName
     pose: Pose7
     is_moved: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Bitmask:
-    """The collision bitmask of a link, or of one of its shapes if these differ.
-
-    Attributes:
-        node: node of the document.
-        mask: the bits.
-        link: the link.
-        entity: name of its entity.
-    """
-
-    node: Node
-    mask: int
-    link: SdfLink
-    entity: str
-
-
-@dataclass(frozen=True, slots=True)
-class Crossing:
-    """A joint between two entities, or between an entity and the world.
-
-    Attributes:
-        scope: the scope that contains it.
-        element: the <joint>.
-        name: its name in the scope.
-        prefix: path from the world to the scope, with a separator at its end; "" for the world.
-        turn: pose of the scope's frame in the world.
-    """
-
-    scope: Scope
-    element: SourceElement
-    name: str
-    prefix: str = ""
-    turn: Pose7 = IDENTITY_POSE
+    link: SdfLink | None = None
 
 
 @dataclass(slots=True)
-class SceneParts:
-    """Collects the converted models of a world.
+class WorldParts:
+    """Collects the described models of a world.
 
     Attributes:
-        entities, constraints, groups: sections `entities`, `constraints` and `collision_groups` of the document.
-        bodies: name in the scene → name in the source.
-        links: path from the world → link in the scene.
-        free_roots: path from the world of the root of an included URDF → its entity, if it is free.
-        crossings: joints between an included URDF and something else, made when all links are built.
-        locations: name of a body or entity in the scene → location in the file.
-        bitmasks: of the links that collide.
-        places: path from the world → placement of its shapes, lights and sensors.
-        names: entity names in use.
-        constraint_names: constraint names in use.
+        entities, constraints: of the world.
+        links: by path from the world.
+        free_roots: path of the root of an included URDF that is free → index of its entity.
+        loose: joints that no tree contains.
+        apart: number of models whose bodies do not collide with one another.
     """
 
-    entities: Node = field(default_factory=dict[str, Any])
-    groups: Node = field(default_factory=dict[str, Any])
-    constraints: Node = field(default_factory=dict[str, Any])
-    bodies: dict[str, str] = field(default_factory=dict[str, str])
+    entities: list[DescribedEntity] = field(default_factory=list[DescribedEntity])
+    constraints: list[DescribedConstraint] = field(default_factory=list[DescribedConstraint])
     links: dict[str, BuiltLink] = field(default_factory=dict[str, BuiltLink])
-    free_roots: dict[str, Node] = field(default_factory=dict[str, Node])
-    crossings: list[Crossing] = field(default_factory=list["Crossing"])
-    places: dict[str, tuple[SourceElement, LinkPlace]] = field(
-        default_factory=dict[str, tuple["SourceElement", LinkPlace]]
-    )
-    locations: dict[str, Location] = field(default_factory=dict[str, "Location"])
-    bitmasks: list[Bitmask] = field(default_factory=list["Bitmask"])
-    names: Names = field(default_factory=Names)
-    constraint_names: Names = field(default_factory=Names)
+    free_roots: dict[str, int] = field(default_factory=dict[str, int])
+    loose: list[SdfJoint] = field(default_factory=list[SdfJoint])
+    apart: int = 0
+
+    def connect(self, joint: SdfJoint) -> None:
+        """Describes a loose joint as a constraint. One that fixes the root of a URDF to the world is its key."""
+        in_world = BuiltLink(IN_WORLD, IDENTITY_POSE, is_moved=False)
+        ends = [self.links.get(path, in_world) for path in (joint.parent, joint.child)]
+        ends = [in_world if end.name == IN_WORLD else end for end in ends]
+        if ends[0].name == ends[1].name:
+            joint.scope.file.error(f"the joint `{joint.path}` connects a body to itself", joint.element)
+            return
+        root = self.free_roots.get(joint.child or joint.parent)
+        if joint.type == "fixed" and "" in (joint.parent, joint.child) and root is not None:
+            entity = self.entities[root]
+            assert isinstance(entity.content, RobotFile)
+            keys = tuple(row for row in entity.content.keys if row[0] != "fix_root_link")
+            self.entities[root] = replace(entity, content=replace(entity.content, keys=keys))
+            return
+        is_reversed = not ends[1].is_moved
+        parent, child = reversed(ends) if is_reversed else ends
+        if child.is_moved:
+            rows = (parent.name, parent.pose), (child.name, child.pose)
+            self.constraints.append(constraint_of(joint, *rows, is_reversed=is_reversed))
 
 
-def add_robot(model: Scope, pose: Pose7, path: str, parts: SceneParts) -> None:
+def add_robot(model: Scope, pose: Pose7, path: str, parts: WorldParts) -> None:
     """Adds an included URDF. Its root is free, unless it is called `world`, as URDF writes a fixed base.
 
     Args:
@@ -155,30 +119,37 @@ def add_robot(model: Scope, pose: Pose7, path: str, parts: SceneParts) -> None:
     if read is None:
         return
     model.file.losses.extend(read.losses)
+    place = model.placing.location
     shown = path.rpartition(SEPARATOR)[0] if model.is_merged else path
-    name = parts.names.new(shown.replace(SEPARATOR, "."))
-    entity: Node = {**read.entity(), **pose_key(pose)}
-    parts.entities[name], parts.locations[name] = entity, model.placing.location
-    if model.is_static and any(
-        link.joint and link.joint.type != "fixed" for robot in read.robots for link in robot.links
-    ):
-        entity["joints"] = {".*": {"limits": [0, 0]}}
-    names = {link: mine for mine, link in read.bodies(name).items()}
+    keys: list[tuple[str, Any]] = [("repair", [*read.repair])] if read.repair else []
+    moves = any(link.joint and link.joint.type != "fixed" for robot in read.robots for link in robot.links)
+    if model.is_static and moves:
+        keys.append(("joints", {".*": {"limits": [0, 0]}}))
+    is_freed = False
     for robot in read.robots:
         root = robot.links[0].name
         is_free = not model.is_static and root != WORLD
         for link in robot.links:
-            own, world = f"{path}{SEPARATOR}{link.name}", compose(pose, model.pose_of(link.name, model.placing))
-            parts.bodies[names[link.name]] = f"{shown}{SEPARATOR}{link.name}"
-            parts.links[own] = BuiltLink(names[link.name], world, is_moved=not model.is_static)
-        if is_free or len(robot.links) == 1:
-            entity["fix_root_link"] = False
+            world = compose(pose, model.pose_of(link.name, model.placing))
+            parts.links[path + SEPARATOR + link.name] = BuiltLink((path, link.name), world, not model.is_static)
+        is_freed = is_freed or is_free or len(robot.links) == 1
         if is_free and len(robot.links) > 1:
-            parts.free_roots[f"{path}{SEPARATOR}{root}"] = entity
+            parts.free_roots[path + SEPARATOR + root] = len(parts.entities)
         elif not is_free and len(robot.links) == 1:
-            at = parts.links[f"{path}{SEPARATOR}{root}"].pose
-            weld = {"type": "weld", "parent": WORLD, "child": names[root], **pose_key(at, "pose_in_parent")}
-            parts.constraints[parts.constraint_names.new(name)] = weld
+            at = parts.links[path + SEPARATOR + root].pose
+            rows = DescribedConstraint(shown, "weld", IN_WORLD, (path, root), at, IDENTITY_POSE, place)
+            parts.constraints.append(rows)
+    keys += [("fix_root_link", False)] if is_freed else []
+    file = RobotFile("urdf", read.path, pose, tuple(keys), _named(read, shown))
+    parts.entities.append(DescribedEntity(path, file, place, shown.replace(SEPARATOR, ".")))
+
+
+def _named(read: ReadUrdf, path: str) -> tuple[DescribedRobot, ...]:
+    """Returns the robots of a URDF, whose links have the names that Drake gives them in a model."""
+    return tuple(
+        replace(robot, links=tuple(replace(link, source=path + SEPARATOR + link.name) for link in robot.links))
+        for robot in read.robots
+    )
 
 
 class SdfModelReader:
@@ -190,46 +161,32 @@ class SdfModelReader:
         parts: receives the result.
     """
 
-    def __init__(self, model: Scope, pose: Pose7, parts: SceneParts) -> None:
-        self._model = model
+    def __init__(self, model: Scope, pose: Pose7, parts: WorldParts) -> None:
+        self.model = model
         self._pose = pose
         self._parts = parts
         self._links: dict[str, SdfLink] = {}
         self._joints: list[SdfJoint] = []
-        self._joint_names: dict[str, str] = {}
-        self._robots: list[str] = []
+        self._bit = 0
+        self.self_collisions = model.file.flag(model.element, "self_collide", default=False)
 
     def read(self) -> None:
-        """Adds the model's entities and constraints."""
-        self._collect(self._model, "", IDENTITY_POSE)
-        groups, entities = self._groups(), {*self._parts.entities}
+        """Adds the model's entities and loose joints."""
+        self._collect(self.model, "", self._pose)
+        groups = self._groups()
+        if len(groups) > 1 and not self.model.is_static and not self.self_collisions:
+            self._bit = 1 << self._parts.apart
+            self._parts.apart += 1
         first_of = {path: group[0] for group in groups for path in group}
         joints_of: dict[str, list[SdfJoint]] = {}
         for joint in self._joints:
             joints_of.setdefault(first_of[joint.child or joint.parent], []).append(joint)
         for group in groups:
             self._add(group, joints_of.get(group[0], []), is_only=len(groups) == 1)
-        if len(groups) > 1 and not self._model.is_static:
-            self._disable_self_collisions(entities)
-
-    def _disable_self_collisions(self, before: set[str]) -> None:
-        """Disables collisions between the bodies of one model, unless it sets `self_collide`."""
-        model, parts = self._model, self._parts
-        added = [node for name, node in parts.entities.items() if name not in before and _collides(node)]
-        if len(added) < 2 or model.file.flag(model.element, "self_collide", default=False):
-            return
-        if len(parts.groups) >= _MAX_GROUPS:
-            model.file.lose(
-                "self-collisions", f"bodies of `{model.name}` would collide with one another", model.element
-            )
-            return
-        name = Names(*parts.groups).new(model.name)
-        parts.groups[name] = {"ignore": [name]}
-        for node in added:
-            node["collision_group"] = name
 
     def _collect(self, scope: Scope, prefix: str, turn: Pose7) -> None:
-        """Collects all links and joints, including nested ones. `turn`: pose of the scope's frame in the top model."""
+        """Collects all links and joints, including nested ones. `turn`: pose of the scope's frame in the world."""
+        above = f"{self.model.name}{SEPARATOR}{prefix}"
         named = [("model", scope.name, scope.placing)]
         named += [("link", name, link) for name, link in scope.links.items()]
         named += [("joint", name, joint) for name, joint in scope.joints.items()]
@@ -237,44 +194,19 @@ class SdfModelReader:
             if plain_name(name) != name.replace(SEPARATOR, "."):
                 scope.file.lose("names", f"the {what} `{cut(name)}` is renamed to `{plain_name(name)}`", element)
         for name, link in scope.links.items():
-            pose = compose(turn, scope.pose_of(name, link))
-            self._links[prefix + name] = SdfLink(scope, link, prefix + name, pose, turn)
+            own = scope.pose_of(name, link)
+            self._links[above + name] = SdfLink(scope, link, prefix + name, own, compose(turn, own))
         for name, model in scope.models.items():
             pose = compose(turn, scope.model_pose(model))
             if model.robot is None:
                 self._collect(model, f"{prefix}{name}{SEPARATOR}", pose)
             else:
-                self._robots.append(f"{prefix}{name}{SEPARATOR}")
-                add_robot(model, compose(self._pose, pose), f"{self._model.name}{SEPARATOR}{prefix}{name}", self._parts)
-        for name, joint in scope.joints.items():
-            made = self._joint(scope, joint, name, prefix, turn)
-            if made is not None:
-                self._joints.append(made)
-
-    def _joint(self, scope: Scope, element: SourceElement, name: str, prefix: str, turn: Pose7) -> SdfJoint | None:
-        kind, file = joint_type(element), scope.file
-        if not kind:
-            word = element.attributes.get("type", "")
-            what = f"the joint `{prefix}{name}` of type `{word}` is left out"
-            file.lose("gearbox-joints" if word == "gearbox" else "joints", what, element)
-            return None
-        ends: list[str] = []
-        for tag in ("parent", "child"):
-            end = text_of(element, tag) or text_of(element, tag, "link_name")
-            found = "" if end == WORLD else scope.link_of(end, element)
-            if found is None:
-                return None
-            ends.append(prefix + found if found else "")
-        if ends[0] == ends[1]:
-            file.error(f"the joint `{prefix}{name}` connects a link to itself", element)
-            return None
-        if any(end.startswith(robot) for end in ends for robot in self._robots):
-            above = f"{self._model.name}{SEPARATOR}{prefix}"
-            self._parts.crossings.append(Crossing(scope, element, name, above, compose(self._pose, turn)))
-            return None
-        pose = compose(turn, scope.pose_of(name, element))
-        path, parent, child = prefix + name, ends[0], ends[1]
-        return SdfJoint(scope, element, path, kind, parent, child, pose, turn)
+                add_robot(model, pose, above + name, self._parts)
+        for name, element in scope.joints.items():
+            joint = read_joint(scope, element, name, (above, prefix), turn)
+            if joint is not None:
+                own = all(not end or end in self._links for end in (joint.parent, joint.child))
+                (self._joints if own else self._parts.loose).append(joint)
 
     def _groups(self) -> list[list[str]]:
         """Groups links that joints connect, each group in file order; in a static model each link is a group."""
@@ -285,7 +217,7 @@ class SdfModelReader:
                 owner[path] = path = owner[owner[path]]
             return path
 
-        if not self._model.is_static:
+        if not self.model.is_static:
             for joint in self._joints:
                 if joint.parent and joint.child:
                     owner[top(joint.child)] = top(joint.parent)
@@ -295,277 +227,205 @@ class SdfModelReader:
         return list(groups.values())
 
     def _add(self, group: list[str], joints: list[SdfJoint], *, is_only: bool) -> None:
-        first = self._links[group[0]]
-        wish = self._model.name if is_only else f"{self._model.name}.{first.path}"
-        is_fixed = len(group) == 1 and all(joint.type == "fixed" for joint in joints) and bool(joints)
-        if self._model.is_static or is_fixed:
-            self._add_body(first, wish, "static")
+        first, model = self._links[group[0]], self.model
+        is_fixed = len(group) == 1 and bool(joints) and all(joint.type == "fixed" for joint in joints)
+        if model.is_static or is_fixed:
+            made = self._body(group[0], "static")
         elif len(group) == 1 and not joints:
-            self._add_body(first, wish, "")
+            made = self._body(group[0], "dynamic")
+        elif len(group) > _MAX_LINKS:
+            message = f"joints connect {len(group)} links of `{model.name}`, more than PhysX supports"
+            model.file.error(message, model.element, hint=f"an articulation has at most {_MAX_LINKS} links")
+            return
         else:
-            _Tree(self._links, group, joints, self).add(wish)
+            tree = _Tree({path: self._links[path] for path in group}, joints, self)
+            made = tree.robot()
+            self._parts.loose += tree.loose
+        if made is None:
+            return
+        wish = model.name if is_only else f"{model.name}.{first.path}"
+        self._parts.entities.append(DescribedEntity(group[0], made, model.element.location, wish))
+        is_moved = made.body_type in {None, "dynamic"}
+        for path in group:
+            link = self._links[path]
+            self._parts.links[path] = BuiltLink((group[0], link.path), link.pose, is_moved, link)
 
-    def _add_body(self, link: SdfLink, wish: str, body_type: str) -> None:
-        file, parts = link.scope.file, self._parts
-        if not body_type and file.flag(link.element, "kinematic", default=False):
+    def _body(self, path: str, body_type: Any) -> DescribedRobot | None:
+        """Returns a single body; None if it would neither move nor be seen."""
+        link = self._links[path]
+        file = link.scope.file
+        if body_type == "dynamic" and file.flag(link.element, "kinematic", default=False):
             body_type = "kinematic"
-        content = self.link_content(link, moves=not body_type)
-        world = compose(self._pose, link.pose)
-        has_shape = any(key in content for key in ("shapes", "collisions", "visuals"))
-        if body_type and not has_shape:
-            self.note(link, BuiltLink("", world, is_moved=False))
+        made = self.describe(path, moves=body_type == "dynamic")
+        if body_type != "dynamic" and not (made.collisions or made.visuals):
+            self._parts.links[path] = BuiltLink(IN_WORLD, link.pose, is_moved=False, link=link)
             file.lose("empty-links", f"the link `{link.path}` has no shape and does not move", link.element)
-            return
-        name = parts.names.new(wish)
-        place = pose_key(world)
-        if not has_shape:
-            # Only an articulation may have no shapes.
-            parts.entities[name] = {**place, "root": {"name": Names().new(link.path), **content}}
-            self.note(link, BuiltLink(f"{name}/{Names().new(link.path)}", world, is_moved=True))
-            return
-        if body_type == "static" and not any(key in content for key in ("shapes", "collisions")):
-            body_type = "none"
-        if body_type == "none":
-            content.pop("gravity", None)
-        kind = {"body_type": body_type} if body_type else {}
-        content.update({**kind, **place})
-        parts.entities[name] = content
-        self.keep_bitmask(content, link, name)
-        self.note(link, BuiltLink(name, world, is_moved=not body_type))
+            return None
+        return DescribedRobot((made,), body_type, pose=link.pose, location=link.element.location)
 
-    def keep_bitmask(self, node: Node, link: SdfLink, entity: str) -> None:
-        """Moves the bitmasks that `link_content` left in a node and its shapes to `parts`."""
-        for one in (node, *_collision_shapes(node)):
-            if "bitmask" in one:
-                self._parts.bitmasks.append(Bitmask(one, one.pop("bitmask"), link, entity))
-
-    def note(self, link: SdfLink, built: BuiltLink) -> None:
-        """Records the location of a link."""
-        path = f"{self._model.name}{SEPARATOR}{link.path}"
-        self._parts.links[path] = built
-        place = LinkPlace(link.scope, link.path, relative_pose(link.turn, link.pose), built.is_moved)
-        self._parts.places[path] = (link.element, place)
-        if built.name:
-            self._parts.bodies[built.name] = path
-            self._parts.locations[built.name] = link.element.location
-            self._parts.locations.setdefault(built.name.partition("/")[0], self._model.element.location)
-
-    @property
-    def parts(self) -> SceneParts:
-        """Receives the result."""
-        return self._parts
-
-    @property
-    def model(self) -> Scope:
-        """The model's scope."""
-        return self._model
-
-    @property
-    def pose(self) -> Pose7:
-        """Pose of the model in the world."""
-        return self._pose
-
-    def link_content(self, link: SdfLink, *, moves: bool, joints: bool = False) -> Node:
+    def describe(self, path: str, *, moves: bool, joints: bool = False) -> DescribedLink:
         """Returns shapes, mass and motion of a link."""
+        link = self._links[path]
         file, element = link.scope.file, link.element
-        place = LinkPlace(link.scope, link.path, relative_pose(link.turn, link.pose), moves)
-        content: Node = {**read_shapes(element, place)}
-        _note_bitmask(content)
+        visuals, collisions = read_visuals(link, moves=moves), read_collisions(link, moves=moves)
+        made = DescribedLink(
+            link.path, element.location, collisions=collisions, visuals=visuals, ignore_bits=self._bit, source=path
+        )
         if not moves:
-            return content
-        content |= _mass(link, content)
+            return made
         if joints and file.flag(element, "kinematic", default=False):
             file.lose("kinematic-links", f"the link `{link.path}` is kinematic, but has joints", element)
-        if not file.flag(element, "gravity", default=True):
-            content["gravity"] = False
-        for tag, key in (("linear", "linear_damping"), ("angular", "angular_damping")):
-            if find_element(element, "velocity_decay", tag) is not None:
-                content[key] = plain_number(max(file.number(element, "velocity_decay", tag, default=0), 0.0))
-        return content
+        inertial, collisions = _weigh(link, collisions)
+        decay = [
+            max(file.number(element, "velocity_decay", tag, default=0), 0.0)
+            if find_element(element, "velocity_decay", tag) is not None
+            else None
+            for tag in ("linear", "angular")
+        ]
+        return replace(
+            made,
+            collisions=collisions,
+            inertial=inertial,
+            disable_gravity=not file.flag(element, "gravity", default=True),
+            motion=DescribedMotion(*decay),
+        )
 
 
-def _note_bitmask(content: Node) -> None:
-    """Merges equal bitmasks of a link's shapes into one of the link."""
-    masks = {shape["bitmask"] for shape in _collision_shapes(content)}
-    if len(masks) == 1:
-        (content["bitmask"],) = masks
-        for shape in _collision_shapes(content):
-            del shape["bitmask"]
+def _weigh(
+    link: SdfLink, collisions: tuple[DescribedCollision, ...]
+) -> tuple[DescribedInertial | None, tuple[DescribedCollision, ...]]:
+    """Returns the inertial of a link, and its shapes with the densities that its mass depends on.
 
-
-def _collision_shapes(content: Node) -> list[Node]:
-    return [*content.get("shapes", ()), *content.get("collisions", ())]
-
-
-def _collides(node: Node) -> bool:
-    """Returns whether an entity, or a link below it, has a collision shape."""
-    return any(
-        key in {"shapes", "collisions"}
-        or (key == "root" and _collides(value))
-        or (key == "children" and any(map(_collides, value)))
-        for key, value in node.items()
-    )
-
-
-def _mass(link: SdfLink, content: Node) -> Node:
-    """Returns the mass keys of a link: from the file, from its shapes (`auto`), or SDF's default 1 kg, 1 kg·m²."""
+    It is from the file, from its shapes (`auto`), or SDF's default 1 kg, 1 kg·m².
+    """
     file, inertial = link.scope.file, link.element.find("inertial")
-    collides = bool(_collision_shapes(content))
-    if inertial is not None and inertial.attributes.get("auto", "").lower() in {"true", "1"} and collides:
-        if inertial.find("mass") is not None:
-            return {"mass": plain_number(file.positive(inertial, "mass", default=1))}
-        density = file.positive(inertial, "density", default=1000)
-        mass = sum(solid_mass(shape, density) for shape in _collision_shapes(content))
-        # SAPIEN's cylinders are hulls and weigh slightly less.
-        return {"density": plain_number(density)} if math.isnan(mass) else {"mass": plain_number(mass)}
-    for shape in _collision_shapes(content):
-        shape.pop("density", None)
+    if inertial is None or inertial.attributes.get("auto", "").lower() not in {"true", "1"} or not collisions:
+        return _inertial(link, collides=bool(collisions)), tuple(replace(each, density=None) for each in collisions)
+    density = file.positive(inertial, "density", default=1000)
+    dense = tuple(each if each.density is not None else replace(each, density=density) for each in collisions)
+    if inertial.find("mass") is not None:
+        mass = file.positive(inertial, "mass", default=1)
+    else:
+        mass = math.fsum(map(_mass_of, dense))
+    if math.isnan(mass):
+        return None, dense
+    is_even = all(each.density is None for each in collisions)
+    return DescribedInertial(mass, IDENTITY_POSE, None, inertial.location), collisions if is_even else dense
+
+
+def _mass_of(shape: DescribedCollision) -> float:
+    """Returns the mass of a solid [kg]; nan for a mesh. SAPIEN's cylinders and cones are hulls and weigh less."""
+    solid = shape.geometry
+    if isinstance(solid, PlaneGeometry):
+        return 0.0
+    if not isinstance(solid, SolidGeometry):
+        return math.nan
+    volume = SOLIDS[solid.kind].volume(*solid.sizes)
+    circle = math.pi / (SIDES / 2 * math.sin(2 * math.pi / SIDES)) if solid.kind == "cone" else 1.0
+    return (shape.density or 0.0) * volume * circle
+
+
+def _inertial(link: SdfLink, *, collides: bool) -> DescribedInertial:
+    """Returns the inertial that the file gives, made possible if necessary (a loss)."""
+    file, inertial = link.scope.file, link.element.find("inertial")
+    place = inertial or link.element
     mass = file.number(inertial, "mass", default=1)
     names, default = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), (1, 1, 1, 0, 0, 0)
     xx, yy, zz, xy, xz, yz = (
         file.number(inertial, "inertia", name, default=value) for name, value in zip(names, default, strict=True)
     )
-    pose = IDENTITY_POSE if inertial is None else file.pose(inertial)
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], np.float64)
-    moments, axes = np.diag(tensor), np.eye(3)
+    pose, moments = IDENTITY_POSE if inertial is None else file.pose(inertial), (xx, yy, zz)
     if xy or xz or yz:
-        moments, axes = np.linalg.eigh(tensor)
+        values, axes = np.linalg.eigh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], np.float64))
         axes[:, 2] *= np.sign(np.linalg.det(axes))
         pose = compose(pose, (0.0, 0.0, 0.0, *from_matrix(axes.tolist())))
-    low, middle, high = sorted(float(each) for each in moments)
-    if min(mass, low) < _LEAST_INERTIA or low + middle < high * (1 - 1e-6):
-        shown = f"mass {mass:g} kg and moments {low:.3g}, {middle:.3g}, {high:.3g}"
-        instead = (
-            f"{mass:g} kg with the inertia of its shapes" if mass >= _LEAST_INERTIA and collides else "a small mass"
-        )
-        file.lose("inertias", f"`{link.path}` has impossible {shown}; it gets {instead}", inertial or link.element)
-        if mass >= _LEAST_INERTIA and collides:
-            return {"mass": plain_number(mass)}
-        mass = mass if mass >= _LEAST_INERTIA else _DUMMY_MASS
-        moments = np.full(3, mass * 1e-2)
-    return {"inertial": {"mass": plain_number(mass), **pose_key(pose, "com"), "inertia": _moments(moments)}}
-
-
-def _moments(moments: Any) -> list[float]:
-    """Rounds to significant digits, not decimals: moments of small bodies are small."""
-    return [float(f"{float(each):.12g}") for each in moments]
+        moments = (float(values[0]), float(values[1]), float(values[2]))
+    shown = (
+        f"`{link.path}` has impossible mass {mass:g} kg and moments {', '.join(f'{m:.3g}' for m in sorted(moments))}"
+    )
+    if mass >= _LEAST and min(moments) >= _LEAST:
+        ruled = enforce_triangle_rule(moments)
+        if ruled != moments:
+            file.lose("inertias", f"{shown}; the largest is lowered to {max(ruled):.3g}", place)
+        return DescribedInertial(mass, pose, ruled, place.location)
+    if mass >= _LEAST and collides:
+        file.lose("inertias", f"{shown}; it gets {mass:g} kg with the inertia of its shapes", place)
+        return DescribedInertial(mass, IDENTITY_POSE, None, place.location)
+    file.lose("inertias", f"{shown}; it gets a small mass", place)
+    mass = mass if mass >= _LEAST else _SMALL_MASS
+    moment = ball_moment(mass)
+    return DescribedInertial(mass, pose, (moment, moment, moment), place.location)
 
 
 class _Tree:
-    """Builds an articulation from connected links; joints that close loops become constraints."""
+    """Builds a robot from connected links.
 
-    def __init__(
-        self, links: dict[str, SdfLink], group: list[str], joints: list[SdfJoint], reader: SdfModelReader
-    ) -> None:
-        self._links = {path: links[path] for path in group}
-        self._joints = joints
+    Attributes:
+        loose: joints that close loops.
+    """
+
+    def __init__(self, links: dict[str, SdfLink], joints: list[SdfJoint], reader: SdfModelReader) -> None:
+        self._links = links
+        self._left = dict.fromkeys(joints)
         self._reader = reader
-        self._link_names, self._joint_names = Names("world"), Names()
-        self._named = {path: self._link_names.new(path) for path in group}
-        self._called = {joint.path: self._joint_names.new(joint.path) for joint in joints}
-        self._entity: Node = {}
-        self._used: set[str] = set()
+        self._fresh = UniqueNames(*(link.path for link in links.values()))
+        self._made: list[DescribedLink] = []
+        self._seen: set[str] = set()
 
-    def add(self, wish: str) -> None:
-        """Adds the articulation to the document, under a free name like `wish`."""
-        reader = self._reader
-        if len(self._links) > _MAX_LINKS:
-            model = reader.model
-            message = f"joints connect {len(self._links)} links of `{model.name}`, more than PhysX supports"
-            model.file.error(message, model.element, hint=f"an articulation has at most {_MAX_LINKS} links")
-            return
-        name = reader.parts.names.new(wish)
-        anchors = [joint for joint in self._joints if not (joint.parent and joint.child)]
-        anchor = next(iter(anchors), None)
+    @property
+    def loose(self) -> list[SdfJoint]:
+        return [*self._left]
+
+    def robot(self) -> DescribedRobot:
+        """Returns the robot. A joint to the world fixes its root, or attaches it to a fixed link."""
+        anchor = next((joint for joint in self._left if not (joint.parent and joint.child)), None)
         if anchor is None:
-            root, is_fixed = self._root(), False
-            top = self._node(root, name, None)
-            place = self._links[root].pose
+            children = {joint.child for joint in self._left}
+            root = next((path for path in self._links if path not in children), next(iter(self._links)))
+            pose = self._add(root, None, ())
         elif anchor.type == "fixed":
-            root, is_fixed = anchor.child or anchor.parent, True
-            self._used.add(anchor.path)
-            top, place = self._node(root, name, None), self._links[root].pose
+            del self._left[anchor]
+            pose = self._add(anchor.child or anchor.parent, None, ())
         else:
-            is_fixed, place = True, IDENTITY_POSE
-            hangs = self._attach_link(anchor, "", anchor.child or anchor.parent, name)
-            top = {"name": self._link_names.new("base"), "children": [hangs]}
-        entity: Node = pose_key(compose(reader.pose, place))
-        if is_fixed:
-            entity["fix_root_link"] = True
-        model = reader.model
-        if not model.file.flag(model.element, "self_collide", default=False) and _collides({"root": top}):
-            entity["disable_self_collisions"] = True
-        reader.parts.entities[name] = {**entity, **self._entity, "root": top}
-        for joint in self._joints:
-            if joint.path not in self._used:
-                self._close(joint, name)
+            pose = IDENTITY_POSE
+            self._made.append(DescribedLink(self._fresh.new("base"), anchor.element.location))
+            self._attach(anchor, "", 0)
+        place, collide = self._reader.model.element.location, self._reader.self_collisions
+        links = tuple(map(self._with_known_source, self._made))
+        return DescribedRobot(links, None, anchor is not None, pose, place, self_collisions=collide)
 
-    def _root(self) -> str:
-        children = {joint.child for joint in self._joints}
-        return next((path for path in self._links if path not in children), next(iter(self._links)))
+    def _add(self, path: str, parent: int | None, freedoms: Sequence[DescribedJoint]) -> Pose7:
+        """Adds a link with its subtree; recursion is at most 255 deep. Returns the link's pose."""
+        self._seen.add(path)
+        link = replace(self._reader.describe(path, moves=True, joints=True), parent=parent)
+        small = [self._fresh.new(joint.name) for joint in freedoms[:-1]]
+        self._made += split_joint(link, freedoms, small, len(self._made)) if freedoms else (link,)
+        index = len(self._made) - 1
+        for joint in [*self._left]:
+            if path in (joint.parent, joint.child) and joint in self._left:
+                self._attach(joint, path, index)
+        return self._links[path].pose
 
-    def _node(self, path: str, entity: str, joint: Node | None) -> Node:
-        """Returns a link with its subtree. Recursion is at most 255 deep, since larger articulations are refused."""
-        link, reader = self._links[path], self._reader
-        self._used.add(f"link {path}")
-        reader.note(link, BuiltLink(f"{entity}/{self._named[path]}", compose(reader.pose, link.pose), is_moved=True))
-        node: Node = {"name": self._named[path]}
-        if joint is not None:
-            node["joint"] = joint
-        node |= reader.link_content(link, moves=True, joints=True)
-        reader.keep_bitmask(node, link, entity)
-        children: list[Node] = []
-        for each in self._joints:
-            other = each.child if each.parent == path else each.parent if each.child == path else ""
-            if other and each.path not in self._used and f"link {other}" not in self._used:
-                children.append(self._attach_link(each, path, other, entity))
-        return {**node, "children": children} if children else node
-
-    def _attach_link(self, joint: SdfJoint, parent: str, child: str, entity: str) -> Node:
-        """Returns a link attached to another by a joint, with intermediate links between the joint's hinges."""
-        self._used.add(joint.path)
-        hinges: list[Hinge | None] = [*hinges_of(joint)] or [None]
-        is_reversed = joint.child != child
-        ordered = hinges[::-1] if is_reversed else hinges
-        name = self._called[joint.path]
-        above = self._links[parent].pose if parent else IDENTITY_POSE
-        nodes: list[dict[str, Any]] = []
-        for number, hinge in enumerate(ordered):
-            is_last = number == len(ordered) - 1
-            below = self._links[child].pose if is_last else joint.pose
-            called = name if len(ordered) == 1 else self._joint_names.new(f"{name}_{number + 1}")
-            made = sdf_tree_joint(called, hinge, (above, below, joint.pose), is_reversed=is_reversed)
-            self._note_joint(hinge, called)
-            if is_last:
-                nodes.append(self._node(child, entity, self._add_mimic(joint, made)))
-            else:
-                small: Node = {"mass": _DUMMY_MASS, "inertia": [_DUMMY_MASS] * 3}
-                nodes.append({"name": self._link_names.new(f"{name}_{number + 1}"), "joint": made, "inertial": small})
-            above = below
-        for outer, inner in pairwise(nodes):
-            outer["children"] = [inner]
-        return nodes[0]
-
-    def _add_mimic(self, joint: SdfJoint, made: Node) -> Node:
-        mimic = None if made["type"] == "fixed" else mimic_of(joint, self._called)
-        return made if mimic is None else {**made, "mimic": mimic}
-
-    def _note_joint(self, hinge: Hinge | None, name: str) -> None:
-        if hinge is None:
+    def _attach(self, joint: SdfJoint, path: str, parent: int) -> None:
+        """Adds the link at a joint's other end, unless the joint closes a loop. `path`: "" for the world."""
+        other = joint.child if joint.parent == path else joint.parent
+        if not other or other in self._seen:
             return
-        pattern = name.replace(".", "\\.")
-        if hinge.velocity is not None:
-            self._entity.setdefault("joints", {})[pattern] = {"max_velocity": plain_number(hinge.velocity)}
-        if hinge.drive is not None:
-            self._entity.setdefault("drives", {})[pattern] = hinge.drive
+        del self._left[joint]
+        if joint.type == "ball":
+            joint.scope.file.lose("ball-joints", f"the ball joint `{joint.path}` becomes three hinges", joint.element)
+        above = self._links[path].pose if path else IDENTITY_POSE
+        freedoms = freedoms_of(joint, above, self._links[other].pose, is_reversed=joint.child != other)
+        self._add(other, parent, freedoms)
 
-    def _close(self, joint: SdfJoint, entity: str) -> None:
-        ends: list[tuple[str, Pose7]] = []
-        for path in (joint.parent, joint.child):
-            world = invert(self._reader.pose)
-            ends.append((f"{entity}/{self._named[path]}", self._links[path].pose) if path else ("world", world))
-        if ends[1][0] == "world":
-            ends.reverse()
-        made = make_constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges_of(joint))
-        parts = self._reader.parts
-        parts.constraints[parts.constraint_names.new(joint.path)] = made
+    def _with_known_source(self, link: DescribedLink) -> DescribedLink:
+        """Returns a link; after an error, without a mimic of a joint that does not move."""
+        joint = link.joint
+        if joint is None or joint.mimic is None:
+            return link
+        source, others = joint.mimic.source, (each.joint for each in self._made)
+        if any(other is not None and other.name == source and other.type != "fixed" for other in others):
+            return link
+        message = f"`{joint.name}` mimics `{cut(source)}`, but there is no such joint that moves"
+        self._reader.model.file.context.sink.report("SC433", message, joint.mimic.location)
+        return replace(link, joint=replace(joint, mimic=None))

@@ -21,7 +21,12 @@ _NO_LIMITS: Final = (-math.inf, math.inf)
 _TOLERANCE: Final = 1e-6
 """Allowed distance of a position beyond a limit [m, rad]."""
 
-_NUMBERS: Final = {"friction": "friction", "armature": "armature", "max_velocity": "velocity"}
+_NUMBERS: Final = {
+    "friction": "friction",
+    "friction_force": "friction_force",
+    "armature": "armature",
+    "max_velocity": "velocity",
+}
 """Key of a joint → field of `DescribedJoint`."""
 
 

@@ -146,7 +146,7 @@ class _WorldWriter:
     def _entity(self, name: str, entity: DescribedEntity, index: int) -> Node:
         content = entity.content
         if isinstance(content, RobotFile):
-            self._note_file(name, content)
+            self._note_file(name, entity.name, content)
             return {
                 content.format: Asset(content.path.name, content.path),
                 **dict(content.keys),
@@ -156,14 +156,14 @@ class _WorldWriter:
             return self._articulation(name, entity.name, content, index)
         return self._body(name, entity.name, content, index)
 
-    def _note_file(self, name: str, file: RobotFile) -> None:
+    def _note_file(self, name: str, wish: str, file: RobotFile) -> None:
         """Records the names of links in a file, which become several entities if the file has several robots."""
         is_one = len(file.robots) == 1 and file.robots[0].pose == IDENTITY_POSE
         for robot in file.robots:
             root = robot.links[0].name
             entity = name if is_one else f"{name}/{root}"
             for link in robot.links:
-                self._note((root, link.name), link, entity if robot.body_type else f"{entity}/{link.name}")
+                self._note((wish, link.name), link, entity if robot.body_type else f"{entity}/{link.name}")
 
     def _note(self, link_name: LinkName, link: DescribedLink, name: str) -> None:
         self.names[link_name] = name

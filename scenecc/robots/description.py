@@ -334,7 +334,7 @@ class DescribedConstraint:
     """
 
     name: str
-    type: Literal["weld", "connection", "distance", "drive", "hinge", "slider"]
+    type: Literal["weld", "ball", "connection", "distance", "drive", "hinge", "slider"]
     parent: LinkName
     child: LinkName
     pose_in_parent: Pose7

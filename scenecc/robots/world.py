@@ -42,8 +42,7 @@ class DescribedEntity:
     """A robot or body of a world.
 
     Attributes:
-        name: unique in the world; the first part of a `LinkName`. Robots of a `RobotFile` have the names of their
-            roots.
+        name: unique in the world; the first part of a `LinkName`.
         content: its pose is in the world.
         wish: name in the scene, as far as it is valid and free; "": `name`.
     """
