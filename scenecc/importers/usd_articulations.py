@@ -180,8 +180,9 @@ class ArticulationReader:
         for joint in tree.joints:
             parent, body = joint.bodies
             first = joint.frames[0] if parent else IDENTITY_POSE
-            link = self._reader.link(self._bodies[body], names[body])
             freedoms = self._freedoms(joint, first, joint_names.new(joint.name))
+            # Light links take a share of the mass of the link.
+            link = self._reader.link(self._bodies[body], names[body], is_weighed=len(freedoms) > 1)
             small = [free.new(f"{link.name}_dummy_{k}") for k in range(len(freedoms) - 1)]
             links += split_joint(replace(link, parent=indices[parent]), freedoms, small, len(links))
             indices[body] = len(links) - 1

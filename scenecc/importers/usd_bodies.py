@@ -23,7 +23,7 @@ from scenecc.robots.description import (
     MotionAxis,
 )
 from scenecc.robots.rules import enforce_triangle_rule
-from scenecc.robots.solids import SolidMass, joined_mass
+from scenecc.robots.solids import SolidMass, is_raised, joined_mass
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -76,8 +76,8 @@ class UsdBodyReader:
         self._materials = materials
         self._shapes = UsdShapeReader(stage)
 
-    def link(self, body: UsdBody, name: str) -> DescribedLink:
-        """Returns a body as a link."""
+    def link(self, body: UsdBody, name: str, *, is_weighed: bool = False) -> DescribedLink:
+        """Returns a body as a link. `is_weighed`: with its mass and inertia, also where they follow from densities."""
         seen = {prim.GetPath() for prim in body.visuals}
         shapes: list[tuple[Prim, Any, UsdShape]] = []
         collisions: list[DescribedCollision] = []
@@ -96,7 +96,7 @@ class UsdBodyReader:
                 visuals += self._visuals(prim, body)
         inertial = None
         if body.body_type == "dynamic":
-            inertial, collisions = self._weigh(body, shapes, collisions)
+            inertial, collisions = self._weigh(body, shapes, collisions, is_weighed=is_weighed)
         read = self._stage.authored
         motion = DescribedMotion(**self._read_settings(body.prim, _MOTION))
         return DescribedLink(
@@ -161,7 +161,12 @@ class UsdBodyReader:
         ]
 
     def _weigh(
-        self, body: UsdBody, shapes: list[tuple[Prim, Any, UsdShape]], collisions: list[DescribedCollision]
+        self,
+        body: UsdBody,
+        shapes: list[tuple[Prim, Any, UsdShape]],
+        collisions: list[DescribedCollision],
+        *,
+        is_weighed: bool,
     ) -> tuple[DescribedInertial | None, list[DescribedCollision]]:
         """Returns the inertial of a body as UsdPhysics has it, and its shapes with the densities it depends on."""
         solids: dict[Any, list[SolidMass]] = {}
@@ -173,24 +178,24 @@ class UsdBodyReader:
         mass, *others = (self._read_authored(body.prim, name) for name in names)
         is_plain = (
             bool(shapes)
+            and not is_weighed
             and len(collisions) == len(shapes)
             and all(shape.exact and shape.mass for _, _, shape in shapes)
             and not any(self._read_authored(prim, "mass") for prim, _, _ in shapes if prim != body.prim)
             and all(each is None for each in others)
         )
-        if not is_plain:
-            return self._inertial(body, solids, computed), collisions
         if mass and len(shapes) == 1:
             densities = [_DENSITY]
         else:
             densities = [self._density(prim, parsed, body.prim) for prim, parsed, _ in shapes]
+        if not is_plain or is_raised(joined_mass(shape.mass for _, _, shape in shapes if shape.mass), min(densities)):
+            return self._inertial(body, solids, computed), collisions
         rows = zip(collisions, densities, strict=True)
         collisions = [each if density == _DENSITY else replace(each, density=density) for each, density in rows]
         if not mass:
             return None, collisions
-        return DescribedInertial(
-            mass * self._stage.frames.kilograms, IDENTITY_POSE, None, self._stage.place
-        ), collisions
+        mass *= self._stage.frames.kilograms
+        return DescribedInertial(mass, IDENTITY_POSE, None, self._stage.place), collisions
 
     def _compute_mass(self, body: UsdBody, solids: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
         """Returns mass, moments, centre and principal axes as computed by UsdPhysics, in the stage's units.

@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 _EQUAL = 2e-6
 """Relative difference of equal mass properties in single precision."""
 
+_LEAST_MOMENT = 1e-6
+"""Least moment of inertia that SAPIEN computes from densities, before it is scaled to a mass [kg·m²]."""
+
+_DENSITY = 1000.0
+"""Default density [kg/m³]."""
+
 
 @dataclass(frozen=True)
 class SolidMass:
@@ -89,6 +95,14 @@ def joined_mass(masses: Iterable[SolidMass]) -> SolidMass:
     return SolidMass(mass, centre, inertia)
 
 
+def is_raised(whole: SolidMass, density: float = _DENSITY) -> bool:
+    """Returns whether SAPIEN raises a moment of inertia that it computes from a density [kg/m³].
+
+    `whole`: with density 1.
+    """
+    return float(np.linalg.eigvalsh(whole.inertia)[0]) * density < _LEAST_MOMENT
+
+
 def follows_from_shapes(inertial: DescribedInertial, collisions: Iterable[DescribedCollision]) -> bool:
     """Returns whether an inertial is that of the link's collision shapes with one density."""
     found = [solid_mass(shape) for shape in collisions]
@@ -103,5 +117,5 @@ def follows_from_shapes(inertial: DescribedInertial, collisions: Iterable[Descri
     scaled, largest = whole.inertia * (inertial.mass / whole.mass), max(inertial.inertia)
     off = np.abs(whole.centre - np.array(inertial.com[:3])).max()
     # The square root is the radius of gyration [m].
-    near = off <= _EQUAL * math.sqrt(largest / inertial.mass)
+    near = off <= _EQUAL * math.sqrt(largest / inertial.mass) and not is_raised(whole)
     return bool(near and np.abs(scaled - inertia).max() <= _EQUAL * largest)

@@ -222,6 +222,14 @@ def test_the_mass_properties_of_a_body_are_imported(tmp_path: Path, said: str, e
     assert ("inertial" in found) == ("inertial" in expected)
 
 
+@pytest.mark.parametrize("said", ["", "float physics:mass = 1"])
+def test_the_inertia_of_a_small_body_is_written(tmp_path: Path, said: str) -> None:
+    """SAPIEN raises moments that it computes from densities to 1e-6 kg·m²."""
+    found = entities(read(tmp_path, f'def Cube "a" ({BODY})\n{{\ndouble size = 0.01\n{said}\n}}'))["a"]
+    mass = 1 if said else 0.001
+    assert found["inertial"] == {"mass": mass, "inertia": pytest.approx([mass * 1e-4 / 6] * 3)}
+
+
 @pytest.mark.skipif(Version(version("usd-core")) < Version("26.11"), reason="older ones weigh what is switched off")
 def test_a_disabled_collider_has_no_mass(tmp_path: Path) -> None:
     heavy = COLLIDER.replace('"PhysicsCollisionAPI"', '"PhysicsCollisionAPI", "PhysicsMassAPI"')
@@ -410,6 +418,8 @@ def test_a_joint_with_several_freedoms_becomes_joints_in_series(tmp_path: Path) 
     assert "qpos" not in robot
     # Two links in a row would touch otherwise: PhysX keeps only direct neighbours apart.
     assert robot["disable_self_collisions"]
+    assert third["mass"] == 8000
+    assert first["inertial"] == {"mass": 8, "inertia": pytest.approx([16 / 3] * 3)}
 
 
 @pytest.mark.parametrize(
@@ -732,6 +742,19 @@ def test_bodies_of_a_constraint_collide_if_the_joint_says_so(
     found = read(tmp_path, bodies + joint(kind, "rail", "cart", told + more))
     assert found.document["constraints"]["joint"].get("collide", False) == collides
     assert ("collision_groups" in found.document) != collides
+
+
+def test_a_joint_with_a_kinematic_body_without_shapes_is_one_with_the_world(tmp_path: Path) -> None:
+    hand = f'def Xform "hand" ({RIGID})\n{{\nbool physics:kinematicEnabled = 1\n{at(0, 0, 2)}}}\n'
+    found = read(
+        tmp_path, f'{hand}def Cube "a" ({BODY})\n{{\n{at(0, 0, 2)}}}\n' + joint("PhysicsFixedJoint", "hand", "a")
+    )
+    assert found.document["constraints"]["joint"] == {
+        "type": "weld",
+        "parent": "world",
+        "child": "a",
+        "pose_in_parent": [0, 0, 2],
+    }
 
 
 def contact(name: str, friction: float, *attributes: str) -> str:
