@@ -178,7 +178,8 @@ def _visual_keys(visual: DescribedVisual, physical: Node) -> Node:
     """Returns name, colour and material of a visible shape. `physical`: a material to merge with."""
     keys: Node = {"name": visual.name} if visual.name else {}
     look = None if visual.look is None else _look_keys(visual.look)
-    if visual.look is not None and not visual.look.name and set(look or ()) == {"base_color"}:
+    is_named = visual.look is not None and bool(visual.look.name)
+    if look is not None and set(look) == {"base_color"} and not is_named:
         keys["color"] = look["base_color"]
     elif look or (look is not None and isinstance(visual.geometry, MeshGeometry)):
         physical = {**physical, "visual": look}

@@ -247,7 +247,7 @@ class ArticulationReader:
             stage.lose("joint-friction", f"the friction force {force:g} of a joint that has a drive", prim)
         armature = stage.authored(prim, "physxJoint:armature") or 0.0
         speed = stage.authored(prim, "physxJoint:maxJointVelocity")
-        is_limited = speed is not None and math.isfinite(speed) and speed < _NO_SPEED_LIMIT
+        unit = math.radians(1) if freedom.turns else metres
         return DescribedJoint(
             name,
             "revolute" if freedom.turns else "prismatic",
@@ -258,7 +258,7 @@ class ArticulationReader:
             friction=stage.authored(prim, "physxJoint:jointFriction") or 0.0,  # UsdPhysics has no joint friction
             friction_force=None if freedom.drive is not None else force or None,
             armature=armature * stage.frames.kilograms * (metres**2 if freedom.turns else 1.0) or None,
-            velocity=speed * (math.radians(1) if freedom.turns else metres) if is_limited else None,
+            velocity=speed * unit if speed is not None and 0 < speed < _NO_SPEED_LIMIT else None,
             qpos=0.0 if abs(start) < _SMALL and low <= 0 <= high else start,
             drive=freedom.drive,
         )

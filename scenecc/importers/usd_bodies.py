@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, to_vector
+from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Vec3, to_vector
 from scenecc.importers.usd_shapes import UsdShape, UsdShapeReader
 from scenecc.importers.usd_stage import UNITS, Prim, UsdStage, quat_of, split_matrix
 from scenecc.robots.description import (
@@ -112,7 +112,7 @@ class UsdBodyReader:
 
     def _collision(self, prim: Prim, parsed: Any, shape: UsdShape) -> DescribedCollision:
         geometry, path = shape.geometry, self._materials.physical_path(parsed)
-        friction = tuple(self._materials.friction(path).values()) if path else None
+        friction = to_vector(self._materials.friction(path).values()) if path else None
         offsets: list[float | None] = []
         for name in ("contactOffset", "restOffset"):  # -inf means PhysX's default
             found = self._stage.authored(prim, f"physxCollision:{name}")
@@ -283,9 +283,9 @@ class UsdBodyReader:
         frames, parsed = self._stage.frames, body.parsed
         above = body.prim.GetParent()
         pose = frames.pose(above) if above and not above.IsPseudoRoot() else None
-        rows = (parsed.linearVelocity, frames.metres), (parsed.angularVelocity, math.radians(1))
-        turned = [[each * factor for each in frames.turned(pose, row)] if any(row) else None for row, factor in rows]
-        return DescribedDynamics(*(None if row is None else to_vector(_clean(row)) for row in turned))
+        linear = [each * frames.metres for each in frames.turned(pose, parsed.linearVelocity)]
+        angular = [math.radians(each) for each in frames.turned(pose, parsed.angularVelocity)]
+        return DescribedDynamics(_velocity(linear), _velocity(angular))
 
     def _read_settings(self, prim: Prim, names: Mapping[str, tuple[str, str]]) -> dict[str, Any]:
         """Returns the settings of PhysX's schema that a prim has. `names`: field → attribute, and its unit."""
@@ -337,5 +337,6 @@ _DYNAMICS: Final = {
 _NO_MASS: Final = SolidMass(0.0, np.zeros(3), np.zeros((3, 3)))
 
 
-def _clean(row: list[float]) -> list[float]:
-    return [0.0 if abs(each) < _NOISE else each for each in row]
+def _velocity(row: list[float]) -> Vec3 | None:
+    """Returns a velocity; None for 0."""
+    return to_vector(0.0 if abs(each) < _NOISE else each for each in row) if any(row) else None

@@ -313,14 +313,16 @@ def constraint_of(
         (only,) = joint.freedoms
         free = {"rotX" if only.turns else "transX": only}
     limits = _limits_of(free)
-    drives = {axis: drive for axis, name in _AXES.items() if name in free and (drive := free[name].drive) is not None}
+    drives: dict[DriveAxis, DescribedDrive] = {
+        axis: drive for axis, name in _AXES.items() if name in free and (drive := free[name].drive) is not None
+    }
     _add_swing(drives, free, joint, stage)
     if not limits and not drives:
         stage.lose("idle-joints", "a joint without any constraint", joint.prim)
         return None
     target, velocity = _targets(free)
-    rows = limits, tuple(drives.items())
-    return replace(made, type="drive", limits=rows[0], drives=rows[1], target=target, velocity_target=velocity)
+    rows = tuple(drives.items())
+    return replace(made, type="drive", limits=limits, drives=rows, target=target, velocity_target=velocity)
 
 
 _AXES: Final[dict[LimitAxis, str]] = {"x": "transX", "y": "transY", "z": "transZ", "twist": "rotX"}

@@ -81,7 +81,7 @@ class RenderingReader:
             angle = stage.authored(prim, "inputs:shaping:cone:angle")
             kind = "point"
             if angle is not None and angle < 90:
-                kind, cone = "spot", (math.radians(2 * angle),) * 2
+                kind, cone = "spot", (math.radians(2 * angle), math.radians(2 * angle))
         else:
             stage.lose("lights", f"a {prim.GetTypeName()}", prim)
             return

@@ -77,6 +77,7 @@ class UsdSceneReader:
         self._bodies: dict[str, UsdBody] = {}
         self._entities: list[DescribedEntity] = []
         self._links: dict[str, LinkName] = {}
+        self._colliding: set[str] = set()
 
     def read(self) -> ImportedScene:
         """Returns the document with its losses."""
@@ -247,6 +248,7 @@ class UsdSceneReader:
 
     def _add(self, name: str, robot: DescribedRobot, wish: str) -> None:
         self._entities.append(DescribedEntity(name, robot, self._stage.place, wish))
+        self._colliding |= {link.source for link in robot.links if link.collisions}
 
     def _preferred_tree_name(self, tree: JointTree) -> str:
         """Returns a name for an articulation: that of the innermost prim that contains all its bodies."""
@@ -281,12 +283,6 @@ class UsdSceneReader:
             joint = replace(joint, frames=(compose(self._bodies[ends[0]].pose, joint.frames[0]), joint.frames[1]))
         collide = joint.collides and all(body in self._colliding for body in ends)
         return constraint_of(joint, parent, self._links[ends[1]], self._stage, collide=collide)
-
-    @property
-    def _colliding(self) -> set[str]:
-        """Paths of the bodies that collide."""
-        robots = (entity.content for entity in self._entities)
-        return {link.source for robot in robots for link in robot.links if link.collisions}
 
     def _moves(self, path: str) -> bool:
         return path in self._bodies and self._bodies[path].body_type == "dynamic"
