@@ -19,7 +19,7 @@ _MAX_GROUPS: Final = 31
 """`scenecc.lower.collision_groups.GROUPS`."""
 
 _ID: Final = 1000
-"""Fourth collision integer, which separates the third from those of other entities."""
+"""First value of the fourth collision integer, which separates the third from those of other entities."""
 
 
 @dataclass(slots=True)
@@ -168,8 +168,11 @@ class IgnoredPairs:
             return parts.pop()
         return self.colliders[members[0]].name.rpartition("/")[2]
 
-    def _third_bits(self) -> list[int]:
-        """Returns the third collision integer of each collider, which covers the ignored pairs."""
+    def _last_bits(self) -> list[list[int]]:
+        """Returns the third and fourth integer of each collider, which cover the ignored pairs.
+
+        Colliders that pairs connect have a fourth integer of their own, and so bits of their own.
+        """
         wanted: Pairs = set()
         free: Pairs = set()
         for (i, first), (j, second) in combinations(enumerate(self.colliders), 2):
@@ -179,30 +182,40 @@ class IgnoredPairs:
                 free.add((i, j))
             if ignores and not apart:
                 wanted.add((i, j))
-        sets = cover_pairs(wanted, free, len(self.colliders))
-        for left in sets[MAX_SETS:]:
-            for i, j in combinations(left, 2):
-                if order_pair(i, j) in wanted:
-                    self.unwritten.append((self.colliders[i].name, self.colliders[j].name))
-        third = [0] * len(self.colliders)
-        for bit, together in enumerate(sets[:MAX_SETS]):
-            for number in together:
-                third[number] |= 1 << bit
-        return third
+        last = [[0, 0] for _ in self.colliders]
+        for number, part in enumerate(_connected(wanted)):
+            inside = {pair for pair in wanted if pair[0] in part}
+            sets = cover_pairs(inside, {pair for pair in free if part.issuperset(pair)}, len(last))
+            for left in sets[MAX_SETS:]:
+                pairs = (pair for pair in combinations(sorted(left), 2) if pair in inside)
+                self.unwritten += ((self.colliders[i].name, self.colliders[j].name) for i, j in pairs)
+            for bit, together in enumerate(sets[:MAX_SETS]):
+                for one in together:
+                    last[one] = [last[one][0] | 1 << bit, _ID + number]
+        return last
 
     def _write_bits(self) -> None:
         """Writes SAPIEN's integers, the first two from the file."""
-        third = self._third_bits()
+        last = self._last_bits()
         for index in self.closed:
             self.entities[index].pop("disable_self_collisions", None)
         for number, collider in enumerate(self.colliders):
-            last = [third[number], _ID if third[number] else 0]
-            rows = [[*bits, *last] for bits in collider.bits]
+            rows = [[*bits, *last[number]] for bits in collider.bits]
             if all(row == rows[0] for row in rows):
                 collider.node["collision_bits"] = rows[0]
                 continue
             for entry, row in zip(collider.shapes, rows, strict=True):
                 entry["collision_bits"] = row
+
+
+def _connected(pairs: Pairs) -> list[set[int]]:
+    """Returns the sets of colliders that pairs connect."""
+    parts: list[set[int]] = []
+    for pair in sorted(pairs):
+        touched = [part for part in parts if not part.isdisjoint(pair)]
+        parts = [part for part in parts if part.isdisjoint(pair)]
+        parts.append(set(pair).union(*touched))
+    return parts
 
 
 def _find_classes(ignored: Pairs, count: int) -> dict[int, int]:

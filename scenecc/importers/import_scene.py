@@ -136,9 +136,8 @@ def _report_progress(progress: Callable[[int, int], None] | None, done: int) -> 
 
 def _silencing_comments(found: ImportedScene, codes: Collection[str], context: ImportContext) -> Comments:
     """Returns the comment at the scene's only robot file that silences what the import has listed as losses."""
-    robots = [
-        (name, key) for name, keys in found.document.get("entities", {}).items() for key in ("mjcf", "urdf") if key in keys
-    ]
+    entities = found.document.get("entities", {})
+    robots = [(name, key) for name, keys in entities.items() for key in ("mjcf", "urdf") if key in keys]
     if not codes or len(robots) != 1:
         return {}
     kinds = dict.fromkeys(loss.kind for loss in found.losses if LOSSES[loss.kind].changes_machine)

@@ -59,8 +59,6 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "wind": LossKind("winds"),
     "colliders": LossKind("collision shapes", changes_machine=True),
     "contactless-shapes": LossKind("collision shapes without contacts"),
-    "collision-bitmasks": LossKind("collision bitmasks", changes_machine=True),
-    "self-collisions": LossKind("models with self-collisions", changes_machine=True),
     "inertias": LossKind("impossible inertias", changes_machine=True),
     "joint-limits": LossKind("missing joint limits", changes_machine=True),
     "models": LossKind("models", changes_machine=True),

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from scenecc.geometry.rotations import IDENTITY, Pose7, Vec3, compose, relative_pose, rotate
+from scenecc.geometry.rotations import AXES, IDENTITY, Pose7, Vec3, compose, relative_pose, rotate
 from scenecc.importers.numbers import along_x
 from scenecc.importers.sdf_files import SMALLEST, SourceElement, find_element, text_of
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD
@@ -15,14 +15,12 @@ from scenecc.robots.description import DescribedConstraint, DescribedDrive, Desc
 
 if TYPE_CHECKING:
     from scenecc.importers.sdf_scopes import Scope
-    from scenecc.robots.description import LinkName
+    from scenecc.robots.description import DriveAxis, LinkName
 
 _UNLIMITED: Final = 1e15
 """SDF writes "no limit" as 1e16."""
 
 _NO_LIMITS: Final = (-math.inf, math.inf)
-
-_LETTERS: Final[dict[str, Vec3]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 _AXES_OF: Final = {
     "fixed": (),
@@ -176,13 +174,13 @@ def _mimic(joint: SdfJoint, axis: SourceElement | None) -> DescribedMimic | None
 
 def _axis_of(joint: SdfJoint, tag: str) -> Vec3:
     """Returns an axis in the joint's frame, from the parent to the child."""
-    if tag in _LETTERS:
-        return _LETTERS[tag]
+    if tag in AXES:
+        return AXES[tag]
     file, axis = joint.scope.file, joint.element.find(tag)
-    xyz = file.vector(axis, "xyz", default=_LETTERS["z"])
+    xyz = file.vector(axis, "xyz", default=AXES["z"])
     if math.hypot(*xyz) < SMALLEST:
         file.error(f"the axis of `{joint.path}` has length 0", joint.element)
-        return _LETTERS["z"]
+        return AXES["z"]
     element = find_element(axis, "xyz")
     frame = "" if element is None else element.attributes.get("expressed_in", "")
     is_model = file.flag(axis, "use_parent_model_frame", default=False) or file.is_before(1, 5)
@@ -222,10 +220,10 @@ def constraint_of(
             file.lose("joint-friction", f"the friction of `{joint.path}`, which closes a loop", place)
         kind, span = "slider", first.limits or _NO_LIMITS
         if first.type != "prismatic":
+            # PhysX measures a twist from -π to π.
             kind, axis = "hinge", "twist"
-            inside = max(span[0], -math.pi), min(span[1], math.pi)
-            span = _NO_LIMITS if inside == (-math.pi, math.pi) else inside
+            span = (span[0] if span[0] > -math.pi else -math.inf, span[1] if span[1] < math.pi else math.inf)
         if first.drive is not None or first.damping:
             drive = replace(first.drive or DescribedDrive(0.0, 0.0), damping=first.damping)
-    drives = () if drive is None else ((axis, drive),)
+    drives: tuple[tuple[DriveAxis, DescribedDrive], ...] = () if drive is None else ((axis, drive),)
     return DescribedConstraint(joint.path, kind, parent[0], child[0], *frames, place.location, span, drives=drives)

@@ -16,7 +16,7 @@ from scenecc.importers.sdf_joints import SdfJoint, constraint_of, freedoms_of, r
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import SdfLink, read_collisions, read_visuals
 from scenecc.names import UniqueNames
-from scenecc.plan.geometry import SIDES, SOLIDS
+from scenecc.plan.geometry import SOLIDS
 from scenecc.robots.description import (
     IN_WORLD,
     DescribedCollision,
@@ -320,9 +320,10 @@ def _mass_of(shape: DescribedCollision) -> float:
         return 0.0
     if not isinstance(solid, SolidGeometry):
         return math.nan
-    volume = SOLIDS[solid.kind].volume(*solid.sizes)
-    circle = math.pi / (SIDES / 2 * math.sin(2 * math.pi / SIDES)) if solid.kind == "cone" else 1.0
-    return (shape.density or 0.0) * volume * circle
+    volume = math.pi * solid.sizes[0] ** 2 * 2 * solid.sizes[-1] / 3
+    if solid.kind != "cone":
+        volume = SOLIDS[solid.kind].volume(*solid.sizes)
+    return (shape.density or 0.0) * volume
 
 
 def _inertial(link: SdfLink, *, collides: bool) -> DescribedInertial:

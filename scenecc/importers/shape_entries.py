@@ -259,6 +259,15 @@ def lying_axis(pose: Pose7, *, is_symmetric: bool) -> tuple[str, Pose7]:
     return min(places, key=lambda place: _complexity(place[1]))
 
 
+def axis_frames(in_parent: Pose7, in_child: Pose7) -> tuple[Any, Pose7, Pose7]:
+    """Returns the axis and the frames of a constraint along x of two frames: those with the plainest rotations."""
+    ways: list[tuple[Any, Pose7, Pose7]] = []
+    for axis in (*_LETTERS.values(), rotate(in_child[3:], _LETTERS["x"])):
+        turn = shortest_from_x(axis)
+        ways.append((plain_axis(axis), *(clean_pose(_unturned(pose, turn)) for pose in (in_parent, in_child))))
+    return min(ways, key=lambda way: _complexity(way[1]) + _complexity(way[2]))
+
+
 def _plane_place(pose: Pose7) -> Node:
     """Returns normal and pose of a plane, whose normal is x of `pose`."""
     upright = clean_pose(_unturned(pose, shortest_from_x((0.0, 0.0, 1.0))))

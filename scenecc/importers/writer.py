@@ -41,7 +41,7 @@ from scenecc.importers.numbers import (
     pose_key,
     short_number,
 )
-from scenecc.importers.shape_entries import NamedMaterials, move_up, shape_lists, texture_value
+from scenecc.importers.shape_entries import NamedMaterials, axis_frames, move_up, shape_lists, texture_value
 from scenecc.importers.tree_entries import drive_keys, joint_names, tree_of
 from scenecc.robots.description import IN_WORLD, LinkName
 from scenecc.robots.solids import follows_from_shapes
@@ -248,14 +248,14 @@ class _WorldWriter:
     # --- constraints, lights, cameras
 
     def _constraint(self, constraint: DescribedConstraint) -> Node:
-        keys: Node = {
-            "type": constraint.type,
-            "parent": self.names[constraint.parent],
-            "child": self.names[constraint.child],
-            # Left out, the frame would follow from the initial poses.
-            "pose_in_parent": plain_pose(clean_pose(constraint.pose_in_parent)),
-            **pose_key(clean_pose(constraint.pose_in_child), "pose_in_child"),
-        }
+        ends = {"parent": self.names[constraint.parent], "child": self.names[constraint.child]}
+        keys: Node = {"type": constraint.type, **ends}
+        in_parent, in_child = clean_pose(constraint.pose_in_parent), clean_pose(constraint.pose_in_child)
+        if constraint.type in {"hinge", "slider"}:
+            axis, in_parent, in_child = axis_frames(in_parent, in_child)
+            keys |= {} if axis == "x" else {"axis": axis}
+        # Left out, the frame in the parent would follow from the initial poses.
+        keys |= {"pose_in_parent": plain_pose(in_parent), **pose_key(in_child, "pose_in_child")}
         if constraint.span is not None and any(map(math.isfinite, constraint.span)):
             keys["limits"] = plain_numbers(constraint.span)
         if constraint.limits:

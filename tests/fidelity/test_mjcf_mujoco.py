@@ -193,10 +193,9 @@ FLAG = '<flag filterparent="disable"/>'
         ("", f'<geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends=""), 3),
         ("", f'<geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends='range="-1 3"'), 3),
         (FLAG, f'<joint type="slide" axis="0 1 0"/><geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends=""), 4),
-        # Filtered; out of reach; overlapping from the start; on a body that moves.
+        # Filtered; out of reach; on a body that moves.
         ("", f'<geom {BLOCK} pos="0.5 0 0" contype="2" conaffinity="2"/>', CART.format(ends='range="0 0.8"'), 2),
         ("", f'<geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends='range="-1 0.3"'), 2),
-        ("", f"<geom {BLOCK}/>", CART.format(ends='range="-0.01 0.01"'), 2),
         ("", f'<joint type="slide" axis="0 1 0"/><geom {BLOCK} pos="0.5 0 0"/>', CART.format(ends='range="0 0.8"'), 3),
     ],
 )
@@ -213,6 +212,16 @@ def test_bodies_collide_with_a_fixed_parent(tmp_path: Path, flag: str, rail: str
         batch.step(100)
         assert len(robot.objs[0].links) == links
         assert robot.qpos[0, -1] == pytest.approx(data.qpos[-1], abs=0.02)
+
+
+def test_bodies_that_overlap_their_parent_from_the_start_do_not_collide(tmp_path: Path) -> None:
+    body = f'<body name="rail"><geom {BLOCK}/>{CART.format(ends="")}</body>'
+    (tmp_path / "a.xml").write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+    sink = Sink()
+    found = read_mjcf(ResolvedFile(tmp_path / "a.xml", "a.xml"), scope=AssetScope(tmp_path), sink=sink)
+    assert found is not None
+    assert len(found.robots[0].links) == 2
+    assert not sink.diagnostics()
 
 
 def test_contacts_with_a_parent_that_cannot_be_built_are_reported(tmp_path: Path) -> None:

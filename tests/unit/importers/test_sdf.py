@@ -428,6 +428,94 @@ def test_a_joint_between_models_becomes_a_constraint(folder: Path) -> None:
     assert found["constraints"]["j"] == {"type": "ball", "parent": "a", "child": "b", "pose_in_parent": [0, 0, 1]}
 
 
+LOOP = "".join(link(name, f"{x} 0 0 0 0 0") for x, name in enumerate("abc")) + "".join(
+    joint("revolute", pair[0], pair[1], "<axis><xyz>0 1 0</xyz></axis>", name=pair) for pair in ("ab", "bc")
+)
+
+
+@pytest.mark.parametrize(
+    ("kind", "axis", "expected"),
+    [
+        (
+            "revolute",
+            "<limit><lower>-1</lower><upper>9</upper></limit><dynamics><damping>3</damping></dynamics>",
+            {"type": "hinge", "limits": [-1, math.inf], "drive": {"damping": 3}},
+        ),
+        (
+            "prismatic",
+            "<dynamics><spring_stiffness>3</spring_stiffness><spring_reference>1</spring_reference></dynamics>",
+            {"type": "slider", "drive": {"stiffness": 3, "target": 1}},
+        ),
+    ],
+)
+def test_a_joint_that_closes_a_loop_keeps_its_limits_and_its_drive(
+    folder: Path, kind: str, axis: str, expected: dict[str, Any]
+) -> None:
+    found, _ = imported(folder, model(LOOP + joint(kind, "a", "c", f"<axis><xyz>1 0 0</xyz>{axis}</axis>")))
+    ends = {"parent": "m/a", "child": "m/c", "pose_in_parent": [2, 0, 0]}
+    assert found["constraints"]["j"] == {**ends, **expected}
+
+
+def test_a_joint_whose_child_does_not_move_is_turned_round(folder: Path) -> None:
+    """Its position is the child's relative to the parent, so its axis is opposite."""
+    fixed = f'<model name="s"><static>1</static>{link("l")}</model><model name="b">{link("l", "0 0 1 0 0 0")}</model>'
+    axis = "<axis><xyz>1 0 0</xyz><limit><lower>-0.1</lower><upper>0.3</upper></limit></axis>"
+    found, _ = imported(folder, world(fixed + joint("prismatic", "b::l", "s::l", axis)))
+    made = found["constraints"]["j"]
+    assert (made["parent"], made["child"], made["limits"]) == ("s", "b", [-0.1, 0.3])
+    assert (made["axis"], made["pose_in_parent"], made["pose_in_child"]) == ([-1, 0, 0], [0, 0, 0], [0, 0, -1])
+
+
+def test_a_joint_may_mimic_only_a_joint_that_moves(folder: Path) -> None:
+    parts = link("a") + link("b") + link("c") + joint("fixed", "a", "b", name="still")
+    parts += joint("revolute", "a", "c", "<axis><mimic joint='still'/></axis>", name="k")
+    assert refused(folder, model(parts)) == ["SC433"]
+    mimic = "<mimic joint='k'><multiplier>2</multiplier><offset>0.1</offset><reference>0.2</reference></mimic>"
+    parts = link("a") + link("b") + link("c") + joint("revolute", "a", "b", f"<axis>{mimic}</axis>")
+    found, _ = imported(folder, model(parts + joint("revolute", "a", "c", "<axis/>", name="k")))
+    mimicking = found["entities"]["m"]["root"]["children"][0]["joint"]
+    assert mimicking["mimic"] == {"joint": "k", "multiplier": 2, "offset": pytest.approx(-0.3)}
+
+
+def test_bodies_of_one_model_share_a_group_that_ignores_itself(folder: Path) -> None:
+    found, _ = imported(folder, model(link("a") + link("b", "1 0 0 0 0 0")))
+    assert found["collision_groups"] == {"m": {"ignore": ["m"]}}
+    found, _ = imported(folder, model("<self_collide>1</self_collide>" + link("a") + link("b", "1 0 0 0 0 0")))
+    assert "collision_groups" not in found
+
+
+def test_the_sides_of_a_plane_are_those_of_its_size(folder: Path) -> None:
+    plane = "<visual name='v'><geometry><plane><size>4 2</size></plane></geometry></visual>"
+    found, _ = imported(folder, model(f"<static>1</static><link name='l'>{plane}</link>"))
+    assert found["entities"]["m"]["visuals"] == [{"type": "plane", "half_size": [1, 2]}]  # along the world's y and x
+
+
+def test_densities_of_single_shapes_move_the_centre_of_mass(folder: Path) -> None:
+    boxes = "".join(
+        f"<collision name='{x}'><pose>{x} 0 0 0 0 0</pose>{density}<geometry><box/></geometry></collision>"
+        for x, density in ((0, "<density>300</density>"), (2, ""))
+    )
+    auto = '<inertial auto="true"><density>100</density></inertial>'
+    imported(folder, model(f"<link name='a'>{auto}{boxes}</link>"))
+    with open_scene(folder / "out/scene.yaml").build(render=False) as batch:
+        body: Any = batch.entities["m"].objs[0].components[0]
+        assert body.mass == pytest.approx(400)
+        assert body.cmass_local_pose.p[0] == pytest.approx(0.5)
+
+
+def test_a_moment_above_the_sum_of_the_others_is_lowered(folder: Path) -> None:
+    text = model(link("a").replace("<izz>0.1", "<izz>0.5"))
+    assert refused_losses(folder, text) == ["inertias"]
+    found, _ = imported(folder, text, allow=["inertias"])
+    assert found["entities"]["m"]["inertial"]["inertia"] == [0.1, 0.1, 0.2]
+
+
+def test_a_world_of_which_nothing_is_left_is_a_scene(folder: Path) -> None:
+    found, made = imported(folder, world("<include><uri>model://gone</uri></include>"), allow=["models"])
+    assert "entities" not in found
+    assert [loss.kind for loss in made.losses] == ["models"]
+
+
 def test_mutated_files_are_imported_or_refused(folder: Path) -> None:
     """Nothing else is raised, whatever stands in place of a word."""
     from random import Random
@@ -640,7 +728,7 @@ def test_links_of_an_included_urdf_can_be_named(folder: Path) -> None:
     assert found["constraints"]["mount"] == mount
     turn = found["constraints"]["turn"]
     assert (turn["parent"], turn["child"]) == ("robot/tool0", "two/base")
-    assert turn["pose_in_parent"]["p"] == [0, 0, 1]
+    assert (turn["type"], turn["axis"], turn["pose_in_parent"]) == ("hinge", "z", [0, 0, 1])
     poses = body_poses(folder)
     assert poses["tool"][0] == pytest.approx([0.1, 0, 1.5])
     assert poses["two/base"][0] == pytest.approx([0, 0, 2.5])

@@ -221,6 +221,23 @@ def test_bits_that_separate_single_shapes_stay_bits() -> None:
     assert colliding_pairs(made) == {frozenset(pair) for pair in ("ab", "ac", "ad")}
 
 
+def test_any_number_of_groups_that_ignore_only_themselves_is_written() -> None:
+    entities = (body(f"m{i}.{j}", ignore_bits=1 << i) for i in range(40) for j in "ab")
+    world = write_world(DescribedWorld("test", tuple(entities)))
+    assert world.unwritten == ()
+    apart = {frozenset((f"m{i}.a", f"m{i}.b")) for i in range(40)}
+    assert len(colliding_pairs(world.document)) == 80 * 79 / 2 - 40
+    assert not apart & colliding_pairs(world.document)
+
+
+def test_robots_without_self_collisions_that_ignore_one_another_share_a_group() -> None:
+    links = (link("base", ignore_bits=1), link("one", 0, hinge("x"), ignore_bits=1))
+    robot = DescribedRobot(links, self_collisions=False)
+    made = written(*(DescribedEntity(name, robot, HERE) for name in ("m.a", "m.b")), body("c"))
+    assert made["collision_groups"] == {"m": {"ignore": ["m"]}}
+    assert [made["entities"][name].get("collision_group") for name in ("m.a", "m.b", "c")] == ["m", "m", None]
+
+
 def test_links_that_all_ignore_one_another_have_no_groups() -> None:
     links = (link("base"), link("one", 0, hinge("x")), link("two", 1, hinge("y")), link("three", 2, hinge("z")))
     ignored = frozenset(frozenset({("r", a.name), ("r", b.name)}) for a, b in combinations(links, 2))
