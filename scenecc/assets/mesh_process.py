@@ -13,10 +13,10 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from scenecc.assets.collada import without_looks
 from scenecc.assets.errors import AssetError
 from scenecc.assets.images import check_image
 from scenecc.assets.measures import hull_parts, measure_hull, measure_triangles
@@ -226,23 +226,11 @@ def _check_length(data: bytes, suffix: str, faces: int) -> None:
 _MOST_INSTANCES = 20_000
 """Largest number of geometry instances in a COLLADA, because a small file can place one very often."""
 
-_LOOKS = ["library_images", "library_materials", "library_effects", "library_cameras", "library_lights"]
-_LOOKS_OF_NODES = ("bind_material", "instance_camera", "instance_light")
-
-
-def _without_looks(data: bytes) -> bytes:
-    """Removes the looks of a COLLADA, because pycollada skips geometry whose effect it cannot read."""
-    root = ET.fromstring(data)  # noqa: S314 - the scan for names has refused document types
-    for parent in list(root.iter()):
-        for child in list(parent):
-            if child.tag.rpartition("}")[2] in (_LOOKS if parent is root else _LOOKS_OF_NODES):
-                parent.remove(child)
-    return ET.tostring(root, encoding="utf-8")
-
 
 def _collada_parts(collada: Any, data: bytes) -> Iterator[Triangles]:
     """Yields the primitives of a COLLADA [m]. SAPIEN applies its unit and ignores its `up_axis`."""
-    document = collada.Collada(io.BytesIO(_without_looks(data)))
+    # pycollada skips geometry whose effect it cannot read.
+    document = collada.Collada(io.BytesIO(without_looks(data)))
     if document.scene is None:
         raise ValueError("it does not have exactly one visual scene")
     if len(document.controllers):

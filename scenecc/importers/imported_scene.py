@@ -84,7 +84,8 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "camera-modes": LossKind("tracking cameras"),
     "sites": LossKind("sites"),
     "softness": LossKind("soft contacts and limits"),
-    "contact-forces": LossKind("adhesive or moving surfaces", changes_machine=True),
+    "contact-forces": LossKind("adhesive surfaces", changes_machine=True),
+    "moving-surfaces": LossKind("moving surfaces", changes_machine=True),
     "surface-friction": LossKind("torsional and rolling frictions"),
     # Of USD.
     "mesh-simplification": LossKind("collision mesh simplifications"),

@@ -54,6 +54,7 @@ _KINDS: Final = {
     "spring": "joint-springs",
     "skin": "visuals",
     "contact": "contact-forces",
+    "surface": "moving-surfaces",
     "friction": "surface-friction",
     "fluid": "fluids",
     "mocap": "kinematic-links",

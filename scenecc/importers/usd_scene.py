@@ -65,6 +65,9 @@ _MIN_UNIT: Final = 1e-9
 _EARTH: Final = (0.0, 0.0, -9.81)
 """Default gravity of a scene [m/s²]."""
 
+_ROOT_NAMES: Final = frozenset({"world", "root", "scene", "stage"})
+"""Names of a prim that contains everything, in lower case; no body is named after it."""
+
 
 class UsdSceneReader:
     """Describes a stage as a world, and writes it as a scene document."""
@@ -182,8 +185,7 @@ class UsdSceneReader:
         if found is not None:
             return found
         parent = prim.GetParent()
-        default = self._stage.stage.GetDefaultPrim()
-        is_own_frame = parent.IsPseudoRoot() or parent == default or not parent.IsA(self._stage.geom.Xform)
+        is_own_frame = parent.IsPseudoRoot() or self._is_root(parent) or not parent.IsA(self._stage.geom.Xform)
         frame = prim if is_own_frame else parent
         return UsdBody(frame, self._stage.frames.pose(frame), "static")
 
@@ -265,8 +267,8 @@ class UsdSceneReader:
         prim = self._stage.prim(common)
         while str(prim.GetTypeName()) == "Scope":
             prim = prim.GetParent()
-        default = self._stage.stage.GetDefaultPrim()
-        if prim and not prim.IsPseudoRoot() and (prim != default or len(tree.bodies) > 1):
+        is_whole = len(tree.bodies) > 1 and prim and prim.GetName().lower() not in _ROOT_NAMES
+        if prim and not prim.IsPseudoRoot() and (is_whole or not self._is_root(prim)):
             return self._preferred_name(prim)
         return self._preferred_name(self._bodies[tree.bodies[0]].prim)
 
@@ -283,6 +285,11 @@ class UsdSceneReader:
             joint = replace(joint, frames=(compose(self._bodies[ends[0]].pose, joint.frames[0]), joint.frames[1]))
         collide = joint.collides and all(body in self._colliding for body in ends)
         return constraint_of(joint, parent, self._links[ends[1]], self._stage, collide=collide)
+
+    def _is_root(self, prim: Prim) -> bool:
+        """Returns whether a prim contains the whole stage: the default prim, or a top one called `World`."""
+        is_top = prim.GetParent().IsPseudoRoot()
+        return prim == self._stage.stage.GetDefaultPrim() or (is_top and prim.GetName().lower() in _ROOT_NAMES)
 
     def _moves(self, path: str) -> bool:
         return path in self._bodies and self._bodies[path].body_type == "dynamic"
@@ -305,9 +312,10 @@ def _parse(stage: UsdStage) -> dict[str, Any]:
         warnings.simplefilter("ignore", DeprecationWarning)  # the new name is missing in the oldest usd-core supported
         rows: dict[Any, Any] = stage.physics.LoadUsdPhysicsFromRange(stage.stage, ["/"])
     found: dict[str, Any] = {}
+    prototypes = any(prim.IsA(stage.geom.PointInstancer) for prim in stage.prims())
     for kind, (_, parsed) in rows.items():
         name = str(kind).rpartition(".")[2]
-        valid = [each for each in parsed if each.isValid]
+        valid = [each for each in parsed if each.isValid and not (prototypes and stage.is_prototype(each.primPath))]
         if name.endswith("Shape"):
             found.setdefault("Shape", []).extend(valid)
         elif name.endswith("Joint"):
@@ -323,8 +331,18 @@ _VENDOR: Final = re.compile(r"(physx|newton|mjc|mjcf|state|isaac|omniphysics)[A-
 _OF_CONTACTS: Final = re.compile(r"physxMaterial:(\w+CombineMode|compliantContact\w+)")
 """Attributes that `report_contacts` reads."""
 
-_SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|SurfaceVelocity|ForceAPI|MimicJoint|Gear")
+_SHOWN_PROTOTYPES: Final = 3
+
+_SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|ForceAPI|MimicJoint|Gear")
 """Schemas for dynamics other than rigid bodies and joints."""
+
+
+def _describe_instancer(stage: UsdStage, prim: Prim) -> str:
+    instancer = stage.geom.PointInstancer(prim)
+    indices, mask = instancer.GetProtoIndicesAttr().Get(stage.time), instancer.ComputeMaskAtTime(stage.time)
+    count = sum(mask) if mask else len(indices or ())
+    names = ", ".join(f"`{path.name}`" for path in instancer.GetPrototypesRel().GetTargets()[:_SHOWN_PROTOTYPES])
+    return f"a `PointInstancer` of {count} instances" + (f" of {names}" if names else "")
 
 
 def report_unread(stage: UsdStage) -> None:
@@ -337,8 +355,10 @@ def report_unread(stage: UsdStage) -> None:
         soft = next((each for each in (name, *schemas) if _SOFT.search(each)), None)
         if soft is not None:
             stage.lose("soft-bodies", f"`{soft}`", prim)
+        elif any("SurfaceVelocity" in each for each in schemas):
+            stage.lose("moving-surfaces", "the velocity of a surface; rollers with a `velocity_target` convey", prim)
         elif prim.IsA(stage.geom.PointInstancer):
-            stage.lose("point-instancers", "a `PointInstancer`", prim)
+            stage.lose("point-instancers", _describe_instancer(stage, prim), prim)
         elif name and prim.GetPrimDefinition() is not None and info.GetSchemaType().isUnknown:
             stage.lose("unknown-prims", f"a prim of type `{name}`, which is unknown to usd-core", prim)
         if prim.IsA(stage.geom.Xformable) and stage.geom.Xformable(prim).TransformMightBeTimeVarying():

@@ -287,8 +287,23 @@ class UsdStage:
         self.losses: list[Loss] = []
 
     def prims(self) -> Iterator[Prim]:
-        """Iterates over all active, loaded and defined prims, including those of instances, parents first."""
-        return iter(self.usd.PrimRange.Stage(self.stage, self.usd.TraverseInstanceProxies()))
+        """Iterates over all active, loaded and defined prims, including those of instances but not the prototypes of
+        point instancers, parents first.
+        """
+        found = iter(self.usd.PrimRange.Stage(self.stage, self.usd.TraverseInstanceProxies()))
+        for prim in found:
+            yield prim
+            if prim.IsA(self.geom.PointInstancer):
+                found.PruneChildren()
+
+    def is_prototype(self, path: Any) -> bool:
+        """Returns whether a prim is below a point instancer, and so only seen where its instances are."""
+        above = self.prim(path).GetParent()
+        while above and not above.IsPseudoRoot():
+            if above.IsA(self.geom.PointInstancer):
+                return True
+            above = above.GetParent()
+        return False
 
     def prim(self, path: Any) -> Prim:
         """Returns the prim at a path; invalid if there is none."""

@@ -122,3 +122,14 @@ def test_an_unreadable_part_of_a_collada_file_is_an_error(tmp_path: Path) -> Non
     with pytest.raises(SceneError, match=r"two\.DAE") as caught:
         load_scene(scene, render=False)
     assert {told.code for told in caught.value.diagnostics if told.severity == "error"} == {"SC412"}
+
+
+LAMPS = """<node id="lamp"><instance_light url="#lamp-light"/><instance_camera url="#none"><extra/></instance_camera>
+</node>"""
+
+
+def test_lamps_and_cameras_without_a_library_are_ignored(tmp_path: Path) -> None:
+    scene = write(tmp_path, "scenecc: 1\nentities: {robot: {urdf: r.urdf, load_multiple_collisions: true}}")
+    for file in (tmp_path / "wedge.dae", tmp_path / "two.DAE"):
+        file.write_text(file.read_text().replace('<node id="n">', f'{LAMPS}<node id="n">'), encoding="utf-8")
+    assert_same(compile_scene(scene), tmp_path)

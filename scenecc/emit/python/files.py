@@ -92,8 +92,10 @@ def mirrored(mesh: str, signs: tuple[int, ...], *, parts: bool) -> str:
 _COLLADA_MESH = '''\
 @functools.cache
 def collada_mesh(mesh: Path) -> Path:
-    """Converts a COLLADA, which PhysX cannot read, to a PLY [m], with trimesh and pycollada."""
-    scene = trimesh.load_scene(mesh, process=False, ignore_broken=False)
+    """Converts a COLLADA, which PhysX cannot read, to a PLY [m] without lamps, with trimesh and pycollada."""
+    lamps = rb"<instance_(light|camera)\\b[^>]*?(/>|>.*?</instance_\\1>)"
+    data = re.sub(lamps, b"", mesh.read_bytes(), flags=re.DOTALL)
+    scene = trimesh.load_scene(io.BytesIO(data), "dae", process=False, ignore_broken=False)
     parts: list[tuple[Any, Any]] = []
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
@@ -238,7 +240,9 @@ class ScriptFiles:
             "import base64": self._packed,
             "import functools": self._cut or self.writes_meshes,
             "import importlib.util": "pkg" in self._schemes,
+            "import io": self._converted,
             "import os": "asset" in self._schemes,
+            "import re": self._converted,
             "import shutil": self._writes_files,
             "import tempfile": self._writes_files,
             "import zlib": self._packed,

@@ -142,10 +142,10 @@ def _format_lines(node: SourceNode, indent: int, after: int) -> list[str]:
 _RESERVED = {
     "FILES", "HERE", "Iterator", "Path", "articulation", "asset_file", "atexit", "base64", "body", "build_scenes",
     "builder", "coacd", "collada_mesh", "component", "config", "constraint", "contextmanager", "convex_parts",
-    "default_material", "entities", "entity", "file", "functools", "held", "i", "importlib", "joint", "k", "links",
-    "look", "main", "mirrored", "name", "np", "os", "package_file", "packed_file", "parts", "physics_settings",
-    "physx", "ply_file", "render", "sapien", "scene", "scenes", "shape", "shutil", "systems", "tempfile", "trimesh",
-    "zlib",
+    "default_material", "entities", "entity", "file", "functools", "held", "i", "importlib", "io", "joint", "k",
+    "links", "look", "main", "mirrored", "name", "np", "os", "package_file", "packed_file", "parts", "physics_settings",
+    "physx", "ply_file", "re", "render", "sapien", "scene", "scenes", "shape", "shutil", "systems", "tempfile",
+    "trimesh", "zlib",
 }  # fmt: skip
 """Names that a script itself may use."""
 

@@ -50,13 +50,26 @@ def find_ignore_bits(links: Sequence[CollidingLink], model: CompiledModel, repor
     if len(sets) > MAX_SETS:
         message = f"links that ignore one another need {len(sets)} bits, but SAPIEN has {MAX_SETS}"
         place = model.location("exclude", 0) if len(model["exclude_signature"]) else model.source.elements[0].location
-        report.error("SC483", message, place, "split the file, or remove some `<exclude>`")
+        report.error("SC483", message, place, _hint(links, wanted, model))
         return {}
     bits: dict[int, int] = {}
     for bit, together in enumerate(sets):
         for number in together:
             bits[links[number].key] = bits.get(links[number].key, 0) | 1 << bit
     return bits
+
+
+def _hint(links: Sequence[CollidingLink], wanted: Pairs, model: CompiledModel) -> str:
+    """Returns what to do about too many pairs that ignore one another."""
+    excluded = {(one >> 16, one & 0xFFFF) for one in model["exclude_signature"].tolist()}
+    bodies = [(links[i].body, links[j].body) for i, j in wanted]
+    named = sum(bool({pair, pair[::-1]} & excluded) for pair in bodies)
+    if 2 * named >= len(bodies):
+        return "split the file, or remove some `<exclude>`"
+    return (
+        "bodies with several joints need a bit each: give each body of a chain one hinge, in turn about x and y, as a "
+        "link never collides with its parent; or set `contype` and `conaffinity` of some to 0"
+    )
 
 
 def _pairs(links: Sequence[CollidingLink], model: CompiledModel) -> tuple[Pairs, Pairs]:

@@ -147,7 +147,12 @@ class _Unbuilt:
 _UNBUILT: Final = (
     _Unbuilt("jnt_springyield", "spring/yield", "joint springs that yield (`springyield`) stay elastic"),
     _Unbuilt("geom_adhesion", "contact/adhesion", "`adhesion` of geoms is not built"),
-    _Unbuilt("geom_surfacevel", "contact/surfacevel", "`surfacevel` of geoms is not built: their surfaces do not move"),
+    _Unbuilt(
+        "geom_surfacevel",
+        "surface/velocity",
+        "`surfacevel` of geoms is not built: their surfaces do not move",
+        "rollers, hinges with a `velocity_target`, convey",
+    ),
     _Unbuilt(
         "geom_condim",
         "friction",

@@ -392,7 +392,7 @@ def test_a_chain_becomes_a_link_tree_and_a_loop_joint_a_constraint(tmp_path: Pat
     assert first["joint"]["limits_deg"] == [-90, 45]
     assert second["joint"] == {"type": "fixed", "origin": [8, 0, 0]}
     loop = found.document["constraints"]["two"]
-    assert (loop["parent"], loop["child"]) == ("World/c", "World/b")
+    assert (loop["parent"], loop["child"]) == ("a/c", "a/b")
     assert loop["limits"]["twist"] == pytest.approx([-math.pi / 2, math.pi / 4])
 
 
@@ -797,3 +797,28 @@ def test_combine_modes_are_reported_where_contacts_differ(tmp_path: Path, text: 
     found = read(tmp_path, text.replace("FIXED", joint("PhysicsFixedJoint", "body_a", "body_b")))
     assert kinds(found) == (["contact-materials"] if words else [])
     assert words in "".join(loss.message for loss in found.losses)
+
+
+def test_prototypes_of_an_instancer_are_not_drawn_where_they_are_defined(tmp_path: Path) -> None:
+    rock = f'def Cube "rock" ({BODY})\n{{\n}}\n'
+    text = (
+        'def PointInstancer "rocks"\n{\nrel prototypes = </World/rocks/rock>\nint[] protoIndices = [0, 0, 0, 0]\n'
+        f"point3f[] positions = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)]\nint64[] invisibleIds = [1]\n{rock}}}\n"
+    )
+    found = read(tmp_path, text + f'def Cube "a" ({BODY})\n{{\n}}\n')
+    assert list(entities(found)) == ["a"]
+    assert [loss.message for loss in found.losses] == ["a `PointInstancer` of 3 instances of `rock` (/World/rocks)"]
+
+
+@pytest.mark.parametrize("head", [HEAD, "metersPerUnit = 1"])
+def test_no_entity_is_named_after_the_world(tmp_path: Path, head: str) -> None:
+    bottle = 'def Cube "bottle" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{\n}\n'
+    assert list(entities(read(tmp_path, bottle, head=head))) == ["bottle"]
+    bodies = "".join(f'def Cube "{name}" ({BODY})\n{{\n}}\n' for name in ("rail", "cart"))
+    found = read(tmp_path, bottle + bodies + joint("PhysicsPrismaticJoint", "rail", "cart"), head=head)
+    assert list(entities(found)) == ["bottle", "rail"]
+
+
+def test_moving_surfaces_are_a_loss_of_their_own(tmp_path: Path) -> None:
+    schemas = BODY.replace("[", '["PhysxSurfaceVelocityAPI", ')
+    assert kinds(read(tmp_path, f'def Cube "belt" ({schemas})\n{{\n}}\n')) == ["moving-surfaces"]

@@ -419,3 +419,13 @@ def test_a_missing_or_unsupported_mujoco_is_one_error(
     (fault,) = errors(tmp_path, f"<mujoco><worldbody>{BALL}</worldbody></mujoco>")
     assert "SC457" in fault
     assert words in fault
+
+
+def test_too_many_links_that_ignore_one_another_are_an_error_with_a_fitting_hint(tmp_path: Path) -> None:
+    joints = '<joint axis="1 0 0"/><joint axis="0 1 0"/>'
+    body = '<body pos="0 0 -1"><freejoint/><geom size="0.1"/>'
+    body += "".join(f'<body pos="0 0 -0.3">{joints}<geom size="0.2"/>' for _ in range(40)) + "</body>" * 41
+    (tmp_path / "robot.xml").write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+    _, (told, *_) = read(tmp_path / "robot.xml")
+    assert told.code == "SC483"
+    assert "give each body of a chain one hinge" in (told.hint or "")
