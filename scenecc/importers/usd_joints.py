@@ -308,10 +308,13 @@ def constraint_of(
         return replace(made, type="distance", span=joint.distance)
     if not joint.freedoms:
         return made
-    free = {each.name: each for each in joint.freedoms}
-    if len(free) == 1:
+    if len(joint.freedoms) == 1:
         (only,) = joint.freedoms
-        free = {"rotX" if only.turns else "transX": only}
+        axis: DriveAxis = "twist" if only.turns else "x"
+        motor = () if only.drive is None else ((axis, only.drive),)
+        span = _twist_limits(only.limits) if only.turns else only.limits
+        return replace(made, type="hinge" if only.turns else "slider", span=span, drives=motor)
+    free = {each.name: each for each in joint.freedoms}
     limits = _limits_of(free)
     drives: dict[DriveAxis, DescribedDrive] = {
         axis: drive for axis, name in _AXES.items() if name in free and (drive := free[name].drive) is not None
@@ -320,6 +323,8 @@ def constraint_of(
     if not limits and not drives:
         stage.lose("idle-joints", "a joint without any constraint", joint.prim)
         return None
+    if not drives and limits == _BALL_LIMITS:
+        return replace(made, type="ball")
     target, velocity = _targets(free)
     rows = tuple(drives.items())
     return replace(made, type="drive", limits=limits, drives=rows, target=target, velocity_target=velocity)
@@ -329,13 +334,23 @@ _AXES: Final[dict[LimitAxis, str]] = {"x": "transX", "y": "transY", "z": "transZ
 """Axis of a `drive` that can have limits → its UsdPhysics name."""
 
 
+_BALL_LIMITS: Final[tuple[tuple[LimitAxis, float, float], ...]] = (("x", 0.0, 0.0), ("y", 0.0, 0.0), ("z", 0.0, 0.0))
+"""Limits of a joint that turns freely about all axes."""
+
+
+def _twist_limits(limits: tuple[float, float]) -> tuple[float, float]:
+    """Returns limits of a twist, which PhysX measures from -π to π."""
+    low, high = (each if abs(each) < math.pi - 1e-6 else math.copysign(math.inf, each) for each in limits)
+    return low, high
+
+
 def _limits_of(free: dict[str, Freedom]) -> tuple[tuple[LimitAxis, float, float], ...]:
     """Returns the limits of a constraint, axes that are not free at 0."""
     found: list[tuple[LimitAxis, float, float]] = []
     for axis, name in _AXES.items():
         low, high = free[name].limits if name in free else (0.0, 0.0)
-        if axis == "twist":  # PhysX limits the twist to (-π, π)
-            low, high = (each if abs(each) < math.pi - 1e-6 else math.copysign(math.inf, each) for each in (low, high))
+        if axis == "twist":
+            low, high = _twist_limits((low, high))
         if math.isfinite(low) or math.isfinite(high):
             found.append((axis, low, high))
     return tuple(found)

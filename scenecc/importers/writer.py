@@ -316,7 +316,8 @@ def _angle_key(key: str, angle: float) -> Node:
 
 
 def _motor_keys(drive: DescribedDrive) -> Node:
-    targets = {"target": drive.target or 0.0, "velocity_target": drive.velocity_target}
+    # A target does nothing without its gain.
+    targets = {"target": drive.stiffness and drive.target, "velocity_target": drive.damping and drive.velocity_target}
     return {**drive_keys(drive), **{key: plain_number(value) for key, value in targets.items() if value}}
 
 

@@ -393,7 +393,8 @@ def test_a_chain_becomes_a_link_tree_and_a_loop_joint_a_constraint(tmp_path: Pat
     assert second["joint"] == {"type": "fixed", "origin": [8, 0, 0]}
     loop = found.document["constraints"]["two"]
     assert (loop["parent"], loop["child"]) == ("a/c", "a/b")
-    assert loop["limits"]["twist"] == pytest.approx([-math.pi / 2, math.pi / 4])
+    assert (loop["type"], loop["axis"]) == ("hinge", "z")
+    assert loop["limits"] == pytest.approx([-math.pi / 2, math.pi / 4])
 
 
 def test_a_joint_with_several_freedoms_becomes_joints_in_series(tmp_path: Path) -> None:
@@ -420,6 +421,7 @@ def test_a_joint_with_several_freedoms_becomes_joints_in_series(tmp_path: Path) 
     assert robot["disable_self_collisions"]
     assert third["mass"] == 8000
     assert first["inertial"] == {"mass": 8, "inertia": pytest.approx([16 / 3] * 3)}
+    assert {*found.bodies.values()} == {"/World/a", "/World/b"}
 
 
 @pytest.mark.parametrize(
@@ -427,9 +429,9 @@ def test_a_joint_with_several_freedoms_becomes_joints_in_series(tmp_path: Path) 
     [
         ("PhysicsFixedJoint", "", {"type": "weld"}),
         ("PhysicsDistanceJoint", "float physics:maxDistance = 3\n", {"type": "distance", "limits": [0, 3]}),
-        ("PhysicsSphericalJoint", "", {"type": "drive", "limits": {"x": [0, 0], "y": [0, 0], "z": [0, 0]}}),
+        ("PhysicsSphericalJoint", "", {"type": "ball"}),
         ("PhysicsPrismaticJoint", 'uniform token physics:axis = "Y"\nfloat physics:lowerLimit = -1\n',
-         {"type": "drive", "limits": {"x": [-1, math.inf], "y": [0, 0], "z": [0, 0], "twist": [0, 0]}}),
+         {"type": "slider", "axis": "y", "limits": [-1, math.inf]}),
     ],
 )  # fmt: skip
 def test_joints_excluded_from_articulations_become_constraints(
