@@ -142,9 +142,6 @@ class Names(UniqueNames):
         return super().new(plain_name(wish))
 
 
-HOLD: Final = {"stiffness": 1e10, "damping": 1e4, "mode": "acceleration"}
-"""Spring by which `weld` holds axes that PhysX's limits do not."""
-
 _NEAR: Final = 1e-9
 """Origins closer than this coincide [m]."""
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY, Pose7, multiply_quaternions, rotate, shortest_from_x
 from scenecc.importers.imported_scene import Asset
-from scenecc.importers.numbers import SINGLE, clean_pose, plain_axis, plain_number, plain_numbers, pose_key
+from scenecc.importers.numbers import SINGLE, Names, clean_pose, plain_axis, plain_number, plain_numbers, pose_key
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedMaterial,
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _LETTERS: Final[dict[str, Vec3]] = {"x": (1.0, 0.0, 0.0), "z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
 
+_LISTS: Final = ("shapes", "collisions", "visuals")
+
 _FRICTION: Final = ("static_friction", "dynamic_friction", "restitution")
 
 _USUAL_LOOK: Final = {"specular": 0.0, "roughness": 1.0, "metallic": 0.0}
@@ -43,10 +45,39 @@ _MESH_TYPES: Final[dict[str, Node]] = {
 }
 
 
+@dataclass(slots=True)
+class NamedMaterials:
+    """Materials that have a name in the source.
+
+    Attributes:
+        named: section `materials`.
+    """
+
+    named: dict[str, Node] = field(default_factory=dict[str, "Node"])
+    _free: Names = field(default_factory=Names)
+
+    def note(self, content: Node, *names: str) -> None:
+        """Names a material of several parts, unless an equal one or none of the parts has a name."""
+        wishes = dict.fromkeys(filter(None, names))
+        if content and wishes and self._name_of(content) is None:
+            self.named[self._free.new("_".join(wishes))] = content
+
+    def replace_in(self, node: Node) -> None:
+        """Replaces the materials of a body or link and of its shapes by their names."""
+        for entry in (node, *(entry for key in _LISTS for entry in node.get(key, ()))):
+            name = self._name_of(entry["material"]) if "material" in entry else None
+            if name is not None:
+                entry["material"] = name
+
+    def _name_of(self, content: Node) -> str | None:
+        return next((name for name, other in self.named.items() if other == content), None)
+
+
 def shape_lists(
     collisions: Sequence[DescribedCollision],
     visuals: Sequence[DescribedVisual],
     friction: tuple[float, float, float] | None,
+    materials: NamedMaterials,
     *,
     weighs: bool,
 ) -> tuple[Node, list[Node]]:
@@ -56,12 +87,13 @@ def shape_lists(
         collisions: of one link.
         visuals: of the same link. A visual with the geometry of a collision becomes one shape with it.
         friction: default of the scene, which is not written.
+        materials: receives the materials with a name.
         weighs: whether the mass follows from the densities.
     """
     left: dict[Any, list[DescribedVisual]] = {}
     for visual in visuals:
         left.setdefault(_form(visual), []).append(visual)
-    found: dict[str, list[Node]] = {"shapes": [], "collisions": [], "visuals": []}
+    found: dict[str, list[Node]] = {key: [] for key in _LISTS}
     entries: list[Node] = []
     shared: set[int] = set()
     for collision in collisions:
@@ -70,12 +102,16 @@ def shape_lists(
         if twin is not None:
             shared.add(id(twin))
         entry = _collision_entry(collision, twin, friction, weighs=weighs)
+        look = None if twin is None else twin.look
+        materials.note(entry.get("material", {}), "" if look is None else look.name, collision.material)
         entries.append(entry)
         found["collisions" if twin is None else "shapes"].append(entry)
     for visual in visuals:
         if id(visual) not in shared:
             entry = _geometry_keys(visual.geometry, visual.pose, {"type": "mesh"})
-            found["visuals"].append(entry | _visual_keys(visual, {}))
+            entry |= _visual_keys(visual, {})
+            materials.note(entry.get("material", {}), "" if visual.look is None else visual.look.name)
+            found["visuals"].append(entry)
     return {key: value for key, value in found.items() if value}, entries
 
 
@@ -142,7 +178,8 @@ def _visual_keys(visual: DescribedVisual, physical: Node) -> Node:
     """Returns name, colour and material of a visible shape. `physical`: a material to merge with."""
     keys: Node = {"name": visual.name} if visual.name else {}
     look = None if visual.look is None else _look_keys(visual.look)
-    if look is not None and set(look) == {"base_color"}:
+    is_named = visual.look is not None and bool(visual.look.name)
+    if look is not None and set(look) == {"base_color"} and not is_named:
         keys["color"] = look["base_color"]
     elif look or (look is not None and isinstance(visual.geometry, MeshGeometry)):
         physical = {**physical, "visual": look}

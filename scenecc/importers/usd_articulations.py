@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
 
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
-from scenecc.importers.numbers import plain_number, pose_key
-from scenecc.importers.usd_joints import Freedom, UsdJoint, usd_tree_joint
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
+from scenecc.importers.numbers import along_x
+from scenecc.names import UniqueNames
+from scenecc.robots.description import DescribedDynamics, DescribedJoint, DescribedLink, DescribedRobot
+from scenecc.robots.rules import split_joint
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
+    from scenecc.importers.usd_joints import Freedom, UsdJoint
     from scenecc.importers.usd_stage import Prim, UsdStage
 
-_DUMMY_MASS: Final = 1e-3
-"""Mass of a link between two freedoms of one joint, relative to the next link's mass."""
+_ADDED_ROOT: Final = "base"
+"""Name of the root of a tree that the world carries."""
+
+_ITERATIONS: Final = ("Position", "Velocity")
+
+_NO_SPEED_LIMIT: Final = 1e6
+"""PhysX represents "no limit" by velocities from this on, in the stage's units."""
+
+_SMALL: Final = 1e-6
+"""Positions nearer to 0 are 0 [m, rad]."""
 
 _OFF_POSITION, _OFF_ANGLE = 1e-4, 1e-3
 """Largest offset between a joint's frames that is not reported as a loss [m, rad]."""
@@ -147,67 +158,48 @@ def _span(
     return tree
 
 
-class ArticulationWriter:
-    """Writes trees as entities.
-
-    Attributes:
-        keys: keys of each link, by the path of its body.
-    """
+class ArticulationReader:
+    """Describes trees as robots."""
 
     def __init__(self, stage: UsdStage, reader: UsdBodyReader, bodies: Mapping[str, UsdBody]) -> None:
-        self.keys: dict[str, dict[str, Any]] = {}
         self._stage = stage
         self._reader = reader
         self._bodies = bodies
 
-    def entity(self, tree: JointTree, names: Mapping[str, str], joint_names: Mapping[int, str]) -> dict[str, Any]:
-        """Returns the entity of a tree.
-
-        Args:
-            tree: the tree.
-            names: path of a body → name of its link.
-            joint_names: `id` of a joint → its name.
-        """
-        links: dict[str, dict[str, Any]] = {}
+    def robot(self, tree: JointTree, names: Mapping[str, str]) -> DescribedRobot:
+        """Returns the robot of a tree. `names`: path of a body → unique name of its link."""
+        free = UniqueNames(*names.values())
         if tree.root:
             pose = self._bodies[tree.root].pose
-            root = links[tree.root] = self._link(tree.root, names)
+            links = [self._reader.link(self._bodies[tree.root], names[tree.root])]
         else:
             pose = tree.joints[0].frames[0]
-            root = links[""] = {"name": "world"}
-        settings: dict[str, dict[str, Any]] = {"joints": {}, "drives": {}, "qpos": {}, "qvel": {}}
-        beyond = False
+            links = [DescribedLink(free.new(_ADDED_ROOT), self._stage.place)]
+        indices = {tree.root: 0}
+        joint_names = UniqueNames()
         for joint in tree.joints:
-            link = self._link(joint.bodies[1], names)
-            links[joint.bodies[1]] = link
-            first = IDENTITY_POSE if not tree.root and joint is tree.joints[0] else joint.frames[0]
-            beyond = self._add(joint, first, links[joint.bodies[0]], link, joint_names[id(joint)], settings) or beyond
-        entity = pose_key(pose)
-        if tree.fixed:
-            entity["fix_root_link"] = True
-        elif tree.root:
-            entity |= self._reader.velocity_keys(self._bodies[tree.root])
-        entity |= self._articulation_keys(tree)
-        if beyond:
-            entity["beyond_limits"] = True
-        entity |= {key: row for key, row in settings.items() if row}
-        return {**entity, "root": root}
+            parent, body = joint.bodies
+            first = joint.frames[0] if parent else IDENTITY_POSE
+            freedoms = self._freedoms(joint, first, joint_names.new(joint.name))
+            # Light links take a share of the mass of the link.
+            link = self._reader.link(self._bodies[body], names[body], is_weighed=len(freedoms) > 1)
+            small = [free.new(f"{link.name}_dummy_{k}") for k in range(len(freedoms) - 1)]
+            links += split_joint(replace(link, parent=indices[parent]), freedoms, small, len(links))
+            indices[body] = len(links) - 1
+        dynamics = None if tree.fixed else self._reader.velocities(self._bodies[tree.root])
+        read, collide = self._stage.authored, True
+        if tree.prim is not None:
+            counts = (read(tree.prim, f"physxArticulation:solver{name}IterationCount") for name in _ITERATIONS)
+            position, velocity = (None if count is None else int(count) for count in counts)
+            given = dynamics or DescribedDynamics()
+            dynamics = replace(given, solver_position_iterations=position, solver_velocity_iterations=velocity)
+            collide = read(tree.prim, "physxArticulation:enabledSelfCollisions") is not False
+        place = self._stage.place
+        return DescribedRobot(tuple(links), None, tree.fixed, pose, place, self_collisions=collide, dynamics=dynamics)
 
-    def _link(self, path: str, names: Mapping[str, str]) -> dict[str, Any]:
-        self.keys[path] = {"name": names[path], **self._reader.keys(self._bodies[path], is_link=True)}
-        return self.keys[path]
-
-    def _add(
-        self,
-        joint: UsdJoint,
-        first: Pose7,
-        parent: dict[str, Any],
-        link: dict[str, Any],
-        name: str,
-        settings: dict[str, dict[str, Any]],
-    ) -> bool:
-        """Adds a link below its parent, with a link between each two freedoms, and one above if both collide with each
-        other. Returns whether it starts beyond a limit.
+    def _freedoms(self, joint: UsdJoint, first: Pose7, name: str) -> list[DescribedJoint]:
+        """Returns the joints in series that a joint consists of: one for each freedom, and a fixed one before them if
+        its bodies collide with each other.
 
         `first`: the joint's frame in the parent.
         """
@@ -228,61 +220,48 @@ class ArticulationWriter:
         elif joint.collides and all(_collides(self._bodies.get(body)) for body in joint.bodies):
             # PhysX prevents contacts only between a link and its parent.
             freedoms, positions = [None, *freedoms], [0.0, *(positions or [0.0])]
-        beyond = False
-        for k, (freedom, position) in enumerate(zip(freedoms, positions or [0.0], strict=True)):
-            last = k == len(freedoms) - 1
-            child = link if last else _dummy(link, f"{link['name']}_dummy_{k}")
-            own = name if len(joint.freedoms) <= 1 or freedom is None else f"{name}_{freedom.name}"
-            in_child = joint.frames[1] if last else IDENTITY_POSE
-            made = usd_tree_joint(first, in_child, freedom, own)
-            first = IDENTITY_POSE
-            placed: dict[str, Any] = {"name": child.pop("name"), "joint": made, **child}
-            child.clear()
-            child.update(placed)
-            parent.setdefault("children", []).append(child)
-            parent = child
-            if freedom is not None:
-                beyond = self._set_start(freedom, position, own, settings) or beyond
-                settings["joints"] |= self._joint_keys(joint.prim, own, freedom)
-        return beyond
+        made: list[DescribedJoint] = []
+        for number, (freedom, position) in enumerate(zip(freedoms, positions or [0.0], strict=True), 1):
+            frames = (
+                first if number == 1 else IDENTITY_POSE,
+                joint.frames[1] if number == len(freedoms) else IDENTITY_POSE,
+            )
+            if freedom is None:
+                made.append(DescribedJoint("", "fixed", *frames, self._stage.place))
+                continue
+            own = name if len(joint.freedoms) == 1 else f"{name}_{freedom.name}"
+            turned = [compose(frame, along_x(freedom.axis)) for frame in frames]
+            made.append(self._joint(joint.prim, freedom, position, own, turned))
+        return made
 
-    def _set_start(self, freedom: Freedom, position: float, name: str, settings: dict[str, dict[str, Any]]) -> bool:
-        """Sets a joint's initial position and drive. Returns whether it starts beyond a limit."""
+    def _joint(
+        self, prim: Prim, freedom: Freedom, position: float, name: str, frames: Sequence[Pose7]
+    ) -> DescribedJoint:
+        """Returns a joint of one freedom, with friction, armature and velocity limit from PhysX's schema."""
+        stage, metres = self._stage, self._stage.frames.metres
         low, high = freedom.limits
         near = min(max(position, low), high)
-        beyond = abs(near - position) > _OFF_ANGLE
-        start = plain_number(position if beyond else near)
-        if abs(start) < 1e-6 and low <= 0 <= high:
-            start = 0.0
-        if start != plain_number(min(max(0.0, low), high)) or not low <= 0 <= high:
-            settings["qpos"][name] = start
-        drive = freedom.drive
-        if drive is not None:
-            keys = drive.keys()
-            if abs(drive.target - start) > 1e-7:
-                keys["target"] = plain_number(drive.target)
-            if drive.velocity:
-                keys["velocity_target"] = plain_number(drive.velocity)
-            settings["drives"][name] = keys
-            beyond = beyond or not low - 1e-6 <= drive.target <= high + 1e-6
-        return beyond
-
-    def _joint_keys(self, prim: Prim, name: str, freedom: Freedom) -> dict[str, dict[str, Any]]:
-        """Returns friction, armature and velocity limit from PhysX's schema. UsdPhysics has no joint friction."""
+        start = near if abs(near - position) <= _OFF_ANGLE else position
         force = self._friction_force(prim, freedom)
-        keys: dict[str, Any] = {"friction": plain_number(self._stage.authored(prim, "physxJoint:jointFriction") or 0.0)}
-        if force and freedom.drive is None:
-            keys["friction_force"] = plain_number(force)
-        elif force:
-            self._stage.lose("joint-friction", f"the friction force {force:g} of a joint that has a drive", prim)
-        armature = self._stage.authored(prim, "physxJoint:armature")
-        frames = self._stage.frames
-        if armature:
-            keys["armature"] = plain_number(armature * frames.kilograms * (frames.metres**2 if freedom.turns else 1.0))
-        speed = self._stage.authored(prim, "physxJoint:maxJointVelocity")
-        if speed is not None and math.isfinite(speed) and speed < 1e6:
-            keys["max_velocity"] = plain_number(speed * (math.radians(1) if freedom.turns else frames.metres))
-        return {name: keys}
+        if force and freedom.drive is not None:
+            stage.lose("joint-friction", f"the friction force {force:g} of a joint that has a drive", prim)
+        armature = stage.authored(prim, "physxJoint:armature") or 0.0
+        speed = stage.authored(prim, "physxJoint:maxJointVelocity")
+        unit = math.radians(1) if freedom.turns else metres
+        return DescribedJoint(
+            name,
+            "revolute" if freedom.turns else "prismatic",
+            frames[0],
+            frames[1],
+            stage.place,
+            freedom.limits,
+            friction=stage.authored(prim, "physxJoint:jointFriction") or 0.0,  # UsdPhysics has no joint friction
+            friction_force=None if freedom.drive is not None else force or None,
+            armature=armature * stage.frames.kilograms * (metres**2 if freedom.turns else 1.0) or None,
+            velocity=speed * unit if speed is not None and 0 < speed < _NO_SPEED_LIMIT else None,
+            qpos=0.0 if abs(start) < _SMALL and low <= 0 <= high else start,
+            drive=freedom.drive,
+        )
 
     def _friction_force(self, prim: Prim, freedom: Freedom) -> float:
         """Returns the friction that does not depend on the load [N, N·m]; 0 if there is none."""
@@ -292,44 +271,10 @@ class ArticulationWriter:
         force = next((float(each) for each in found if each and math.isfinite(each)), 0.0)
         return max(force, 0.0) * frames.kilograms * (frames.metres**2 if freedom.turns else frames.metres)
 
-    def _articulation_keys(self, tree: JointTree) -> dict[str, Any]:
-        keys: dict[str, Any] = {}
-        if tree.prim is None:
-            return keys
-        if self._stage.authored(tree.prim, "physxArticulation:enabledSelfCollisions") is False:
-            keys["disable_self_collisions"] = True
-        for key, name in (
-            ("solver_position_iterations", "solverPositionIterationCount"),
-            ("solver_velocity_iterations", "solverVelocityIterationCount"),
-        ):
-            found = self._stage.authored(tree.prim, f"physxArticulation:{name}")
-            if found is not None:
-                keys[key] = int(found)
-        return keys
-
-
-def _collides(body: UsdBody | None) -> bool:
-    return body is not None and any(parsed.collisionEnabled for _, parsed in body.colliders)
-
 
 _AXIS_WORDS: Final = {True: "angular", False: "linear"}
 """Names of PhysX's schema for the axes of a joint of one freedom, by whether it turns."""
 
 
-def _dummy(link: dict[str, Any], name: str) -> dict[str, Any]:
-    """Returns a light link between two freedoms of one joint."""
-    inertial = link.get("inertial", {})
-    mass = float(inertial.get("mass", link.get("mass", 1.0))) * _DUMMY_MASS
-    moment = max(inertial.get("inertia", [mass / _DUMMY_MASS * 0.01])) * _DUMMY_MASS
-    return {"name": name, "inertial": {"mass": plain_number(mass), "inertia": [plain_number(moment)] * 3}}
-
-
-def merge_settings(entity: dict[str, Any]) -> None:
-    """Moves settings that all joints of an articulation share under the pattern `.*`."""
-    joints: dict[str, dict[str, Any]] = entity.get("joints", {})
-    if len(joints) > 1 or (joints and len(next(iter(joints.values()))) >= 1):
-        shared = [(key, value) for key, value in next(iter(joints.values())).items()]
-        common = {key: value for key, value in shared if all(row.get(key) == value for row in joints.values())}
-        own = {name: {k: v for k, v in row.items() if k not in common} for name, row in joints.items()}
-        rows = {name: row for name, row in own.items() if row}
-        entity["joints"] = {".*": common, **rows} if common else rows
+def _collides(body: UsdBody | None) -> bool:
+    return body is not None and any(parsed.collisionEnabled for _, parsed in body.colliders)

@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY, Pose7
-from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.usd_shapes import SolidMass, UsdShape, UsdShapeReader
-from scenecc.importers.usd_stage import Prim, UsdStage, quat_of, split_matrix
+from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Vec3, to_vector
+from scenecc.importers.usd_shapes import UsdShape, UsdShapeReader
+from scenecc.importers.usd_stage import UNITS, Prim, UsdStage, quat_of, split_matrix
+from scenecc.robots.description import (
+    DescribedCollision,
+    DescribedDynamics,
+    DescribedInertial,
+    DescribedLink,
+    DescribedMotion,
+    DescribedVisual,
+    MeshGeometry,
+    MotionAxis,
+)
+from scenecc.robots.rules import enforce_triangle_rule
+from scenecc.robots.solids import SolidMass, is_raised, joined_mass
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from scenecc.importers.usd_materials import UsdMaterialReader
 
 _BALL_RADIUS: Final = 0.1
@@ -31,7 +44,7 @@ class UsdBody:
     Attributes:
         prim: its frame.
         pose: of that frame in the world.
-        body_type: "dynamic", "kinematic", "static" or "none".
+        body_type: of a body; "static" for a group.
         colliders: collider prims, with their UsdPhysics descriptors.
         visuals: visible prims.
         parsed: UsdPhysics descriptor of the body; None for a static group.
@@ -39,14 +52,19 @@ class UsdBody:
 
     prim: Prim
     pose: Pose7
-    body_type: str
+    body_type: Literal["dynamic", "kinematic", "static"]
     colliders: list[tuple[Prim, Any]] = field(default_factory=list[tuple[Any, Any]])
     visuals: list[Prim] = field(default_factory=list[Any])
     parsed: Any = None
 
+    @property
+    def path(self) -> str:
+        """Path of its prim."""
+        return str(self.prim.GetPath())
+
 
 class UsdBodyReader:
-    """Writes the keys of bodies.
+    """Describes bodies.
 
     Attributes:
         masses: mass of each body as computed by UsdPhysics, by prim path [kg]; None: unknown.
@@ -58,41 +76,63 @@ class UsdBodyReader:
         self._materials = materials
         self._shapes = UsdShapeReader(stage)
 
-    def keys(self, body: UsdBody, *, is_link: bool = False) -> dict[str, Any]:
-        """Returns all keys of a body except pose and type. `is_link`: of an articulation."""
-        found: dict[str, list[tuple[dict[str, Any], Prim]]] = {"shapes": [], "collisions": [], "visuals": []}
-        shapes: list[tuple[Prim, Any, UsdShape]] = []
+    def link(self, body: UsdBody, name: str, *, is_weighed: bool = False) -> DescribedLink:
+        """Returns a body as a link. `is_weighed`: with its mass and inertia, also where they follow from densities."""
         seen = {prim.GetPath() for prim in body.visuals}
+        shapes: list[tuple[Prim, Any, UsdShape]] = []
+        collisions: list[DescribedCollision] = []
+        visuals: list[DescribedVisual] = []
         for prim, parsed in body.colliders:
             made = self._colliders(prim, body)
             shapes += [(prim, parsed, shape) for shape in made]
             if not parsed.collisionEnabled:
                 continue
-            for shape in made:
-                entry = shape.entry() | self._contact_keys(prim)
-                both = len(made) == 1 and prim.GetPath() in seen and self._matches_visual(prim, shape)
-                if both:
-                    seen.discard(prim.GetPath())
-                    self._materials.set_both(entry, prim, parsed)
-                else:
-                    if shape.keys["type"] == "plane":
-                        entry.pop("half_size", None)
-                    self._materials.set_physical(entry, parsed)
-                found["shapes" if both else "collisions"].append((entry, prim))
+            collisions += [self._collision(prim, parsed, shape) for shape in made]
+            if len(made) == 1 and prim.GetPath() in seen and self._matches_visual(prim, made[0]):
+                seen.discard(prim.GetPath())
+                visuals.append(self._visual(made[0], prim))
         for prim in body.visuals:
             if prim.GetPath() in seen:
-                found["visuals"] += [(entry, prim) for entry in self._visuals(prim, body)]
-        keys: dict[str, Any] = {}
+                visuals += self._visuals(prim, body)
+        inertial = None
         if body.body_type == "dynamic":
-            keys |= self._mass_keys(
-                body, shapes, [entry for name in ("shapes", "collisions") for entry, _ in found[name]]
-            )
-            keys |= self._motion_keys(body, is_link=is_link)
-        for name, entries in found.items():
-            if entries:
-                keys[name] = [entry for entry, _ in entries]
-        _join_equal(keys)
-        return keys
+            inertial, collisions = self._weigh(body, shapes, collisions, is_weighed=is_weighed)
+        read = self._stage.authored
+        motion = DescribedMotion(**self._read_settings(body.prim, _MOTION))
+        return DescribedLink(
+            name,
+            self._stage.place,
+            collisions=tuple(collisions),
+            visuals=tuple(visuals),
+            inertial=inertial,
+            disable_gravity=bool(read(body.prim, "physxRigidBody:disableGravity")),
+            motion=motion,
+            source=body.path,
+        )
+
+    def _collision(self, prim: Prim, parsed: Any, shape: UsdShape) -> DescribedCollision:
+        geometry, path = shape.geometry, self._materials.physical_path(parsed)
+        friction = to_vector(self._materials.friction(path).values()) if path else None
+        offsets: list[float | None] = []
+        for name in ("contactOffset", "restOffset"):  # -inf means PhysX's default
+            found = self._stage.authored(prim, f"physxCollision:{name}")
+            offsets.append(found * self._stage.frames.metres if found is not None and math.isfinite(found) else None)
+        return DescribedCollision(
+            geometry,
+            shape.pose,
+            self._stage.place,
+            friction,
+            contact_offset=offsets[0],
+            rest_offset=offsets[1],
+            material=path.rpartition("/")[2],
+        )
+
+    def _visual(self, shape: UsdShape, prim: Prim) -> DescribedVisual:
+        """Returns a visual shape. `prim`: has its material."""
+        geometry = shape.geometry
+        if isinstance(geometry, MeshGeometry):
+            geometry = replace(geometry, collision=None)
+        return DescribedVisual(geometry, shape.pose, self._stage.place, look=self._materials.look(prim))
 
     def _colliders(self, prim: Prim, body: UsdBody) -> list[UsdShape]:
         moves = body.body_type == "dynamic"
@@ -105,67 +145,57 @@ class UsdBodyReader:
 
     def _matches_visual(self, prim: Prim, shape: UsdShape) -> bool:
         """Returns whether a collision shape looks like its prim."""
-        plain = str(prim.GetTypeName()) != "Mesh" or shape.keys["type"] in {"convex_mesh", "triangle_mesh"}
-        if shape.keys["type"] in {"box", "sphere"} and str(prim.GetTypeName()) == "Mesh":
-            return False
-        return plain and not self._stage.geom.Subset.GetAllGeomSubsets(self._stage.geom.Imageable(prim))
+        is_same = str(prim.GetTypeName()) != "Mesh" or isinstance(shape.geometry, MeshGeometry)
+        return is_same and not self._stage.geom.Subset.GetAllGeomSubsets(self._stage.geom.Imageable(prim))
 
-    def _visuals(self, prim: Prim, body: UsdBody) -> list[dict[str, Any]]:
-        """Returns the entries of a visible prim, one per material of its faces."""
+    def _visuals(self, prim: Prim, body: UsdBody) -> list[DescribedVisual]:
+        """Returns the shapes of a visible prim, one per material of its faces."""
         if str(prim.GetTypeName()) != "Mesh":
             shape = self._shapes.solid(prim, body.pose)
-            if shape is None:
-                return []
-            entry = shape.entry()
-            self._materials.set_visual(entry, prim)
-            return [entry]
+            return [] if shape is None else [self._visual(shape, prim)]
         mesh = self._shapes.read_mesh(prim)
-        if mesh is None:
-            return []
-        entries: list[dict[str, Any]] = []
-        for owner, part, suffix in self._materials.parts(prim, mesh):
-            entry = self._shapes.mesh_shape(prim, part, body.pose, "mesh", suffix).entry()
-            self._materials.set_visual(entry, owner)
-            entries.append(entry)
-        return entries
+        parts = () if mesh is None else self._materials.parts(prim, mesh)
+        return [
+            self._visual(self._shapes.mesh_shape(prim, part, body.pose, suffix=suffix), owner)
+            for owner, part, suffix in parts
+        ]
 
-    def _contact_keys(self, prim: Prim) -> dict[str, Any]:
-        """Returns contact offsets from PhysX's schema, which usd-core lacks; -inf means PhysX's default."""
-        keys: dict[str, Any] = {}
-        for key, name in (
-            ("contact_offset", "physxCollision:contactOffset"),
-            ("rest_offset", "physxCollision:restOffset"),
-        ):
-            found = self._stage.authored(prim, name)
-            if found is not None and math.isfinite(found):
-                keys[key] = plain_number(found * self._stage.frames.metres)
-        return keys
-
-    def _mass_keys(
-        self, body: UsdBody, shapes: list[tuple[Prim, Any, UsdShape]], entries: list[dict[str, Any]]
-    ) -> dict[str, Any]:
-        """Returns `mass` or `inertial`, or sets densities in the entries; as few keys as match UsdPhysics."""
-        stage = self._stage
+    def _weigh(
+        self,
+        body: UsdBody,
+        shapes: list[tuple[Prim, Any, UsdShape]],
+        collisions: list[DescribedCollision],
+        *,
+        is_weighed: bool,
+    ) -> tuple[DescribedInertial | None, list[DescribedCollision]]:
+        """Returns the inertial of a body as UsdPhysics has it, and its shapes with the densities it depends on."""
         solids: dict[Any, list[SolidMass]] = {}
         for prim, _, shape in shapes:
             if shape.mass is not None:
                 solids.setdefault(prim.GetPath(), []).append(shape.mass)
         computed = self._compute_mass(body, solids)
-        said = {
-            name: self._read_authored(body.prim, name)
-            for name in ("mass", "centerOfMass", "diagonalInertia", "principalAxes")
-        }
-        plain = (
-            bool(shapes) and all(shape.exact and shape.mass for _, _, shape in shapes) and len(entries) == len(shapes)
+        names = ("mass", "centerOfMass", "diagonalInertia", "principalAxes")
+        mass, *others = (self._read_authored(body.prim, name) for name in names)
+        is_plain = (
+            bool(shapes)
+            and not is_weighed
+            and len(collisions) == len(shapes)
+            and all(shape.exact and shape.mass for _, _, shape in shapes)
+            and not any(self._read_authored(prim, "mass") for prim, _, _ in shapes if prim != body.prim)
+            and all(each is None for each in others)
         )
-        plain = plain and not any(self._read_authored(prim, "mass") for prim, _, _ in shapes if prim != body.prim)
-        if plain and not any(said[name] is not None for name in said if name != "mass"):
-            for (prim, parsed, _), entry in zip(shapes, entries, strict=True):
-                density = self._density(prim, parsed, body.prim)
-                if density != _DENSITY and not (said["mass"] and len(shapes) == 1):
-                    entry["density"] = plain_number(density)
-            return {"mass": plain_number(float(said["mass"]) * stage.frames.kilograms)} if said["mass"] else {}
-        return {"inertial": self._inertial(body, solids, computed)}
+        if mass and len(shapes) == 1:
+            densities = [_DENSITY]
+        else:
+            densities = [self._density(prim, parsed, body.prim) for prim, parsed, _ in shapes]
+        if not is_plain or is_raised(joined_mass(shape.mass for _, _, shape in shapes if shape.mass), min(densities)):
+            return self._inertial(body, solids, computed), collisions
+        rows = zip(collisions, densities, strict=True)
+        collisions = [each if density == _DENSITY else replace(each, density=density) for each, density in rows]
+        if not mass:
+            return None, collisions
+        mass *= self._stage.frames.kilograms
+        return DescribedInertial(mass, IDENTITY_POSE, None, self._stage.place), collisions
 
     def _compute_mass(self, body: UsdBody, solids: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
         """Returns mass, moments, centre and principal axes as computed by UsdPhysics, in the stage's units.
@@ -177,8 +207,8 @@ class UsdBodyReader:
 
         def information(prim: Prim) -> Any:
             found = api.MassInformation()
-            total = _add_masses(solids.get(prim.GetPath(), []))
-            found.volume = total.volume / metres**3
+            total = joined_mass(solids[prim.GetPath()]) if prim.GetPath() in solids else _NO_MASS
+            found.volume = total.mass / metres**3
             found.inertia = gf.Matrix3f(*(total.inertia / metres**5).ravel().tolist())
             found.localPos = gf.Vec3f(*(total.centre / metres).tolist())
             found.centerOfMass = gf.Vec3f(0)
@@ -190,7 +220,7 @@ class UsdBodyReader:
         self.masses[str(body.prim.GetPath())] = float(found[0]) * self._stage.frames.kilograms if known else None
         return found
 
-    def _inertial(self, body: UsdBody, solids: dict[Any, list[SolidMass]], computed: Any) -> dict[str, Any]:
+    def _inertial(self, body: UsdBody, solids: dict[Any, list[SolidMass]], computed: Any) -> DescribedInertial:
         frames = self._stage.frames
         mass, moments, centre, axes = computed
         mass = float(mass) * frames.kilograms
@@ -202,29 +232,24 @@ class UsdBodyReader:
         said = self._read_authored(body.prim, "diagonalInertia")
         if said is not None:  # usd-core ignores small moments
             moments, axes = said, self._read_authored(body.prim, "principalAxes")
-        inertia = [float(each) * frames.kilograms * frames.metres**2 for each in moments]
+        inertia = to_vector(float(each) * frames.kilograms * frames.metres**2 for each in moments)
         # Without colliders usd-core leaves these uninitialised.
         if said is None and (not solids or not all(each > 0 and math.isfinite(each) for each in inertia)):
-            inertia, axes = [0.4 * mass * _BALL_RADIUS**2] * 3, None
+            moment, axes = 0.4 * mass * _BALL_RADIUS**2, None
+            inertia = (moment, moment, moment)
             message = f"a body without inertia; it gets that of a sphere of radius {_BALL_RADIUS} m"
             self._stage.lose("assumed-masses", message, body.prim)
-        self._enforce_triangle_rule(inertia, body.prim)
+        ruled = enforce_triangle_rule(inertia)
+        if ruled != inertia:
+            message = f"a moment of inertia of {max(inertia):.6g} above the sum of the others, {max(ruled):.6g}"
+            self._stage.lose("inertias", message, body.prim)
         own = self._read_authored(body.prim, "centerOfMass")
         if own is not None:
             x, y, z = (split_matrix(frames.world(body.prim))[1] @ np.array(own, np.float64)).tolist()
         else:
             x, y, z = (float(each) * frames.metres if solids else 0.0 for each in centre)
-        com = pose_key((x, y, z, *(IDENTITY if axes is None else quat_of(axes))), "com")
-        return {"mass": plain_number(mass), **com, "inertia": plain_numbers(inertia)}
-
-    def _enforce_triangle_rule(self, inertia: list[float], prim: Prim) -> None:
-        """Lowers the largest moment to the sum of the others, its physical maximum."""
-        largest = max(range(3), key=inertia.__getitem__)
-        others = sum(inertia) - inertia[largest]
-        if inertia[largest] > others * (1 + 1e-6):
-            message = f"a moment of inertia of {inertia[largest]:.6g} above the sum of the others, {others:.6g}"
-            self._stage.lose("inertias", message, prim)
-            inertia[largest] = others
+        com = (x, y, z, *(IDENTITY if axes is None else quat_of(axes)))
+        return DescribedInertial(mass, com, ruled, self._stage.place)
 
     def _read_authored(self, prim: Prim, name: str) -> Any:
         """Returns an authored number of a prim's `MassAPI`; None if it is missing, or a placeholder like 0 or -inf."""
@@ -248,98 +273,70 @@ class UsdBodyReader:
         found = self._materials.density(parsed)
         return _DENSITY if not found else found * frames.kilograms / frames.metres**3
 
-    def _motion_keys(self, body: UsdBody, *, is_link: bool) -> dict[str, Any]:
-        """Returns initial velocities and the settings from PhysX's schema."""
-        stage, keys = self._stage, dict[str, Any]()
-        metres = stage.frames.metres
-        if body.parsed is not None and not is_link:
-            keys |= self.velocity_keys(body)
-        if stage.authored(body.prim, "physxRigidBody:disableGravity"):
-            keys["gravity"] = False
-        for key, (name, factor) in _BODY_ATTRIBUTES.items():
-            found = stage.authored(body.prim, f"physxRigidBody:{name}")
-            if found is not None and math.isfinite(found) and abs(found) < _UNLIMITED:
-                number = plain_number(
-                    found * {"m": metres, "m²": metres * metres, "deg": math.radians(1)}.get(factor, 1.0)
-                )
-                if not (is_link and key in _NOT_OF_LINKS):
-                    keys[key] = int(found) if factor == "count" else number
-        locked = self._locked_axes(body.prim)
-        if locked and not is_link:
-            keys["locked_axes"] = locked
-        return keys
+    def dynamics(self, body: UsdBody) -> DescribedDynamics:
+        """Returns initial velocities and settings of a single body."""
+        settings = self._read_settings(body.prim, _DYNAMICS)
+        return replace(self.velocities(body), locked_axes=self._locked_axes(body.prim), **settings)
 
-    def velocity_keys(self, body: UsdBody) -> dict[str, Any]:
+    def velocities(self, body: UsdBody) -> DescribedDynamics:
         """Returns initial velocities; USD gives them in the frame of the prim's parent."""
         frames, parsed = self._stage.frames, body.parsed
         above = body.prim.GetParent()
         pose = frames.pose(above) if above and not above.IsPseudoRoot() else None
-        keys: dict[str, Any] = {}
-        for key, velocity, factor in (
-            ("linear_velocity", parsed.linearVelocity, frames.metres),
-            ("angular_velocity", parsed.angularVelocity, math.radians(1)),
-        ):
-            if any(velocity):
-                found = frames.turned(pose, velocity)
-                keys[key] = plain_numbers([each * factor for each in found], 1e-9)
-        return keys
+        linear = [each * frames.metres for each in frames.turned(pose, parsed.linearVelocity)]
+        angular = [math.radians(each) for each in frames.turned(pose, parsed.angularVelocity)]
+        return DescribedDynamics(_velocity(linear), _velocity(angular))
 
-    def _locked_axes(self, prim: Prim) -> list[str]:
+    def _read_settings(self, prim: Prim, names: Mapping[str, tuple[str, str]]) -> dict[str, Any]:
+        """Returns the settings of PhysX's schema that a prim has. `names`: field → attribute, and its unit."""
+        metres, found = self._stage.frames.metres, dict[str, Any]()
+        units = {"m": metres, "m²": metres * metres, "deg": math.radians(1)}
+        for key, (name, unit) in names.items():
+            number = self._stage.authored(prim, f"physxRigidBody:{name}")
+            if number is not None and math.isfinite(number) and abs(number) < _UNLIMITED:
+                found[key] = int(number) if unit == "count" else number * units.get(unit, 1.0)
+        return found
+
+    def _locked_axes(self, prim: Prim) -> tuple[MotionAxis, ...]:
         """Returns the locked axes. PhysX's bits are x, y, z from the lowest, in the stage's axes."""
-        names: list[str] = []
+        names: set[str] = set()
         for attribute, prefix in (("lockedPosAxis", ""), ("lockedRotAxis", "r")):
             bits = int(self._stage.authored(prim, f"physxRigidBody:{attribute}") or 0)
-            for k in range(3):
+            for k, unit in enumerate(UNITS.values()):
                 if bits >> k & 1:
-                    unit = [float(each == k) for each in range(3)]
                     world = self._stage.frames.direction(unit)
-                    names.append(prefix + "xyz"[int(np.argmax(np.abs(world)))])
-        return sorted(names, key=["x", "y", "z", "rx", "ry", "rz"].index)
+                    names.add(prefix + "xyz"[int(np.argmax(np.abs(world)))])
+        return tuple(axis for axis in _MOTION_AXES if axis in names)
 
+
+_MOTION_AXES: Final[tuple[MotionAxis, ...]] = ("x", "y", "z", "rx", "ry", "rz")
 
 _UNLIMITED: Final = 1e30
 """PhysX represents "no limit" by numbers above this."""
 
-_BODY_ATTRIBUTES: Final = {
+_NOISE: Final = 1e-9
+"""Smaller velocities are rounding noise [m/s, rad/s]."""
+
+_MOTION: Final = {
     "linear_damping": ("linearDamping", "1"),
     "angular_damping": ("angularDamping", "1"),
     "max_linear_velocity": ("maxLinearVelocity", "m"),
     "max_angular_velocity": ("maxAngularVelocity", "deg"),
     "max_depenetration_velocity": ("maxDepenetrationVelocity", "m"),
     "max_contact_impulse": ("maxContactImpulse", "1"),
+}
+"""Field of `DescribedMotion` → attribute of PhysX's schema, and its unit."""
+
+_DYNAMICS: Final = {
     "sleep_threshold": ("sleepThreshold", "m²"),
     "solver_position_iterations": ("solverPositionIterationCount", "count"),
     "solver_velocity_iterations": ("solverVelocityIterationCount", "count"),
 }
-"""Key → attribute of PhysX's schema, and its unit."""
+"""Field of `DescribedDynamics` → attribute of PhysX's schema, and its unit."""
 
-_NOT_OF_LINKS: Final = {"sleep_threshold", "solver_position_iterations", "solver_velocity_iterations"}
-
-
-def _join_equal(keys: dict[str, Any]) -> None:
-    """Moves a density shared by all shapes to the body, and merges equal collisions and visuals into shapes."""
-    collisions, visuals = keys.get("collisions", []), keys.get("visuals", [])
-    plain = [{key: value for key, value in entry.items() if key != "density"} for entry in collisions]
-    if plain and plain == visuals and "shapes" not in keys:
-        del keys["visuals"]
-        keys["shapes"] = keys.pop("collisions")
-    entries = [entry for name in ("shapes", "collisions") for entry in keys.get(name, [])]
-    densities = [entry.get("density") for entry in entries]
-    if densities and densities[0] is not None and len(set(densities)) == 1:
-        shapes = {name: keys.pop(name) for name in ("shapes", "collisions", "visuals") if name in keys}
-        keys["density"] = densities[0]
-        keys.update(shapes)
-        for entry in entries:
-            del entry["density"]
+_NO_MASS: Final = SolidMass(0.0, np.zeros(3), np.zeros((3, 3)))
 
 
-def _add_masses(solids: list[SolidMass]) -> SolidMass:
-    volume = sum(each.volume for each in solids)
-    if not volume:
-        return SolidMass(0.0, np.zeros(3), np.zeros((3, 3)))
-    centre = sum((each.volume * each.centre for each in solids), np.zeros(3)) / volume
-    inertia = np.zeros((3, 3))
-    for each in solids:
-        d = each.centre - centre
-        inertia += each.inertia + each.volume * (d @ d * np.eye(3) - np.outer(d, d))
-    return SolidMass(volume, centre, inertia)
+def _velocity(row: list[float]) -> Vec3 | None:
+    """Returns a velocity; None for 0."""
+    return to_vector(0.0 if abs(each) < _NOISE else each for each in row) if any(row) else None

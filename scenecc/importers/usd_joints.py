@@ -10,57 +10,26 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotations import (
     IDENTITY,
     IDENTITY_POSE,
+    Vec3,
     compose,
     from_axis_angle,
     invert,
     relative_pose,
     rotate,
+    to_vector,
 )
-from scenecc.importers.numbers import (
-    HOLD,
-    along_x,
-    is_identity,
-    joint_frames,
-    plain_number,
-    plain_numbers,
-    plain_pose,
-    pose_key,
-)
+from scenecc.importers.numbers import along_x
+from scenecc.importers.usd_stage import UNITS
+from scenecc.robots.description import DescribedConstraint, DescribedDrive, DriveAxis, LimitAxis, LinkName
 
 if TYPE_CHECKING:
-    from scenecc.geometry.rotations import Pose7, Vec3
+    from scenecc.geometry.rotations import Pose7
     from scenecc.importers.usd_stage import Prim, UsdStage
-
-_UNITS: Final[dict[str, Vec3]] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
 FREEDOMS: Final = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
 """UsdPhysics's degrees of freedom, in order of application."""
 
 _NO_FORCE_LIMIT: Final = 1e38
-
-
-@frozen
-class JointDrive:
-    """A drive [m, rad, N, N·m]."""
-
-    stiffness: float
-    damping: float
-    force_limit: float
-    acceleration: bool
-    target: float
-    velocity: float
-
-    def keys(self) -> dict[str, Any]:
-        """Returns stiffness, damping, force limit and mode as keys of a scene file."""
-        keys: dict[str, Any] = {}
-        for name in ("stiffness", "damping"):
-            if getattr(self, name):
-                keys[name] = plain_number(getattr(self, name))
-        if self.force_limit < _NO_FORCE_LIMIT:
-            keys["force_limit"] = plain_number(self.force_limit)
-        if self.acceleration:
-            keys["mode"] = "acceleration"
-        return keys
 
 
 @frozen
@@ -75,7 +44,7 @@ class Freedom:
 
     name: str
     limits: tuple[float, float] = (-math.inf, math.inf)
-    drive: JointDrive | None = None
+    drive: DescribedDrive | None = None
 
     @property
     def turns(self) -> bool:
@@ -85,7 +54,7 @@ class Freedom:
     @property
     def axis(self) -> Vec3:
         """Unit vector of the translation or rotation."""
-        return _UNITS[self.name[-1]]
+        return UNITS[self.name[-1]]
 
     def motion(self, position: float) -> Pose7:
         """Returns the child frame's displacement at a position."""
@@ -99,9 +68,7 @@ class Freedom:
         low, high = self.limits
         drive = self.drive
         if drive is not None:
-            drive = JointDrive(
-                drive.stiffness, drive.damping, drive.force_limit, drive.acceleration, -drive.target, -drive.velocity
-            )
+            drive = replace(drive, target=-(drive.target or 0.0), velocity_target=-drive.velocity_target)
         return Freedom(self.name, (-high, -low), drive)
 
 
@@ -178,7 +145,7 @@ def _angles(pose: Pose7, axes: list[str]) -> dict[str, float]:
     if len(axes) == 1:
         along = {"X": x, "Y": y, "Z": z}[axes[0]]
         return {axes[0]: math.remainder(2 * math.atan2(along, w), 2 * math.pi)}
-    columns = [rotate(pose[3:], unit) for unit in _UNITS.values()]
+    columns = [rotate(pose[3:], unit) for unit in UNITS.values()]
     m = [[columns[j][i] for j in range(3)] for i in range(3)]
     i, j = ("XYZ".index(each) for each in axes[:2])
     k = 3 - i - j
@@ -295,7 +262,7 @@ class UsdJointReader:
         )
         return Freedom(name, limits, self._drive(name, drive))
 
-    def _drive(self, name: str, drive: Any) -> JointDrive | None:
+    def _drive(self, name: str, drive: Any) -> DescribedDrive | None:
         if drive is None or not drive.enabled or not (drive.stiffness or drive.damping):
             return None
         frames = self._stage.frames
@@ -313,12 +280,12 @@ class UsdJointReader:
             if limit < _NO_FORCE_LIMIT
             else math.inf
         )
-        return JointDrive(
+        return DescribedDrive(
             float(drive.stiffness) * strength,
             float(drive.damping) * strength,
             limit,
-            bool(drive.acceleration),
             float(drive.targetPosition) * each,
+            "acceleration" if drive.acceleration else "force",
             float(drive.targetVelocity) * each,
         )
 
@@ -329,93 +296,103 @@ def _freedom_name(dof: Any) -> str:
     return name[0].lower() + name[1:]
 
 
-def usd_tree_joint(in_parent: Pose7, in_child: Pose7, freedom: Freedom | None, name: str) -> dict[str, Any]:
-    """Returns the keys of a link's joint. `freedom` None: a fixed joint."""
-    if freedom is None:
-        return {"type": "fixed", **joint_frames(in_parent, in_child, None)}
-    kind = "revolute" if freedom.turns else "prismatic"
-    keys = {"name": name, "type": kind, **joint_frames(in_parent, in_child, freedom.axis)}
-    limits = {"limits": plain_numbers(freedom.limits)} if any(map(math.isfinite, freedom.limits)) else {}
-    return {**keys, **limits}
-
-
-def constraint_keys(joint: UsdJoint, stage: UsdStage) -> dict[str, Any]:
-    """Returns type, frames, limits and drives of a constraint."""
+def constraint_of(
+    joint: UsdJoint, parent: LinkName, child: LinkName, stage: UsdStage, *, collide: bool
+) -> DescribedConstraint | None:
+    """Returns a joint as a constraint between links; None if it constrains nothing, which is reported as a loss."""
     turn = along_x(joint.freedoms[0].axis) if len(joint.freedoms) == 1 else IDENTITY_POSE
-    keys: dict[str, Any] = {}
-    for key, frame in zip(("pose_in_parent", "pose_in_child"), joint.frames, strict=True):
-        pose = compose(frame, turn)
-        if key == "pose_in_parent" or not is_identity(pose):
-            keys[key] = plain_pose(pose)
+    frames = [compose(frame, turn) for frame in joint.frames]
+    ends = joint.name, "weld", parent, child, frames[0], frames[1], stage.place
+    made = DescribedConstraint(*ends, collide=collide)
     if joint.distance is not None:
-        limits = plain_numbers(joint.distance)
-        return {"type": "distance", **keys, "limits": limits}
+        return replace(made, type="distance", span=joint.distance)
     if not joint.freedoms:
-        return {"type": "weld", **keys}
-    free = {each.name: each for each in joint.freedoms}
-    if len(free) == 1:
+        return made
+    if len(joint.freedoms) == 1:
         (only,) = joint.freedoms
-        free = {"rotX" if only.turns else "transX": only}
-    return {"type": "drive", **keys, **_drive_keys(free, joint, stage)}
-
-
-_AXES: Final = (("x", "transX"), ("y", "transY"), ("z", "transZ"), ("twist", "rotX"))
-"""Axes of a `drive` that can have limits → their UsdPhysics names."""
-
-
-def _drive_keys(free: dict[str, Freedom], joint: UsdJoint, stage: UsdStage) -> dict[str, Any]:
-    limits: dict[str, list[float]] = {}
-    drives: dict[str, Any] = {}
-    for axis, name in _AXES:
-        low, high = free[name].limits if name in free else (0.0, 0.0)
-        if axis == "twist":  # PhysX limits the twist to (-π, π)
-            low, high = (each if abs(each) < math.pi - 1e-6 else math.copysign(math.inf, each) for each in (low, high))
-        if math.isfinite(low) or math.isfinite(high):
-            limits[axis] = plain_numbers((low, high))
-        drive = free[name].drive if name in free else None
-        if drive is not None:
-            drives[axis] = drive.keys()
-    keys: dict[str, Any] = {"limits": limits} if limits else {}
+        axis: DriveAxis = "twist" if only.turns else "x"
+        motor = () if only.drive is None else ((axis, only.drive),)
+        span = _twist_limits(only.limits) if only.turns else only.limits
+        return replace(made, type="hinge" if only.turns else "slider", span=span, drives=motor)
+    free = {each.name: each for each in joint.freedoms}
+    limits = _limits_of(free)
+    drives: dict[DriveAxis, DescribedDrive] = {
+        axis: drive for axis, name in _AXES.items() if name in free and (drive := free[name].drive) is not None
+    }
     _add_swing(drives, free, joint, stage)
-    if drives:
-        keys["drive"] = drives
-    return keys | _targets(free)
+    if not limits and not drives:
+        stage.lose("idle-joints", "a joint without any constraint", joint.prim)
+        return None
+    if not drives and limits == _BALL_LIMITS:
+        return replace(made, type="ball")
+    target, velocity = _targets(free)
+    rows = tuple(drives.items())
+    return replace(made, type="drive", limits=limits, drives=rows, target=target, velocity_target=velocity)
 
 
-def _add_swing(drives: dict[str, Any], free: dict[str, Freedom], joint: UsdJoint, stage: UsdStage) -> None:
+_AXES: Final[dict[LimitAxis, str]] = {"x": "transX", "y": "transY", "z": "transZ", "twist": "rotX"}
+"""Axis of a `drive` that can have limits → its UsdPhysics name."""
+
+
+_BALL_LIMITS: Final[tuple[tuple[LimitAxis, float, float], ...]] = (("x", 0.0, 0.0), ("y", 0.0, 0.0), ("z", 0.0, 0.0))
+"""Limits of a joint that turns freely about all axes."""
+
+
+def _twist_limits(limits: tuple[float, float]) -> tuple[float, float]:
+    """Returns limits of a twist, which PhysX measures from -π to π."""
+    low, high = (each if abs(each) < math.pi - 1e-6 else math.copysign(math.inf, each) for each in limits)
+    return low, high
+
+
+def _limits_of(free: dict[str, Freedom]) -> tuple[tuple[LimitAxis, float, float], ...]:
+    """Returns the limits of a constraint, axes that are not free at 0."""
+    found: list[tuple[LimitAxis, float, float]] = []
+    for axis, name in _AXES.items():
+        low, high = free[name].limits if name in free else (0.0, 0.0)
+        if axis == "twist":
+            low, high = _twist_limits((low, high))
+        if math.isfinite(low) or math.isfinite(high):
+            found.append((axis, low, high))
+    return tuple(found)
+
+
+def _add_swing(
+    drives: dict[DriveAxis, DescribedDrive], free: dict[str, Freedom], joint: UsdJoint, stage: UsdStage
+) -> None:
     """Adds the drive about y and z. It also holds locked axes, since SAPIEN offers no swing limits."""
     swings = [free[name] for name in ("rotY", "rotZ") if name in free]
     if not swings:
-        drives["swing"] = dict(HOLD)
+        drives["swing"] = _HOLD
         return
     if len(swings) == 1:
         stage.lose("swing-limits", "a lock about y or z of a joint, which turns freely", joint.prim)
         return
     if any(math.isfinite(limit) for each in swings for limit in each.limits):
         stage.lose("swing-limits", "swing limits of a joint, which turns freely", joint.prim)
-    first, second = (None if each.drive is None else each.drive.keys() for each in swings)
+    first, second = (None if each.drive is None else _gains(each.drive) for each in swings)
     if first != second:
         stage.lose("swing-limits", "different drives about y and z of a joint", joint.prim)
-    elif first is not None and drives.get("twist") == first:
+    elif first is not None and "twist" in drives and _gains(drives["twist"]) == first:
         del drives["twist"]
         drives["slerp"] = first
     elif first is not None:
         drives["swing"] = first
 
 
-def _targets(free: dict[str, Freedom]) -> dict[str, Any]:
-    """Returns `target` and `velocity_target` of the drives along the axes and about x."""
+_HOLD: Final = DescribedDrive(1e10, 1e4, mode="acceleration")
+"""Spring by which `weld` holds axes that PhysX's limits do not."""
+
+
+def _gains(drive: DescribedDrive) -> DescribedDrive:
+    return replace(drive, target=None, velocity_target=0.0)
+
+
+def _targets(free: dict[str, Freedom]) -> tuple[Pose7, tuple[Vec3, Vec3] | None]:
+    """Returns position and velocity targets of the drives along the axes and about x."""
     drives = {name: each.drive for name, each in free.items() if each.drive is not None}
-    place = [drives[name].target if name in drives else 0.0 for name in FREEDOMS[:3]]
-    speed = [drives[name].velocity if name in drives else 0.0 for name in FREEDOMS[:3]]
+    x, y, z = (drives[name].target or 0.0 if name in drives else 0.0 for name in FREEDOMS[:3])
+    speed = to_vector(drives[name].velocity_target if name in drives else 0.0 for name in FREEDOMS[:3])
     twist = drives.get("rotX")
-    target: Pose7 = (place[0], place[1], place[2], *from_axis_angle((1.0, 0.0, 0.0), twist.target if twist else 0.0))
-    keys = pose_key(target, "target")
-    velocity: dict[str, Any] = {}
-    if any(speed):
-        velocity["linear"] = plain_numbers(speed)
-    if twist is not None and twist.velocity:
-        velocity["angular"] = [-plain_number(twist.velocity), 0.0, 0.0]  # PhysX has the opposite sign
-    if velocity:
-        keys["velocity_target"] = velocity
-    return keys
+    angle, spin = (0.0, 0.0) if twist is None else (twist.target or 0.0, twist.velocity_target)
+    target: Pose7 = (x, y, z, *from_axis_angle((1.0, 0.0, 0.0), angle))
+    return target, (speed, (-spin, 0.0, 0.0)) if any((*speed, spin)) else None  # PhysX turns the other way

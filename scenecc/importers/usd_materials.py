@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
-from scenecc.importers.imported_scene import Asset
-from scenecc.importers.numbers import Names, plain_number, plain_numbers
+from scenecc.geometry.rotations import to_vector
 from scenecc.importers.usd_mdl import MdlMaterial
+from scenecc.robots.description import DescribedMaterial, DescribedTexture
 from scenecc.source.paths import ResolvedFile
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from scenecc.importers.usd_meshes import UsdMesh
     from scenecc.importers.usd_stage import Prim, UsdStage
 
-_WRAPS: Final = {"repeat": "repeat", "clamp": "edge", "mirror": "mirror", "black": "border"}
+_WRAPS: Final[dict[str, Literal["border", "edge", "mirror"]]] = {"clamp": "edge", "mirror": "mirror", "black": "border"}
 
 _PREVIEW: Final = {
     "diffuseColor": "base_color",
@@ -29,45 +30,29 @@ _PREVIEW: Final = {
     "metallic": "metallic",
     "normal": "normal",
 }
-"""Inputs of `UsdPreviewSurface` → keys of a material."""
+"""Inputs of `UsdPreviewSurface` → fields of a material."""
 
 _GREY: Final = (0.18, 0.18, 0.18)
 """Default `diffuseColor` of a preview surface."""
 
 
 class UsdMaterialReader:
-    """Materials of a stage, each converted once.
-
-    Attributes:
-        named: the section `materials` of the scene file.
-    """
+    """Materials of a stage, each read once."""
 
     def __init__(self, stage: UsdStage, sink: Sink) -> None:
-        self.named: dict[str, dict[str, Any]] = {}
         self._stage = stage
         self._sink = sink
-        self._names: dict[tuple[str, str], str] = {}
-        self._free = Names()
-        self._physical: dict[str, dict[str, Any]] = {}
-        self._visual: dict[str, dict[str, Any]] = {}
+        self._physical: dict[str, dict[str, float]] = {}
+        self._visual: dict[str, DescribedMaterial | None] = {}
 
-    def set_both(self, entry: dict[str, Any], prim: Prim, parsed: Any) -> None:
-        """Sets material and colour of a shape that collides and is visible. `parsed`: its UsdPhysics descriptor."""
-        looks = self._visual_path(prim)
-        self._set(entry, self.physical_path(parsed), looks)
-        if not looks:
-            self._set_color(entry, prim)
-
-    def set_physical(self, entry: dict[str, Any], parsed: Any) -> None:
-        """Sets the material of a collision shape."""
-        self._set(entry, self.physical_path(parsed), "")
-
-    def set_visual(self, entry: dict[str, Any], prim: Prim) -> None:
-        """Sets material or colour of a visual shape. `prim`: the geometry, or a subset of its faces."""
-        looks = self._visual_path(prim)
-        self._set(entry, "", looks)
-        if not looks:
-            self._set_color(entry, prim if prim.IsA(self._stage.geom.Gprim) else prim.GetParent())
+    def look(self, prim: Prim) -> DescribedMaterial | None:
+        """Returns the material of a visual shape. `prim`: the geometry, or a subset of its faces."""
+        material, _ = self._stage.shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+        path = str(material.GetPath()) if material else ""
+        if path and path not in self._visual:
+            look = self._read_look(material)
+            self._visual[path] = _material_of(look, path) if look else None
+        return self._visual.get(path) or self._color(prim if prim.IsA(self._stage.geom.Gprim) else prim.GetParent())
 
     def density(self, parsed: Any) -> float:
         """Returns the density of a collider's material, in the stage's units; 0 if it has none."""
@@ -88,29 +73,6 @@ class UsdMaterialReader:
         elif rest.any():
             yield prim, mesh.part(rest), ""
 
-    def _set(self, entry: dict[str, Any], physical: str, visual: str) -> None:
-        if (physical, visual) not in self._names:
-            content: dict[str, Any] = {}
-            if physical and self.friction(physical):
-                content["physical"] = self.friction(physical)
-            if visual and self._look(visual):
-                content["visual"] = self._look(visual)
-            parts = dict.fromkeys(path.rpartition("/")[2] for path in (visual, physical) if path)
-            wish = "_".join(parts) or "material"
-            self._names[physical, visual] = self._name(wish, content) if content else ""
-        name = self._names[physical, visual]
-        if name:
-            entry["material"] = name
-
-    def _name(self, wish: str, content: dict[str, Any]) -> str:
-        """Returns the name of an equal material, or of a new one."""
-        for name, other in self.named.items():
-            if other == content:
-                return name
-        name = self._free.new(wish)
-        self.named[name] = content
-        return name
-
     def physical_path(self, parsed: Any) -> str:
         """Returns the path of a collider's material; "" if it has none."""
         paths = [str(path) for path in parsed.materials]
@@ -124,7 +86,7 @@ class UsdMaterialReader:
             )
         return found[0] if found else ""
 
-    def friction(self, path: str) -> dict[str, Any]:
+    def friction(self, path: str) -> dict[str, float]:
         """Returns static friction, dynamic friction and restitution of a material."""
         if path not in self._physical:
             stage, prim = self._stage, self._stage.prim(path)
@@ -144,24 +106,11 @@ class UsdMaterialReader:
                 "dynamic_friction": dynamic,
                 "restitution": min(max(restitution, 0.0), 1.0),
             }
-            self._physical[path] = {key: plain_number(max(each, 0.0)) for key, each in row.items()}
+            self._physical[path] = {key: max(each, 0.0) for key, each in row.items()}
         return self._physical[path]
 
-    def _visual_path(self, prim: Prim) -> str:
-        """Returns the path of a prim's visual material; "" if it has none with a surface."""
-        material, _ = self._stage.shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
-        if not material:
-            return ""
-        path = str(material.GetPath())
-        return path if self._look(path) else ""
-
-    def _look(self, path: str) -> dict[str, Any]:
-        if path not in self._visual:
-            self._visual[path] = self._read_look(self._stage.shade.Material(self._stage.prim(path)))
-        return self._visual[path]
-
     def _read_look(self, material: Any) -> dict[str, Any]:
-        """Returns the keys of a material: of a preview surface for any render context, else of an MDL material."""
+        """Returns the fields of a material: of a preview surface for any render context, else of an MDL material."""
         surfaces: list[Any] = []
         for output in material.GetSurfaceOutputs():
             context = str(output.GetBaseName()).rpartition(":")[0]
@@ -183,28 +132,26 @@ class UsdMaterialReader:
         return look
 
     def _read_preview(self, surface: Any) -> dict[str, Any]:
-        look: dict[str, Any] = {"base_color": list(_GREY), "roughness": 0.5}
+        look: dict[str, Any] = {"base_color": _GREY, "roughness": 0.5}
         for name, key in _PREVIEW.items():
             value, texture = self._input(surface, name)
             if texture is not None:
                 look |= self._texture(key, texture)
             elif value is not None and key != "normal":
-                look[key] = _number(value)
+                look[key] = value
         opacity, texture = self._input(surface, "opacity")
         if opacity is not None and texture is None and opacity < 1:
-            look["base_color"] = [*look["base_color"][:3], plain_number(opacity)]
+            look["base_color"] = (*look["base_color"][:3], opacity)
         if not any(look.get("emission", ())):
             look.pop("emission", None)
         if "base_color_texture" in look:
             look.pop("base_color")
-        if not look.get("metallic", 1.0):
-            look.pop("metallic")
         ior, _ = self._input(surface, "ior")
         if ior is not None and ior >= 0:
             # UsdPreviewSurface derives reflectance at normal incidence from `ior`, SAPIEN from `specular`.
             specular = ((ior - 1) / (ior + 1)) ** 2 / 0.08
             if abs(specular - 0.5) > 1e-4:
-                look["specular"] = plain_number(min(specular, 1.0))
+                look["specular"] = min(specular, 1.0)
         for name in ("displacement", "occlusion", "clearcoat", "specularColor"):
             value, texture = self._input(surface, name)
             if texture is not None or (
@@ -226,7 +173,7 @@ class UsdMaterialReader:
         return None, None
 
     def _texture(self, key: str, texture: Any) -> dict[str, Any]:
-        """Returns a texture as keys of a material; empty if its file is missing, which is reported as a loss."""
+        """Returns a texture as fields of a material; empty if its file is missing, which is reported as a loss."""
         file = texture.GetInput("file")
         asset = file.Get(self._stage.time) if file else None
         if asset is None or not asset.path:
@@ -234,25 +181,21 @@ class UsdMaterialReader:
         found = self.file(file.GetAttr(), asset)
         if found is None:
             return {}
-        row: dict[str, Any] = {"file": found}
         space = texture.GetInput("sourceColorSpace")
         space = space.Get() if space else None
-        if (key in {"base_color", "emission"} and space == "raw") or (
-            key not in {"base_color", "emission"} and space == "sRGB"
-        ):
-            row["srgb"] = space == "sRGB"
-        wraps = [texture.GetInput(name).Get() for name in ("wrapS", "wrapT") if texture.GetInput(name)]
-        if len(set(wraps)) == 1 and _WRAPS.get(str(wraps[0]), "repeat") != "repeat":
-            row["address_mode"] = _WRAPS[str(wraps[0])]
-        return {f"{key}_texture": row if len(row) > 1 else found}
+        if space == ("raw" if key in {"base_color", "emission"} else "sRGB"):
+            found = replace(found, srgb=space == "sRGB")
+        wraps = {str(texture.GetInput(name).Get()) for name in ("wrapS", "wrapT") if texture.GetInput(name)}
+        mode = _WRAPS.get(wraps.pop()) if len(wraps) == 1 else None
+        return {f"{key}_texture": replace(found, address_mode=mode)}
 
-    def file(self, attribute: Any, asset: Any) -> Asset | None:
+    def file(self, attribute: Any, asset: Any) -> DescribedTexture | None:
         """Returns the file that an attribute names, relative to the layer that sets it."""
         stage = self._stage
         layer = attribute.GetPropertyStack(stage.time)[0].layer
         found = stage.layers.resolve(asset.path, Path(layer.realPath).resolve())
         if isinstance(found, ResolvedFile):
-            return Asset(found.path.name, found.path)
+            return DescribedTexture(found.uri, found.path)
         prim = attribute.GetPrim()
         if found.code == "SC401":
             stage.lose("missing-files", f"the texture `{asset.path}`, which does not exist", prim)
@@ -261,25 +204,28 @@ class UsdMaterialReader:
             self._sink.report(found.code, f"{found.message} ({prim.GetPath()})", place, hint=found.hint)
         return None
 
-    def _set_color(self, entry: dict[str, Any], prim: Prim) -> None:
-        """Sets the colour from `displayColor` and `displayOpacity`, averaged over the prim."""
+    def _color(self, prim: Prim) -> DescribedMaterial | None:
+        """Returns a material of `displayColor` and `displayOpacity`, averaged over the prim; None without colour."""
         geom = self._stage.geom.Gprim(prim)
         colors = geom.GetDisplayColorAttr().Get(self._stage.time)
         if colors is None or not len(colors):
-            return
+            return None
         rows = np.asarray(colors, np.float64)
         if len(np.unique(rows, axis=0)) > 1:
             self._stage.lose("material-looks", "colours per point or face; the mean is used", prim)
-        color = plain_numbers(np.clip(rows.mean(axis=0), 0, 1).tolist())
         opacities = geom.GetDisplayOpacityAttr().Get(self._stage.time)
-        if opacities is not None and len(opacities) and float(opacities[0]) < 1:
-            color.append(plain_number(max(float(opacities[0]), 0.0)))
-        entry["color"] = color
+        opacity = float(opacities[0]) if opacities is not None and len(opacities) else 1.0
+        r, g, b = np.clip(rows.mean(axis=0), 0, 1).tolist()
+        return DescribedMaterial((r, g, b, min(max(opacity, 0.0), 1.0)))
 
 
 def _shader_id(shader: Any) -> str:
     return str(shader.GetIdAttr().Get() or "") if shader.GetImplementationSource() == "id" else ""
 
 
-def _number(value: Any) -> float | list[float]:
-    return plain_number(value) if isinstance(value, float | int) else plain_numbers(value)
+def _material_of(look: dict[str, Any], path: str) -> DescribedMaterial:
+    """Returns the material of fields, whose colours may be values of usd-core."""
+    colors: dict[str, Any] = {name: to_vector(look[name][:3]) for name in ("base_color", "emission") if name in look}
+    if "base_color" in look:
+        colors["base_color"] += (float(look["base_color"][3]) if len(look["base_color"]) > 3 else 1.0,)
+    return DescribedMaterial(**{**look, **colors}, name=path.rpartition("/")[2])

@@ -1,16 +1,14 @@
-"""MDL materials of a USD stage: the inputs of Omniverse's `OmniPBR` as keys of a visual material."""
+"""MDL materials of a USD stage: the inputs of Omniverse's `OmniPBR` as fields of a visual material."""
 
 from __future__ import annotations
 
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.importers.numbers import plain_number, plain_numbers
-
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from scenecc.importers.imported_scene import Asset
+    from scenecc.robots.description import DescribedTexture
 
 _NITS: Final = 1000.0
 """Nits of an emission of 1, as of USD's lights."""
@@ -70,7 +68,9 @@ class MdlMaterial:
         file: returns the file that an attribute names; None if it is missing, which is then reported.
     """
 
-    def __init__(self, shader: Any, value: Callable[[Any, str], Any], file: Callable[[Any, Any], Asset | None]) -> None:
+    def __init__(
+        self, shader: Any, value: Callable[[Any, str], Any], file: Callable[[Any, Any], DescribedTexture | None]
+    ) -> None:
         self._shader = shader
         self._file = file
         found = {str(each.GetBaseName()): each for each in shader.GetInputs()}
@@ -91,7 +91,7 @@ class MdlMaterial:
         return [*self._unread]
 
     def look(self) -> dict[str, Any]:
-        """Returns the keys of a visual material. Inputs that are left out have the defaults of `OmniPBR`, if it is."""
+        """Returns the fields of a material. Inputs that are left out have the defaults of `OmniPBR`, if it is one."""
         is_omni = self.name.startswith("OmniPBR")
         if not (is_omni or {*_COLORS, *_NUMBERS, *_TEXTURES} & self._unread.keys()):
             return {}
@@ -102,18 +102,16 @@ class MdlMaterial:
         ):
             value = self._number(constant)
             if is_omni or constant in self._values:
-                look[key] = plain_number(value)
+                look[key] = value
             influence = self._number(f"{texture.removesuffix('_texture').replace('nr', 'n_r')}_texture_influence")
             if influence == 0:
                 self._unread.pop(texture, None)
             elif influence == 1 and (file := self._texture(texture)) is not None:
                 look[f"{key}_texture"] = file
                 look.pop(key, None)
-        if look.get("metallic") == 0:
-            del look["metallic"]
         specular = self._number("specular_level")
         if specular != _NUMBERS["specular_level"]:
-            look["specular"] = plain_number(min(max(specular, 0.0), 1.0))
+            look["specular"] = min(max(specular, 0.0), 1.0)
         if (file := self._texture("normalmap_texture")) is not None:
             look["normal_texture"] = file
         look |= self._emission()
@@ -133,12 +131,12 @@ class MdlMaterial:
         if not (is_omni or has_color or "diffuse_tint" in self._values or opacity < 1):
             return {}
         tinted = [min(max(a * b, 0.0), 1.0) for a, b in zip(color, tint, strict=True)]
-        return {"base_color": plain_numbers([*tinted, max(opacity, 0.0)] if opacity < 1 else tinted)}
+        return {"base_color": [*tinted, max(opacity, 0.0)] if opacity < 1 else tinted}
 
     def _emission(self) -> dict[str, Any]:
         is_on = self._switch("enable_emission")
         strength = self._number("emissive_intensity") / _NITS
-        emitted = plain_numbers([max(each * strength, 0.0) for each in self._color("emissive_color")])
+        emitted = [max(each * strength, 0.0) for each in self._color("emissive_color")]
         return {"emission": emitted} if is_on and any(emitted) else {}
 
     def _forget_idle(self) -> None:
@@ -180,7 +178,7 @@ class MdlMaterial:
             self._unread.pop(name, None)
         return found == [1.0]
 
-    def _texture(self, name: str) -> Asset | None:
+    def _texture(self, name: str) -> DescribedTexture | None:
         value = self._values.get(name)
         path = getattr(value, "path", "")
         if not path:

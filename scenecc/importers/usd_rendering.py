@@ -1,129 +1,117 @@
-"""Converts lights and cameras of a USD stage."""
+"""Describes lights and cameras of a USD stage."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
 
-from scenecc.geometry.rotations import compose, relative_pose, rotate
-from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose
+from scenecc.geometry.rotations import Pose7, Vec3, compose, relative_pose, rotate, to_vector
+from scenecc.importers.numbers import LOOK
+from scenecc.robots.world import DescribedCamera, DescribedLight
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
-    from scenecc.importers.imported_scene import Asset
-    from scenecc.importers.usd_bodies import UsdBody
     from scenecc.importers.usd_materials import UsdMaterialReader
     from scenecc.importers.usd_stage import Prim, UsdStage
+    from scenecc.robots.description import DescribedTexture, LinkName
 
 _NITS: Final = 1000.0
 """Nits per unit of brightness: USD's lights are in nits, SAPIEN's have no unit."""
 
 _WIDTH: Final = 640
 
+_FORWARD: Final = (0.0, 0.0, -1.0)
+"""Direction of a light in its own frame."""
 
+
+@dataclass(slots=True)
 class RenderingReader:
-    """Writes the sections `environment`, `lights` and `cameras`."""
+    """Lights, cameras and environment of a stage.
 
-    def __init__(
-        self,
-        stage: UsdStage,
-        materials: UsdMaterialReader,
-        owner: Callable[[Prim], UsdBody | None],
-        where: Mapping[str, str],
-    ) -> None:
-        """`owner`: returns the body of a prim; `where`: names of bodies in the scene, by path."""
-        self._stage = stage
-        self._materials = materials
-        self._owner = owner
-        self._where = where
+    Args:
+        stage: the stage.
+        materials: its materials.
+        owner: returns name and pose of the link that carries a prim; None: the world.
+    """
 
-    def sections(self, name: Callable[[Prim], str]) -> dict[str, dict[str, Any]]:
-        """Returns the three sections. `name`: returns the name of a camera."""
-        environment: dict[str, Any] = {}
-        lights: dict[str, Any] = {}
-        cameras: dict[str, Any] = {}
-        names = Names()
-        for prim in self._stage.prims():
-            if prim.IsA(self._stage.geom.Camera):
-                cameras[name(prim)] = self._camera(prim)
-            elif prim.HasAPI(self._stage.lux.LightAPI) and self._is_visible(prim):
-                if prim.IsA(self._stage.lux.DomeLight):
-                    environment |= self._dome(prim)
-                    continue
-                found = self._light(prim)
-                if found is not None:
-                    lights[names.new(prim.GetName())] = found
-        return {"environment": environment, "lights": lights, "cameras": cameras}
+    stage: UsdStage
+    materials: UsdMaterialReader
+    owner: Callable[[Prim], tuple[LinkName, Pose7] | None]
+    lights: list[DescribedLight] = field(default_factory=list[DescribedLight])
+    cameras: list[DescribedCamera] = field(default_factory=list[DescribedCamera])
+    ambient: Vec3 | None = None
+    environment: DescribedTexture | None = None
+
+    def read(self) -> None:
+        """Reads them all."""
+        for prim in self.stage.prims():
+            if prim.IsA(self.stage.geom.Camera):
+                self._add_camera(prim)
+            elif prim.HasAPI(self.stage.lux.LightAPI) and self._is_visible(prim):
+                if prim.IsA(self.stage.lux.DomeLight):
+                    self._read_dome(prim)
+                else:
+                    self._add_light(prim)
 
     def _is_visible(self, prim: Prim) -> bool:
-        image = self._stage.geom.Imageable(prim)
-        return image.ComputeVisibility(self._stage.time) != self._stage.geom.Tokens.invisible
+        image = self.stage.geom.Imageable(prim)
+        return image.ComputeVisibility(self.stage.time) != self.stage.geom.Tokens.invisible
 
-    def _color(self, prim: Prim, factor: float = 1.0) -> list[float]:
-        value = self._stage.value
+    def _color(self, prim: Prim, factor: float = 1.0) -> Vec3:
+        value = self.stage.value
         brightness = value(prim, "inputs:intensity", 1.0) * 2.0 ** value(prim, "inputs:exposure", 0.0) * factor / _NITS
-        return plain_numbers(max(each * brightness, 0.0) for each in value(prim, "inputs:color", (1.0, 1.0, 1.0)))
+        return to_vector(max(each * brightness, 0.0) for each in value(prim, "inputs:color", (1.0, 1.0, 1.0)))
 
-    def _light(self, prim: Prim) -> dict[str, Any] | None:
-        stage, lux = self._stage, self._stage.lux
-        pose = stage.frames.pose(prim)
-        body = self._owner(prim)
-        mounted = body is not None and str(body.prim.GetPath()) in self._where
+    def _place(self, prim: Prim, pose: Pose7) -> tuple[LinkName | None, Pose7]:
+        """Returns the link that carries a prim, and a pose in the world relative to it."""
+        found = self.owner(prim)
+        return (None, pose) if found is None else (found[0], relative_pose(found[1], pose))
+
+    def _add_light(self, prim: Prim) -> None:
+        stage, lux = self.stage, self.stage.lux
+        cone = None
         if prim.IsA(lux.DistantLight):
             kind, color = "directional", self._color(prim)
         elif prim.IsA(lux.SphereLight):
             # From any side, a sphere is a disk: its intensity is its radiance times the area of that disk.
             area = math.pi * (stage.value(prim, "inputs:radius", 0.5) * stage.frames.metres) ** 2
-            kind, color = "point", self._color(prim, 1.0 if stage.value(prim, "inputs:normalize") else area)
+            color = self._color(prim, 1.0 if stage.value(prim, "inputs:normalize") else area)
+            angle = stage.authored(prim, "inputs:shaping:cone:angle")
+            kind = "point"
+            if angle is not None and angle < 90:
+                kind, cone = "spot", (math.radians(2 * angle), math.radians(2 * angle))
         else:
             stage.lose("lights", f"a {prim.GetTypeName()}", prim)
-            return None
-        stage.lose("light-units", "the unit of a light: 1000 nits become a brightness of 1", prim)
-        cone = stage.authored(prim, "inputs:shaping:cone:angle")
-        keys: dict[str, Any] = {"type": kind, "color": color}
-        if kind == "point" and cone is not None and cone < 90:
-            keys |= {
-                "type": "spot",
-                "inner_fov": plain_number(math.radians(2 * cone)),
-                "outer_fov": plain_number(math.radians(2 * cone)),
-            }
-        if mounted and body is not None:
-            local = relative_pose(body.pose, compose(pose, LOOK))
-            return {**keys, "mount": self._where[str(body.prim.GetPath())], "pose": plain_pose(local)}
-        return {**keys, **light_place(keys["type"], pose[:3], rotate(pose[3:], (0.0, 0.0, -1.0)))}
+            return
+        self._lose_unit(prim)
+        mount, pose = self._place(prim, stage.frames.pose(prim))
+        aim = rotate(pose[3:], _FORWARD)
+        light = DescribedLight(prim.GetName(), kind, color, pose[:3], aim, stage.place, cone, mount=mount)
+        self.lights.append(light)
 
-    def _dome(self, prim: Prim) -> dict[str, Any]:
-        self._stage.lose("light-units", "the unit of a light: 1000 nits become a brightness of 1", prim)
+    def _lose_unit(self, prim: Prim) -> None:
+        self.stage.lose("light-units", "the unit of a light: 1000 nits become a brightness of 1", prim)
+
+    def _read_dome(self, prim: Prim) -> None:
+        self._lose_unit(prim)
+        self.ambient = to_vector(min(each, 1.0) for each in self._color(prim))
         attribute = prim.GetAttribute("inputs:texture:file")
-        asset = attribute.Get(self._stage.time) if attribute else None
-        keys: dict[str, Any] = {"ambient_light": [min(each, 1.0) for each in self._color(prim)]}
+        asset = attribute.Get(self.stage.time) if attribute else None
         if asset is not None and asset.path:
-            file: Asset | None = self._materials.file(attribute, asset)
-            if file is not None:
-                keys["map"] = file
-        return keys
+            self.environment = self.materials.file(attribute, asset) or self.environment
 
-    def _camera(self, prim: Prim) -> dict[str, Any]:
-        value, metres = self._stage.value, self._stage.frames.metres
-        body = self._owner(prim)
-        pose = compose(self._stage.frames.pose(prim), LOOK)
-        keys: dict[str, Any] = {}
-        if body is not None and str(body.prim.GetPath()) in self._where:
-            keys["mount"] = self._where[str(body.prim.GetPath())]
-            pose = relative_pose(body.pose, pose)
-        keys["pose"] = plain_pose(pose)
+    def _add_camera(self, prim: Prim) -> None:
+        value, metres = self.stage.value, self.stage.frames.metres
+        mount, pose = self._place(prim, compose(self.stage.frames.pose(prim), LOOK))
         across, up = value(prim, "horizontalAperture"), value(prim, "verticalAperture")
-        keys |= {"width": _WIDTH, "height": max(1, round(_WIDTH * up / across))}
+        lens = "fovy", 2 * math.atan(up / (2 * value(prim, "focalLength")))
         if str(value(prim, "projection")) == "orthographic":
-            keys["orthographic"] = {
-                "top": plain_number(up / 20 * metres)
-            }  # an aperture is in tenths of the stage's unit
-        else:
-            keys["fovy"] = plain_number(2 * math.atan(up / (2 * value(prim, "focalLength"))))
-        clipping = self._stage.authored(prim, "clippingRange")
-        if clipping is not None and 0 < clipping[0] < clipping[1]:
-            keys |= {"near": plain_number(clipping[0] * metres), "far": plain_number(clipping[1] * metres)}
+            lens = "orthographic", up / 20 * metres  # an aperture is in tenths of the stage's unit
+        near, far = self.stage.authored(prim, "clippingRange") or (0.0, 0.0)
+        clip = (near * metres, far * metres) if 0 < near < far else None
         if value(prim, "horizontalApertureOffset") or value(prim, "verticalApertureOffset"):
-            self._stage.lose("lenses", "the offset of a camera's aperture", prim)
-        return keys
+            self.stage.lose("lenses", "the offset of a camera's aperture", prim)
+        name, size = str(prim.GetDisplayName() or prim.GetName()), (_WIDTH, max(1, round(_WIDTH * up / across)))
+        self.cameras.append(DescribedCamera(name, pose, lens, self.stage.place, size, clip, mount))

@@ -4,28 +4,35 @@ from __future__ import annotations
 
 import re
 import warnings
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut
+from scenecc.geometry.rotations import compose, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, ReferencePose
-from scenecc.importers.numbers import Names, plain_name, plain_number, plain_numbers, pose_key
-from scenecc.importers.usd_articulations import ArticulationWriter, JointTree, find_trees, merge_settings
+from scenecc.importers.numbers import plain_name, plain_numbers
+from scenecc.importers.usd_articulations import ArticulationReader, JointTree, find_trees
 from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
 from scenecc.importers.usd_contacts import report_contacts
-from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, constraint_keys
+from scenecc.importers.usd_filters import CollisionFilters
+from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, constraint_of
 from scenecc.importers.usd_materials import UsdMaterialReader
 from scenecc.importers.usd_rendering import RenderingReader
 from scenecc.importers.usd_shapes import SOLID_TYPES
 from scenecc.importers.usd_stage import UP_ROTATIONS, Prim, UsdLayers, UsdStage
+from scenecc.importers.writer import write_world
+from scenecc.names import UniqueNames
+from scenecc.robots.description import IN_WORLD, DescribedConstraint, DescribedRobot, LinkName
+from scenecc.robots.world import DescribedEntity, DescribedPhysics, DescribedWorld
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
     from scenecc.diagnostics import Sink
+    from scenecc.geometry.rotations import Pose7
 
 
 def read_stage(path: Path, context: ImportContext) -> ImportedScene | None:
@@ -55,77 +62,86 @@ def _read_opened(stage: UsdStage, path: Path, context: ImportContext) -> Importe
 
 _MIN_UNIT: Final = 1e-9
 
+_EARTH: Final = (0.0, 0.0, -9.81)
+"""Default gravity of a scene [m/s²]."""
+
 _ROOT_NAMES: Final = frozenset({"world", "root", "scene", "stage"})
 """Names of a prim that contains everything, in lower case; no body is named after it."""
 
 
 class UsdSceneReader:
-    """Converts a stage to a scene document."""
+    """Describes a stage as a world, and writes it as a scene document."""
 
     def __init__(self, stage: UsdStage, context: ImportContext) -> None:
         self._stage = stage
         self._materials = UsdMaterialReader(stage, context.sink)
         self._reader = UsdBodyReader(stage, self._materials)
         self._parsed = _parse(stage)
-        self._names = Names("world")
         self._bodies: dict[str, UsdBody] = {}
-        self._where: dict[str, str] = {}
-        self._keys: dict[str, dict[str, Any]] = {}
+        self._entities: list[DescribedEntity] = []
+        self._links: dict[str, LinkName] = {}
+        self._colliding: set[str] = set()
 
     def read(self) -> ImportedScene:
         """Returns the document with its losses."""
+        stage = self._stage
         groups = self._collect()
         moving = {path: body for path, body in self._bodies.items() if body.body_type == "dynamic"}
-        joints = self._joints()
-        trees, rest = find_trees(joints, moving, self._roots())
-        entities = self._entities(groups, trees)
+        trees, rest = find_trees(self._joints(), moving, self._roots())
+        self._add_entities(groups, trees)
         rest += [joint for tree in trees for joint in tree.rest]
-        constraints = self._constraints(rest)
-        filters = CollisionFilters(self._stage, groups, self._parsed.get("CollisionGroup", []))
+        filters = CollisionFilters(stage, groups, self._parsed.get("CollisionGroup", []))
         filters.add_joints([*rest, *(joint for tree in trees for joint in tree.split_joints)])
         filters.add_filtered(
             each for kind in ("RigidBody", "Shape", "Articulation") for each in self._parsed.get(kind, [])
         )
         filters.add_groups()
         adjacent = (frozenset(joint.bodies) for tree in trees for joint in tree.joints if not joint.collides)
-        report_contacts(self._stage, self._materials, groups, {*filters.pairs, *adjacent})
-        sections = {
-            "physics": self._physics(),
-            "materials": self._materials.named,
-            "collision_groups": filters.section(self._keys, self._where),
-            "entities": entities,
-            "constraints": constraints,
-            **RenderingReader(self._stage, self._materials, self._body_of, self._where).sections(
-                lambda prim: self._names.new(self._preferred_name(prim))
+        constraints = tuple(each for joint in rest if (each := self._constraint(joint)) is not None)
+        report_contacts(stage, self._materials, groups, {*filters.pairs, *adjacent})
+        rendering = RenderingReader(stage, self._materials, self._link_of)
+        rendering.read()
+        report_unread(stage)
+        world = DescribedWorld(
+            plain_name(stage.path.stem),
+            tuple(self._entities),
+            self._physics(),
+            constraints,
+            tuple(rendering.lights),
+            tuple(rendering.cameras),
+            frozenset(
+                frozenset(self._links[path] for path in pair) for pair in filters.pairs if pair <= self._links.keys()
             ),
-        }
-        report_unread(self._stage)
-        document: dict[str, Any] = {"scenecc": 1, **{key: section for key, section in sections.items() if section}}
-        where = {mine: own for own, mine in self._where.items()}
-        return ImportedScene(document, tuple(self._stage.losses), where, self._reference())
+            rendering.ambient,
+            rendering.environment,
+        )
+        written = write_world(world)
+        bodies = {name: path for name, path in written.bodies.items() if path in self._links}
+        for first, second in written.unwritten:
+            stage.lose("collision-filters", f"`{first}` and `{second}` would collide", stage.prim(bodies[first]))
+        return ImportedScene(written.document, tuple(stage.losses), bodies, self._reference())
 
     def _reference(self) -> dict[str, ReferencePose]:
         found: dict[str, ReferencePose] = {}
         for path, body in self._bodies.items():
-            if path in self._where:
+            if path in self._links:
                 parsed = body.parsed
                 pose = self._stage.frames.frame_in(None, parsed.position, parsed.rotation)
                 found[path] = ReferencePose(pose, self._reader.masses.get(path))
         return found
 
-    def _physics(self) -> dict[str, Any]:
+    def _physics(self) -> DescribedPhysics:
         scenes = self._parsed.get("Scene", [])
         if not scenes:
-            return {}
+            return DescribedPhysics()
         for other in scenes[1:]:
             self._stage.lose("physics-scenes", "a second physics scene", self._stage.prim(other.primPath))
         found, frames = scenes[0], self._stage.frames
         # usd-core replaces a zero direction or a negative magnitude by Earth's gravity.
         down = frames.direction(found.gravityDirection)
-        gravity = plain_numbers([each * found.gravityMagnitude * frames.metres for each in down], 1e-9)
-        keys: dict[str, Any] = {} if gravity == [0.0, 0.0, -9.81] else {"gravity": gravity}
+        gravity = to_vector(plain_numbers([each * found.gravityMagnitude * frames.metres for each in down], 1e-9))
         rate = self._stage.authored(self._stage.prim(found.primPath), "physxScene:timeStepsPerSecond")
-        return {"timestep": plain_number(1 / rate), **keys} if rate else keys
+        return DescribedPhysics(1 / rate if rate else None, None if gravity == _EARTH else gravity)
 
     def _collect(self) -> dict[str, UsdBody]:
         """Collects all bodies by prim path: those of UsdPhysics, and groups of static prims."""
@@ -153,8 +169,6 @@ class UsdSceneReader:
             body = groups.setdefault(str(owner.prim.GetPath()), owner)
             if path in shapes:
                 body.colliders.append((prim, shapes[path]))
-                if body.body_type == "none":
-                    body.body_type = "static"
             if seen and str(prim.GetTypeName()) in SOLID_TYPES:
                 body.visuals.append(prim)
         return groups
@@ -173,7 +187,7 @@ class UsdSceneReader:
         parent = prim.GetParent()
         is_own_frame = parent.IsPseudoRoot() or self._is_root(parent) or not parent.IsA(self._stage.geom.Xform)
         frame = prim if is_own_frame else parent
-        return UsdBody(frame, self._stage.frames.pose(frame), "none")
+        return UsdBody(frame, self._stage.frames.pose(frame), "static")
 
     def _body_of(self, prim: Prim) -> UsdBody | None:
         """Returns the nearest UsdPhysics body at or above a prim."""
@@ -200,51 +214,43 @@ class UsdSceneReader:
                 found.setdefault(str(body), prim)
         return found
 
-    def _entities(self, groups: dict[str, UsdBody], trees: list[JointTree]) -> dict[str, Any]:
+    def _link_of(self, prim: Prim) -> tuple[LinkName, Pose7] | None:
+        """Returns name and pose of the link that a prim belongs to; None without one."""
+        body = self._body_of(prim)
+        return None if body is None or body.path not in self._links else (self._links[body.path], body.pose)
+
+    def _add_entities(self, groups: dict[str, UsdBody], trees: list[JointTree]) -> None:
         by_body = {body: tree for tree in trees for body in tree.bodies}
+        articulations = ArticulationReader(self._stage, self._reader, self._bodies)
         done: set[int] = set()
-        entities: dict[str, Any] = {}
         for path, body in groups.items():
             tree = by_body.get(path)
             if tree is None:
-                entities.update(self._body(path, body))
+                self._add_body(body)
             elif id(tree) not in done:
                 done.add(id(tree))
-                entities.update(self._articulation(tree))
-        return entities
+                names = UniqueNames()
+                links = {each: names.new(self._checked_name(self._bodies[each].prim)) for each in tree.bodies}
+                self._links |= {each: (path, name) for each, name in links.items()}
+                self._add(path, articulations.robot(tree, links), self._preferred_tree_name(tree))
 
-    def _body(self, path: str, body: UsdBody) -> dict[str, Any]:
-        keys = self._reader.keys(body)
-        shapes = any(key in keys for key in ("shapes", "collisions", "visuals"))
-        if not shapes and body.body_type != "dynamic":
-            return {}
-        name = self._find_free_name(self._names, self._preferred_name(body.prim), body.prim)
-        self._where[path] = name
-        placed = pose_key(body.pose)
-        if not shapes:
+    def _add_body(self, body: UsdBody) -> None:
+        link = self._reader.link(body, self._preferred_name(body.prim))
+        is_seen = bool(link.collisions or link.visuals)
+        if not is_seen and body.body_type != "dynamic":
+            return
+        dynamics = self._reader.dynamics(body) if body.body_type == "dynamic" else None
+        kind = body.body_type
+        if dynamics is not None and not is_seen:
             # A body without shapes becomes an articulation of one link.
-            self._where[path] = f"{name}/{name}"
-            speeds = {key: keys.pop(key) for key in ("linear_velocity", "angular_velocity") if key in keys}
-            self._keys[path] = {"name": name, **keys}
-            return {name: {**placed, **speeds, "root": self._keys[path]}}
-        kind = {} if body.body_type == "dynamic" else {"body_type": body.body_type}
-        self._keys[path] = {**kind, **placed, **keys}
-        return {name: self._keys[path]}
+            kind, dynamics = None, self._reader.velocities(body)
+        self._links[body.path] = (body.path, link.name)
+        robot = DescribedRobot((link,), kind, pose=body.pose, location=self._stage.place, dynamics=dynamics)
+        self._add(body.path, robot, self._checked_name(body.prim))
 
-    def _articulation(self, tree: JointTree) -> dict[str, Any]:
-        name = self._names.new(self._preferred_tree_name(tree))
-        link_names, joint_names = Names(*(() if tree.root else ("world",))), Names()
-        links: dict[str, str] = {}
-        for path in tree.bodies:
-            prim = self._bodies[path].prim
-            links[path] = self._find_free_name(link_names, self._preferred_name(prim), prim)
-            self._where[path] = f"{name}/{links[path]}"
-        joints = {id(joint): joint_names.new(joint.name) for joint in tree.joints}
-        writer = ArticulationWriter(self._stage, self._reader, self._bodies)
-        entity = writer.entity(tree, links, joints)
-        self._keys |= writer.keys
-        merge_settings(entity)
-        return {name: entity}
+    def _add(self, name: str, robot: DescribedRobot, wish: str) -> None:
+        self._entities.append(DescribedEntity(name, robot, self._stage.place, wish))
+        self._colliding |= {link.source for link in robot.links if link.collisions}
 
     def _preferred_tree_name(self, tree: JointTree) -> str:
         """Returns a name for an articulation: that of the innermost prim that contains all its bodies."""
@@ -266,48 +272,34 @@ class UsdSceneReader:
             return self._preferred_name(prim)
         return self._preferred_name(self._bodies[tree.bodies[0]].prim)
 
+    def _constraint(self, joint: UsdJoint) -> DescribedConstraint | None:
+        """Returns a joint between bodies that are not in one tree; None if it has no effect, a loss."""
+        ends = joint.bodies
+        if not self._moves(ends[1]):
+            joint, ends = joint.reversed(), ends[::-1]
+        if not self._moves(ends[1]):
+            self._stage.lose("idle-joints", "a joint without a moving body", joint.prim)
+            return None
+        parent = self._links.get(ends[0], IN_WORLD)
+        if parent == IN_WORLD and ends[0]:  # a kinematic body without shapes, which is not built
+            joint = replace(joint, frames=(compose(self._bodies[ends[0]].pose, joint.frames[0]), joint.frames[1]))
+        collide = joint.collides and all(body in self._colliding for body in ends)
+        return constraint_of(joint, parent, self._links[ends[1]], self._stage, collide=collide)
+
     def _is_root(self, prim: Prim) -> bool:
         """Returns whether a prim contains the whole stage: the default prim, or a top one called `World`."""
         is_top = prim.GetParent().IsPseudoRoot()
         return prim == self._stage.stage.GetDefaultPrim() or (is_top and prim.GetName().lower() in _ROOT_NAMES)
 
-    def _constraints(self, joints: list[UsdJoint]) -> dict[str, Any]:
-        names = Names()
-        found: dict[str, Any] = {}
-        for given in joints:
-            joint = given
-            child = self._bodies.get(joint.bodies[1])
-            if child is None or child.body_type != "dynamic":
-                joint = joint.reversed()
-                child = self._bodies.get(joint.bodies[1])
-            if child is None or child.body_type != "dynamic":
-                self._stage.lose("idle-joints", "a joint without a moving body", joint.prim)
-                continue
-            keys = constraint_keys(joint, self._stage)
-            if keys["type"] == "drive" and not {"limits", "drive"} & keys.keys():
-                self._stage.lose("idle-joints", "a joint without any constraint", joint.prim)
-                continue
-            parent = self._where[joint.bodies[0]] if joint.bodies[0] else "world"
-            kind = keys.pop("type")
-            if joint.collides and self._can_collide(joint.bodies):
-                keys["collide"] = True
-            found[names.new(joint.name)] = {
-                "type": kind,
-                "parent": parent,
-                "child": self._where[joint.bodies[1]],
-                **keys,
-            }
-        return found
+    def _moves(self, path: str) -> bool:
+        return path in self._bodies and self._bodies[path].body_type == "dynamic"
 
-    def _can_collide(self, bodies: Iterable[str]) -> bool:
-        """Returns whether two bodies both have shapes that collide."""
-        return all({"shapes", "collisions"} & self._keys.get(body, {}).keys() for body in bodies)
-
-    def _find_free_name(self, names: Names, wish: str, prim: Prim) -> str:
-        """Returns a free name, and reports a name that a scene cannot have."""
+    def _checked_name(self, prim: Prim) -> str:
+        """Returns a prim's name, and reports one that a scene cannot have."""
+        wish = self._preferred_name(prim)
         if plain_name(wish) != wish:
             self._stage.lose("names", f"`{cut(wish)}` is renamed to `{plain_name(wish)}`", prim)
-        return names.new(wish)
+        return wish
 
     def _preferred_name(self, prim: Prim) -> str:
         """Returns a prim's display name, else its name."""
@@ -424,141 +416,3 @@ def check_attribute_types(stage: UsdStage, sink: Sink) -> None:
 def _type_family(kind: Any) -> str:
     """Returns the name of a usd-core type without its numeric precision."""
     return _TEXT.sub("text", _PRECISION.sub("", _NUMBER.sub("number", str(kind.typeName))))
-
-
-_MAX_GROUPS: Final = 31
-
-Pair = frozenset[str]
-
-
-class CollisionFilters:
-    """Collects the pairs of bodies that do not collide.
-
-    Args:
-        stage: the stage.
-        bodies: by prim path.
-        groups: UsdPhysics descriptors of collision groups.
-
-    Attributes:
-        pairs: paths of two bodies each.
-    """
-
-    def __init__(self, stage: UsdStage, bodies: Mapping[str, UsdBody], groups: Iterable[Any]) -> None:
-        self._stage = stage
-        self._bodies = bodies
-        self._groups = {str(group.primPath): group for group in groups}
-        self.pairs: set[Pair] = set()
-
-    def add_joints(self, joints: Iterable[UsdJoint]) -> None:
-        """Adds the pairs connected by joints without collision."""
-        for joint in joints:
-            if not joint.collides and all(body in self._bodies for body in joint.bodies):
-                self.pairs.add(frozenset(joint.bodies))
-
-    def add_filtered(self, parsed: Iterable[Any]) -> None:
-        """Adds the pairs of `FilteredPairsAPI`. `parsed`: descriptors of bodies, shapes and articulations."""
-        for each in parsed:
-            others = [other for path in each.filteredCollisions for other in self._list_bodies(str(path))]
-            if not others:
-                continue
-            own = self._list_bodies(str(each.primPath))
-            if any(
-                len(self._bodies[body].colliders) > 1
-                for body in (*own, *others)
-                if body not in self._find_filtered(each)
-            ):
-                prim = self._stage.prim(each.primPath)
-                self._stage.lose(
-                    "collision-filters", "a filter between single colliders, applied to whole bodies", prim
-                )
-            self.pairs |= {frozenset((a, b)) for a in own for b in others if a != b}
-
-    def _find_filtered(self, parsed: Any) -> set[str]:
-        """Returns the bodies that a filter names as a whole."""
-        paths = [str(path) for path in (parsed.primPath, *parsed.filteredCollisions)]
-        return {body for path in paths for body in self._list_bodies(path) if f"{body}/".startswith(f"{path}/")}
-
-    def _list_bodies(self, path: str) -> list[str]:
-        """Returns the bodies at or below a path; for a collider, its body."""
-        found = [body for body in self._bodies if f"{body}/".startswith(f"{path}/")]
-        if found:
-            return found
-        return [
-            body
-            for body, each in self._bodies.items()
-            if any(str(prim.GetPath()) == path for prim, _ in each.colliders)
-        ]
-
-    def add_groups(self) -> None:
-        """Adds the pairs of collision groups. Reports pairs with only some filtered colliders."""
-        apart = {
-            frozenset((name, str(other))) for name, group in self._groups.items() for other in self._list_ignored(group)
-        }
-        if not apart:
-            return
-        signatures: dict[frozenset[frozenset[str]], list[str]] = {}
-        for path, body in self._bodies.items():
-            if body.colliders:
-                key = frozenset(frozenset(str(each) for each in parsed.collisionGroups) for _, parsed in body.colliders)
-                signatures.setdefault(key, []).append(path)
-        for first, ones in signatures.items():
-            for second, others in signatures.items():
-                found = {any(frozenset((a, b)) in apart for a in x for b in y) for x in first for y in second}
-                if found == {True, False}:
-                    prim = self._stage.prim(ones[0])
-                    self._stage.lose("collision-filters", "groups of only some colliders of a body", prim)
-                elif found == {True}:
-                    self.pairs |= {frozenset((a, b)) for a in ones for b in others if a != b}
-
-    def _list_ignored(self, group: Any) -> list[str]:
-        named = [str(path) for path in group.filteredGroups]
-        # UsdPhysics may leave this flag uninitialised in its descriptor.
-        inverted = self._stage.value(self._stage.prim(group.primPath), "physics:invertFilteredGroups", default=False)
-        return [path for path in self._groups if path not in named] if inverted else named
-
-    def section(self, keys: Mapping[str, dict[str, Any]], names: Mapping[str, str]) -> dict[str, Any]:
-        """Returns the section `collision_groups`, and sets group names in the keys of the bodies.
-
-        Args:
-            keys: keys of each body in the scene, by path.
-            names: names of the bodies, by path.
-        """
-        neighbours: dict[str, set[str]] = {}
-        for pair in self.pairs:
-            if all({"shapes", "collisions"} & keys.get(body, {}).keys() for body in pair):
-                a, b = sorted(pair)
-                neighbours.setdefault(a, set()).add(b)
-                neighbours.setdefault(b, set()).add(a)
-        order = [path for path in keys if path in neighbours]
-        classes = _find_twins(order, neighbours)
-        if len(set(classes.values())) > _MAX_GROUPS:
-            for pair in self.pairs:
-                self._stage.lose("collision-filters", "a filtered pair", self._stage.prim(min(pair)))
-            return {}
-        found: dict[str, Any] = {}
-        group_names: dict[str, str] = {}
-        for path in order:
-            first = classes[path]
-            if first not in group_names:
-                wish = names[first].rpartition("/")[2]
-                group_names[first] = wish if wish not in found else names[first].replace("/", "_")
-                found[group_names[first]] = {}
-            keys[path]["collision_group"] = group_names[first]
-        for path in order:
-            ignored = {group_names[classes[other]]: None for other in order if other in neighbours[path]}
-            found[group_names[classes[path]]] = {"ignore": list(ignored)}
-        return found
-
-
-def _find_twins(order: list[str], neighbours: Mapping[str, set[str]]) -> dict[str, str]:
-    """Returns body → first body with the same filtered partners, whether or not they filter each other."""
-    found: dict[str, str] = {}
-    near: dict[frozenset[str], list[str]] = {}
-    far: dict[frozenset[str], list[str]] = {}
-    for path in order:
-        near.setdefault(frozenset(neighbours[path] | {path}), []).append(path)
-        far.setdefault(frozenset(neighbours[path]), []).append(path)
-    for members in (*(each for each in near.values() if len(each) > 1), *far.values()):
-        singles = [path for path in members if path not in found]
-        found.update(dict.fromkeys(singles, singles[0]) if singles else {})
-    return found

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.geometry.rotations import IDENTITY, Pose7, compose
-from scenecc.importers.imported_scene import Asset
 from scenecc.importers.meshes import MeshError
-from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
+from scenecc.importers.numbers import along_x
 from scenecc.importers.usd_meshes import UsdMesh, solid_mesh
-from scenecc.importers.usd_stage import Prim, UsdStage, scale_of, split_matrix
+from scenecc.importers.usd_stage import UNITS, Prim, UsdStage, scale_of, split_matrix
+from scenecc.robots.description import Geometry, MeshCollision, MeshGeometry, PlaneGeometry, SolidGeometry
+from scenecc.robots.solids import EXACT_SOLIDS, SolidMass, exact_mass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from scenecc.geometry.rotations import Vec3
 
 SOLID_TYPES: Final = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Capsule_1", "Cylinder_1", "Plane", "Mesh")
 """Prims with a surface that a scene can represent."""
@@ -31,16 +35,17 @@ _NO_VOLUME: Final = 1e-30
 _EVEN: Final = 1e-4
 """Relative difference up to which two scales count as equal."""
 
+_EQUAL: Final = 1e-7
+"""Rounding error of the scale of a mesh."""
+
 _AXES: Final = {"X": 0, "Y": 1, "Z": 2}
 
-
-@frozen
-class SolidMass:
-    """Volume [m³], centre [m] and moments about it [m⁵, at density 1] of a shape, in the body's frame."""
-
-    volume: float
-    centre: NDArray[np.float64]
-    inertia: NDArray[np.float64]
+_APPROXIMATIONS: Final[dict[str, MeshCollision]] = {
+    "convexDecomposition": "coacd",
+    "sdf": "sdf",
+    "convexHull": "hull",
+}
+"""UsdPhysics's approximation → how a mesh collides. Others are triangles on a body that cannot move."""
 
 
 @frozen
@@ -48,20 +53,16 @@ class UsdShape:
     """A prim as a shape.
 
     Attributes:
-        keys: `type` and sizes, as in a scene file.
+        geometry: its geometry.
         pose: in the body's frame.
-        mass: None: no volume.
+        mass: exact mass properties with density 1; None: no volume.
         exact: whether the engine computes the same volume as `mass`.
     """
 
-    keys: dict[str, Any]
+    geometry: Geometry
     pose: Pose7
-    mass: SolidMass | None
+    mass: SolidMass | None = None
     exact: bool = True
-
-    def entry(self) -> dict[str, Any]:
-        """Returns the entry for a scene file, without a material."""
-        return {**self.keys, **pose_key(self.pose)}
 
 
 class UsdShapeReader:
@@ -100,26 +101,28 @@ class UsdShapeReader:
             self._stage.lose("visuals", f"a mesh: {fault}", prim)
             return None
 
-    def mesh_shape(self, prim: Prim, mesh: UsdMesh, body: Pose7, kind: str, suffix: str = "") -> UsdShape:
-        """Returns a mesh as a shape with a file. `kind`: shape type; `suffix`: of the file's name."""
+    def mesh_shape(
+        self, prim: Prim, mesh: UsdMesh, body: Pose7, collision: MeshCollision | None = None, suffix: str = ""
+    ) -> UsdShape:
+        """Returns a mesh as a shape with a file. `suffix`: of the file's name."""
         pose, scale, mesh = self._place(mesh, prim, body)
-        keys: dict[str, Any] = {"type": kind, "file": self._asset(prim, mesh, suffix)}
-        if any(abs(each - 1) > 1e-7 for each in scale):
-            row = plain_numbers(scale)
-            keys["scale"] = row[0] if max(scale) - min(scale) <= 1e-7 * max(scale) else row
-        return UsdShape(keys, pose, None)
+        return UsdShape(self._geometry(prim, mesh, scale, collision, suffix), pose)
 
     def _place(self, mesh: UsdMesh, prim: Prim, body: Pose7) -> tuple[Pose7, tuple[float, float, float], UsdMesh]:
         """Returns pose and scale of a mesh in its body. Shear and mirroring are applied to the points."""
         pose, stretch = self._local(prim, body)
         scale = scale_of(stretch)
         if scale is not None and min(scale) > 0:
-            return pose, scale, mesh
+            is_even = max(scale) - min(scale) <= _EQUAL * max(scale)
+            x, y, z = (scale[0] if is_even else each for each in scale)
+            return pose, ((1.0, 1.0, 1.0) if is_even and abs(x - 1) <= _EQUAL else (x, y, z)), mesh
         return pose, (1.0, 1.0, 1.0), mesh.moved(stretch)
 
-    def _asset(self, prim: Prim, mesh: UsdMesh, suffix: str = "") -> Asset:
+    def _geometry(
+        self, prim: Prim, mesh: UsdMesh, scale: Vec3, collision: MeshCollision | None, suffix: str = ""
+    ) -> MeshGeometry:
         name = prim.GetParent().GetName() if prim.GetName().lower() in {"mesh", "geometry", "geom"} else prim.GetName()
-        return Asset(f"{name}{suffix}.obj", mesh.to_obj())
+        return MeshGeometry(f"{name}{suffix}.obj", self._stage.path, scale, collision, data=mesh.to_obj())
 
     def _local(self, prim: Prim, body: Pose7) -> tuple[Pose7, NDArray[np.float64]]:
         """Returns the pose of a prim in its body and its `stretch`, see `split_matrix`."""
@@ -160,16 +163,14 @@ class UsdShapeReader:
         half, scale = self._stage.value(prim, "size") / 2, scale_of(stretch)
         if scale is None:
             return self._as_mesh(prim, "box", (half,), pose, stretch)
-        a, b, c = (abs(half * each) for each in scale)
-        mass = _solid_mass(pose, 8 * a * b * c, (a * a / 3, b * b / 3, c * c / 3))
-        return UsdShape({"type": "box", "half_size": plain_numbers((a, b, c))}, pose, mass)
+        x, y, z = scale
+        return _solid("box", (abs(half * x), abs(half * y), abs(half * z)), pose)
 
     def _sphere(self, prim: Prim, pose: Pose7, stretch: NDArray[np.float64]) -> UsdShape:
         radius, scale = self._stage.value(prim, "radius"), scale_of(stretch)
         if scale is None or not _is_even(scale):
             return self._as_mesh(prim, "sphere", (radius,), pose, stretch)
-        radius *= abs(scale[0])
-        return UsdShape({"type": "sphere", "radius": plain_number(radius)}, pose, _ball_mass(pose, radius))
+        return _solid("sphere", (radius * abs(scale[0]),), pose)
 
     def _round(self, prim: Prim, kind: str, pose: Pose7, stretch: NDArray[np.float64], radius: float) -> UsdShape:
         half, axis = self._stage.value(prim, "height") / 2, str(self._stage.value(prim, "axis"))
@@ -183,25 +184,14 @@ class UsdShapeReader:
         along, radius, half = abs(scale[_AXES[axis]]), radius * abs(across[0]), half * abs(scale[_AXES[axis]])
         if kind == "capsule" and not _is_even((along, *across)):
             self._stage.lose("hulls", "the caps of a stretched capsule, which stay round", prim)
-        keys: dict[str, Any] = {"type": kind, "radius": plain_number(radius), "half_length": plain_number(half)}
-        if axis != "X":
-            keys["axis"] = axis.lower()
-        mass = _round_mass(kind, radius, half, axis, pose)
-        return UsdShape(keys, pose, mass, exact=kind == "capsule")
+        return _solid(kind, (radius, half), compose(pose, along_x(UNITS[axis])))
 
     def _plane(self, prim: Prim, pose: Pose7, scale: tuple[float, float, float]) -> UsdShape:
         """Returns a plane. Its normal is its axis; its visible size is along the plane's y and z."""
         axis = str(self._stage.value(prim, "axis"))
-        normal = [float(name == axis) for name in "XYZ"]
-        width, length = self._stage.value(prim, "width") / 2, self._stage.value(prim, "length") / 2
-        keys: dict[str, Any] = {"type": "plane"}
-        if axis != "Z":
-            keys["normal"] = normal
-        metres = abs(scale[0])
-        # `half_size` is along the plane's y and z: the axes after the shortest rotation of x to the normal.
+        width, length = (self._stage.value(prim, name) / 2 * abs(scale[0]) for name in ("width", "length"))
         sides = (width, length) if axis == "Y" else (length, width)
-        keys["half_size"] = plain_numbers(each * metres for each in sides)
-        return UsdShape(keys, pose, None)
+        return UsdShape(PlaneGeometry(sides), compose(pose, along_x(UNITS[axis])))
 
     def _points(self, prim: Prim, body: Pose7) -> list[UsdShape]:
         pose, stretch = self._local(prim, body)
@@ -217,7 +207,7 @@ class UsdShapeReader:
             x, y, z = (stretch @ point).tolist()
             radius = float(width) / 2 * abs(scale[0])
             at = compose(pose, (x, y, z, *IDENTITY))
-            found.append(UsdShape({"type": "sphere", "radius": plain_number(radius)}, at, _ball_mass(at, radius)))
+            found.append(_solid("sphere", (radius,), at))
         return found
 
     def _as_mesh(
@@ -229,8 +219,8 @@ class UsdShapeReader:
         self._stage.lose(
             "hulls", f"a {prim.GetTypeName()} that is scaled unevenly or tapered; it becomes a convex mesh", prim
         )
-        keys = {"type": "convex_mesh", "file": self._asset(prim, mesh)}
-        return UsdShape(keys, pose, mesh_mass(mesh, pose, np.eye(3)), exact=kind == "box")
+        geometry = self._geometry(prim, mesh, (1.0, 1.0, 1.0), "hull")
+        return UsdShape(geometry, pose, mesh_mass(mesh, pose, np.eye(3)), exact=kind == "box")
 
     def _mesh_collider(self, prim: Prim, body: Pose7, *, moves: bool, approximation: str) -> UsdShape | None:
         mesh = self.read_mesh(prim)
@@ -241,22 +231,14 @@ class UsdShapeReader:
             return self._bounds(prim, mesh, body, approximation)
         if approximation == "meshSimplification":
             self._stage.lose("mesh-simplification", "the simplification of a collider; the whole mesh is used", prim)
-        if approximation == "convexDecomposition":
-            shape = self.mesh_shape(prim, mesh, body, "convex_parts")
-            shape.keys["decomposition"] = "coacd"
-        elif approximation == "sdf":
-            shape = self.mesh_shape(prim, mesh, body, "triangle_mesh")
-            shape.keys["sdf"] = True
-        elif approximation == "convexHull" or moves:
-            if approximation != "convexHull":
-                self._stage.lose("hulls", "a triangle mesh on a moving body; it collides as its hull", prim)
-            shape = self.mesh_shape(prim, mesh, body, "convex_mesh")
-        else:
-            return self.mesh_shape(prim, mesh, body, "triangle_mesh")
-        pose, stretch = self._local(prim, body)
-        hull = shape.keys["type"] == "convex_mesh"
-        mass = mesh_mass(mesh, pose, stretch, hull=hull)
-        return UsdShape(shape.keys, shape.pose, mass, exact=approximation != "sdf")
+        kind = _APPROXIMATIONS.get(approximation, "hull" if moves else "triangles")
+        if kind == "hull" and approximation != "convexHull":
+            self._stage.lose("hulls", "a triangle mesh on a moving body; it collides as its hull", prim)
+        shape = self.mesh_shape(prim, mesh, body, kind)
+        if kind == "triangles":
+            return shape
+        mass = mesh_mass(mesh, *self._local(prim, body), hull=kind == "hull")
+        return replace(shape, mass=mass, exact=kind != "sdf")
 
     def _bounds(self, prim: Prim, mesh: UsdMesh, body: Pose7, approximation: str) -> UsdShape:
         """Returns the bounding box of a mesh in its own frame, or the bounding sphere."""
@@ -266,51 +248,18 @@ class UsdShapeReader:
         x, y, z = ((low + high) / 2).tolist()
         at = compose(pose, (x, y, z, *IDENTITY))
         if approximation == "boundingSphere":
-            radius = float(np.linalg.norm(points - (low + high) / 2, axis=1).max())
-            return UsdShape({"type": "sphere", "radius": plain_number(radius)}, at, _ball_mass(at, radius))
-        a, b, c = ((high - low) / 2).tolist()
-        mass = _solid_mass(at, 8 * a * b * c, (a * a / 3, b * b / 3, c * c / 3))
-        return UsdShape({"type": "box", "half_size": plain_numbers((a, b, c))}, at, mass)
+            return _solid("sphere", (float(np.linalg.norm(points - (low + high) / 2, axis=1).max()),), at)
+        return _solid("box", tuple(((high - low) / 2).tolist()), at)
+
+
+def _solid(kind: str, sizes: tuple[float, ...], pose: Pose7) -> UsdShape:
+    geometry = SolidGeometry(kind, sizes)
+    return UsdShape(geometry, pose, exact_mass(geometry, pose), exact=kind in EXACT_SOLIDS)
 
 
 def _is_even(scale: tuple[float, ...]) -> bool:
     sizes = [abs(each) for each in scale]
     return max(sizes) - min(sizes) <= _EVEN * max(sizes)
-
-
-def _round_mass(kind: str, radius: float, half: float, axis: str, pose: Pose7) -> SolidMass:
-    """Returns the mass of a capsule, cylinder or cone along an axis. `half`: half height, without a capsule's caps."""
-    disk = math.pi * radius * radius
-    if kind == "cone":
-        volume, along, across, shift = 2 / 3 * disk * half, 0.3 * radius**2, 0.15 * (radius**2 + half**2), -half / 2
-    else:
-        volume, along, across, shift = 2 * disk * half, radius**2 / 2, radius**2 / 4 + half**2 / 3, 0.0
-    if kind == "capsule":
-        balls = 4 / 3 * disk * radius
-        reach = 0.4 * radius**2 + 0.75 * radius * half + half**2
-        across = (volume * across + balls * reach) / (volume + balls)
-        along = (volume * along + balls * 0.4 * radius**2) / (volume + balls)
-        volume += balls
-    k = _AXES[axis]
-    moments = [across] * 3
-    moments[k] = along
-    # Second moments, as `_solid_mass` expects them.
-    total = sum(moments) / 2
-    seconds = tuple(total - each for each in moments)
-    centre = [0.0, 0.0, 0.0]
-    centre[k] = shift
-    return _solid_mass(compose(pose, (centre[0], centre[1], centre[2], *IDENTITY)), volume, seconds)
-
-
-def _solid_mass(pose: Pose7, volume: float, seconds: tuple[float, ...]) -> SolidMass:
-    """Returns the mass of a solid centred on a pose. `seconds`: means of x², y² and z²."""
-    rotation = pose_matrix(pose)[:3, :3]
-    moments = volume * (sum(seconds) - np.array(seconds))
-    return SolidMass(volume, np.array(pose[:3]), rotation @ np.diag(moments) @ rotation.T)
-
-
-def _ball_mass(pose: Pose7, radius: float) -> SolidMass:
-    return _solid_mass(pose, 4 / 3 * math.pi * radius**3, (radius * radius / 5,) * 3)
 
 
 def mesh_mass(mesh: UsdMesh, pose: Pose7, stretch: NDArray[np.float64], *, hull: bool = False) -> SolidMass | None:

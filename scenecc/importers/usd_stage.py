@@ -145,6 +145,9 @@ def _line_of(file: Path, name: str) -> int | None:
     return None if at < 0 else text.count(b"\n", 0, at) + 1
 
 
+UNITS: Final[dict[str, Vec3]] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+"""Axis, as UsdGeom and UsdPhysics name it → unit vector."""
+
 UP_ROTATIONS: Final = {
     "X": np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
     "Y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
@@ -259,6 +262,7 @@ class UsdStage:
     Attributes:
         stage: the usd-core stage.
         path: its file.
+        place: the file, as the location of its content.
         layers: its checked layers.
         usd, geom, physics, shade, lux: modules of usd-core.
         time: time at which values are read: the earliest.
@@ -279,6 +283,7 @@ class UsdStage:
         self.time = self.usd.TimeCode.EarliestTime()
         self.frames = UsdFrames(stage, self.geom, self.physics, self.time)
         self.meshes = UsdMeshReader(self.geom, self.time)
+        self.place = Location(str(path))
         self.losses: list[Loss] = []
 
     def prims(self) -> Iterator[Prim]:
@@ -318,4 +323,4 @@ class UsdStage:
     def lose(self, kind: str, message: str, prim: Prim) -> None:
         """Adds a loss. `kind`, `message`: see `Loss`."""
         path = str(prim.GetPath())
-        self.losses.append(Loss(kind, f"{message} ({path})", Location(str(self.path)), path))
+        self.losses.append(Loss(kind, f"{message} ({path})", self.place, path))

@@ -14,7 +14,7 @@ A reader fills `scenecc.robots.world.DescribedWorld` and calls `write_world`. It
 - Shapes: round solids along x, planes with normal x. A collision and a visual with equal geometry and pose become one
   shape. Meshes that collide have a positive scale.
 - `DescribedCollision.friction`, also where it is the default of the format: the writer leaves out what equals
-  `DescribedPhysics.friction`.
+  `DescribedPhysics.friction`. Materials with a name in the file stand in the section `materials`.
 
 What a scene cannot express is the reader's loss; the writer reports only `WrittenWorld.unwritten`.
 """
@@ -41,7 +41,7 @@ from scenecc.importers.numbers import (
     pose_key,
     short_number,
 )
-from scenecc.importers.shape_entries import axis_frames, move_up, shape_lists, texture_value
+from scenecc.importers.shape_entries import NamedMaterials, axis_frames, move_up, shape_lists, texture_value
 from scenecc.importers.tree_entries import drive_keys, joint_names, tree_of
 from scenecc.robots.description import IN_WORLD, LinkName
 from scenecc.robots.solids import follows_from_shapes
@@ -99,6 +99,7 @@ class _WorldWriter:
     places: dict[str, Any] = field(default_factory=dict[str, Any])
     names: dict[LinkName, str] = field(default_factory=lambda: {IN_WORLD: "world"})
     colliders: list[Collider] = field(default_factory=list[Collider])
+    materials: NamedMaterials = field(default_factory=NamedMaterials)
 
     def write(self) -> WrittenWorld:
         """Returns the document with its names."""
@@ -119,6 +120,7 @@ class _WorldWriter:
         sections: dict[str, Any] = {
             "physics": _physics(world.physics),
             "environment": self._environment(),
+            "materials": self.materials.named,
             "collision_groups": ignored.groups,
             "entities": entities,
             "constraints": self._named(world.constraints, self._constraint),
@@ -232,8 +234,10 @@ class _WorldWriter:
         """Returns the keys of a link or body with its shapes, and records it if it collides."""
         inertial = link.inertial
         weighs = moves and (inertial is None or inertial.inertia is None)
-        lists, entries = shape_lists(link.collisions, link.visuals, self.world.physics.friction, weighs=weighs)
+        friction, materials = self.world.physics.friction, self.materials
+        lists, entries = shape_lists(link.collisions, link.visuals, friction, materials, weighs=weighs)
         made = move_up({**node, **lists}, entries, is_link=is_link)
+        materials.replace_in(made)
         if link.collisions:
             bits = tuple(shape.bits or _DEFAULT_BITS for shape in link.collisions)
             self.colliders.append(
@@ -265,7 +269,7 @@ class _WorldWriter:
             pairs = zip(("linear", "angular"), constraint.velocity_target, strict=True)
             speeds = {key: plain_numbers(speed) for key, speed in pairs if any(speed)}
             keys |= {"velocity_target": speeds} if speeds else {}
-        return keys
+        return {**keys, "collide": True} if constraint.collide else keys
 
     def _light(self, light: DescribedLight) -> Node:
         keys: Node = {"type": light.type, "color": plain_numbers(light.color)}
@@ -312,7 +316,8 @@ def _angle_key(key: str, angle: float) -> Node:
 
 
 def _motor_keys(drive: DescribedDrive) -> Node:
-    targets = {"target": drive.target or 0.0, "velocity_target": drive.velocity_target}
+    # A target does nothing without its gain.
+    targets = {"target": drive.stiffness and drive.target, "velocity_target": drive.damping and drive.velocity_target}
     return {**drive_keys(drive), **{key: plain_number(value) for key, value in targets.items() if value}}
 
 

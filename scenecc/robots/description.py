@@ -94,6 +94,7 @@ class DescribedMaterial:
     """A visual material. None: SAPIEN's default.
 
     Attributes:
+        name: in the file, under which shapes share it; "": none.
         base_color: linear RGBA, as in SAPIEN.
         emission: linear RGB or RGBA.
     """
@@ -108,6 +109,7 @@ class DescribedMaterial:
     roughness_texture: DescribedTexture | None = None
     metallic_texture: DescribedTexture | None = None
     emission_texture: DescribedTexture | None = None
+    name: str = ""
 
 
 @frozen
@@ -121,6 +123,7 @@ class DescribedCollision:
         bits: the first two of SAPIEN's collision integers; None: not in the file.
         location: the line that names the geometry.
         contact_offset, rest_offset: [m].
+        material: name of the material of `friction` in the file, under which shapes share it; "": none.
     """
 
     geometry: Geometry
@@ -131,6 +134,7 @@ class DescribedCollision:
     bits: tuple[int, int] | None = None
     contact_offset: float | None = None
     rest_offset: float | None = None
+    material: str = ""
 
 
 @frozen
@@ -333,6 +337,7 @@ class DescribedConstraint:
         drives: of "drive"; of "hinge" and "slider" one, under "twist" or "x".
         target: of "drive": pose of the child's frame in the parent's frame.
         velocity_target: of "drive": linear [m/s] and angular [rad/s].
+        collide: whether the two links collide with each other.
     """
 
     name: str
@@ -347,6 +352,7 @@ class DescribedConstraint:
     drives: tuple[tuple[DriveAxis, DescribedDrive], ...] = ()
     target: Pose7 = IDENTITY_POSE
     velocity_target: tuple[Vec3, Vec3] | None = None
+    collide: bool = False
 
 
 @frozen

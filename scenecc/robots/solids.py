@@ -16,10 +16,17 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.geometry.rotations import Pose7
     from scenecc.robots.description import DescribedCollision, DescribedInertial
 
 _EQUAL = 2e-6
 """Relative difference of equal mass properties in single precision."""
+
+_LEAST_MOMENT = 1e-6
+"""Least moment of inertia that SAPIEN computes from densities, before it is scaled to a mass [kg·m²]."""
+
+_DENSITY = 1000.0
+"""Default density [kg/m³]."""
 
 
 @dataclass(frozen=True)
@@ -37,14 +44,21 @@ class SolidMass:
     inertia: NDArray[np.float64]
 
 
-def solid_mass(shape: DescribedCollision) -> SolidMass | None:
-    """Returns the mass properties of a box, sphere or capsule with density 1; None for other shapes.
+EXACT_SOLIDS = frozenset({"box", "sphere", "capsule"})
+"""Solids whose mass PhysX computes exactly. It computes others as meshes, whose volume is smaller."""
 
-    PhysX computes other shapes as meshes, whose volume is smaller than that of the solid.
-    """
+
+def solid_mass(shape: DescribedCollision) -> SolidMass | None:
+    """Returns the mass properties that PhysX computes of a solid with density 1; None for other shapes."""
     geometry = shape.geometry
-    if not isinstance(geometry, SolidGeometry):
+    if not isinstance(geometry, SolidGeometry) or geometry.kind not in EXACT_SOLIDS:
         return None
+    return exact_mass(geometry, shape.pose)
+
+
+def exact_mass(geometry: SolidGeometry, pose: Pose7) -> SolidMass | None:
+    """Returns the mass properties of a solid with density 1 at a pose; None for other kinds."""
+    centre = 0.0
     match geometry.kind, geometry.sizes:
         case "box", (a, b, c):
             volume, squares = 8 * a * b * c, (a * a / 3, b * b / 3, c * c / 3)
@@ -57,11 +71,16 @@ def solid_mass(shape: DescribedCollision) -> SolidMass | None:
             along = tube * half**2 / 3 + balls * (half**2 + 0.75 * half * radius + radius**2 / 5)
             across = tube * radius**2 / 4 + balls * radius**2 / 5
             squares = (along / volume, across / volume, across / volume)
+        case "cylinder", (radius, half):
+            volume, squares = 2 * math.pi * radius**2 * half, (half**2 / 3, radius**2 / 4, radius**2 / 4)
+        case "cone", (radius, half):  # its tip is at +x
+            volume, centre = 2 / 3 * math.pi * radius**2 * half, -half / 2
+            squares = (0.15 * half**2, 0.15 * radius**2, 0.15 * radius**2)
         case _:
             return None
-    turn = np.array([rotate(shape.pose[3:], axis) for axis in AXES.values()]).T
+    turn = np.array([rotate(pose[3:], axis) for axis in AXES.values()]).T
     moments = volume * (sum(squares) - np.array(squares))
-    return SolidMass(volume, np.array(shape.pose[:3]), turn @ np.diag(moments) @ turn.T)
+    return SolidMass(volume, np.array(pose[:3]) + centre * turn[:, 0], turn @ np.diag(moments) @ turn.T)
 
 
 def joined_mass(masses: Iterable[SolidMass]) -> SolidMass:
@@ -74,6 +93,14 @@ def joined_mass(masses: Iterable[SolidMass]) -> SolidMass:
         d = one.centre - centre
         inertia += one.inertia + one.mass * (d @ d * np.eye(3) - np.outer(d, d))
     return SolidMass(mass, centre, inertia)
+
+
+def is_raised(whole: SolidMass, density: float = _DENSITY) -> bool:
+    """Returns whether SAPIEN raises a moment of inertia that it computes from a density [kg/m³].
+
+    `whole`: with density 1.
+    """
+    return float(np.linalg.eigvalsh(whole.inertia)[0]) * density < _LEAST_MOMENT
 
 
 def follows_from_shapes(inertial: DescribedInertial, collisions: Iterable[DescribedCollision]) -> bool:
@@ -90,5 +117,5 @@ def follows_from_shapes(inertial: DescribedInertial, collisions: Iterable[Descri
     scaled, largest = whole.inertia * (inertial.mass / whole.mass), max(inertial.inertia)
     off = np.abs(whole.centre - np.array(inertial.com[:3])).max()
     # The square root is the radius of gyration [m].
-    near = off <= _EQUAL * math.sqrt(largest / inertial.mass)
+    near = off <= _EQUAL * math.sqrt(largest / inertial.mass) and not is_raised(whole)
     return bool(near and np.abs(scaled - inertia).max() <= _EQUAL * largest)

@@ -201,7 +201,9 @@ def test_each_mesh_approximation_gives_a_collision_shape(tmp_path: Path, approxi
         ("float physics:mass = 2\nfloat3 physics:diagonalInertia = (1, 2, 2.5)",
          {"inertial": {"mass": 2, "inertia": [1, 2, 2.5]}}),
         ("float physics:mass = 2\nfloat3 physics:diagonalInertia = (1, 1, 1)\nquatf physics:principalAxes=(0, 1, 0, 0)",
-         {"inertial": {"mass": 2, "com": {"rpy_deg": [180, 0, 0]}, "inertia": [1, 1, 1]}}),
+         {"inertial": {"mass": 2, "inertia": [1, 1, 1]}}),
+        ("float physics:mass = 2\nfloat3 physics:diagonalInertia = (1, 2, 2)\nquatf physics:principalAxes=(1, 0, 0, 1)",
+         {"inertial": {"mass": 2, "inertia": [2, 1, 2]}}),
         ("float physics:mass = 2\nfloat3 physics:diagonalInertia = (1e-7, 1e-7, 1e-7)",
          {"inertial": {"mass": 2, "inertia": [1e-7, 1e-7, 1e-7]}}),
     ],
@@ -220,6 +222,14 @@ def test_the_mass_properties_of_a_body_are_imported(tmp_path: Path, said: str, e
     assert ("inertial" in found) == ("inertial" in expected)
 
 
+@pytest.mark.parametrize("said", ["", "float physics:mass = 1"])
+def test_the_inertia_of_a_small_body_is_written(tmp_path: Path, said: str) -> None:
+    """SAPIEN raises moments that it computes from densities to 1e-6 kg·m²."""
+    found = entities(read(tmp_path, f'def Cube "a" ({BODY})\n{{\ndouble size = 0.01\n{said}\n}}'))["a"]
+    mass = 1 if said else 0.001
+    assert found["inertial"] == {"mass": mass, "inertia": pytest.approx([mass * 1e-4 / 6] * 3)}
+
+
 @pytest.mark.skipif(Version(version("usd-core")) < Version("26.11"), reason="older ones weigh what is switched off")
 def test_a_disabled_collider_has_no_mass(tmp_path: Path) -> None:
     heavy = COLLIDER.replace('"PhysicsCollisionAPI"', '"PhysicsCollisionAPI", "PhysicsMassAPI"')
@@ -228,7 +238,7 @@ def test_a_disabled_collider_has_no_mass(tmp_path: Path) -> None:
         f'def Cube "y" ({heavy})\n{{\nfloat physics:mass = 1\nbool physics:collisionEnabled = 0\n{at(4, 0, 0)}}}\n}}'
     )
     found = entities(read(tmp_path, text))["a"]
-    assert found["inertial"] == {"mass": 3, "inertia": pytest.approx([2, 2, 2])}  # UsdPhysics weighs what collides
+    assert found["mass"] == 3  # UsdPhysics weighs what collides
     assert len(found["shapes"]) == 1
     assert len(found["visuals"]) == 1
 
@@ -379,11 +389,12 @@ def test_a_chain_becomes_a_link_tree_and_a_loop_joint_a_constraint(tmp_path: Pat
     first, second = robot["root"]["children"]
     assert (robot["root"]["name"], first["name"], second["name"]) == ("a", "b", "c")
     assert first["joint"]["type"] == "revolute"
-    assert first["joint"]["limits"] == pytest.approx([-math.pi / 2, math.pi / 4])
+    assert first["joint"]["limits_deg"] == [-90, 45]
     assert second["joint"] == {"type": "fixed", "origin": [8, 0, 0]}
     loop = found.document["constraints"]["two"]
     assert (loop["parent"], loop["child"]) == ("a/c", "a/b")
-    assert loop["limits"]["twist"] == pytest.approx([-math.pi / 2, math.pi / 4])
+    assert (loop["type"], loop["axis"]) == ("hinge", "z")
+    assert loop["limits"] == pytest.approx([-math.pi / 2, math.pi / 4])
 
 
 def test_a_joint_with_several_freedoms_becomes_joints_in_series(tmp_path: Path) -> None:
@@ -404,12 +415,13 @@ def test_a_joint_with_several_freedoms_becomes_joints_in_series(tmp_path: Path) 
     second = first["children"][0]
     third = second["children"][0]
     assert [each["name"] for each in (first, second, third)] == ["b_dummy_0", "b_dummy_1", "b"]
-    assert third["joint"]["limits"] == pytest.approx([-math.pi / 6, math.pi / 6])
+    assert third["joint"]["limits_deg"] == [-30, 30]
     assert "qpos" not in robot
     # Two links in a row would touch otherwise: PhysX keeps only direct neighbours apart.
-    assert (
-        found.document["collision_groups"] == {"a": {"ignore": ["a"]}} or len(found.document["collision_groups"]) == 2
-    )
+    assert robot["disable_self_collisions"]
+    assert third["mass"] == 8000
+    assert first["inertial"] == {"mass": 8, "inertia": pytest.approx([16 / 3] * 3)}
+    assert {*found.bodies.values()} == {"/World/a", "/World/b"}
 
 
 @pytest.mark.parametrize(
@@ -417,9 +429,9 @@ def test_a_joint_with_several_freedoms_becomes_joints_in_series(tmp_path: Path) 
     [
         ("PhysicsFixedJoint", "", {"type": "weld"}),
         ("PhysicsDistanceJoint", "float physics:maxDistance = 3\n", {"type": "distance", "limits": [0, 3]}),
-        ("PhysicsSphericalJoint", "", {"type": "drive", "limits": {"x": [0, 0], "y": [0, 0], "z": [0, 0]}}),
+        ("PhysicsSphericalJoint", "", {"type": "ball"}),
         ("PhysicsPrismaticJoint", 'uniform token physics:axis = "Y"\nfloat physics:lowerLimit = -1\n',
-         {"type": "drive", "limits": {"x": [-1, math.inf], "y": [0, 0], "z": [0, 0], "twist": [0, 0]}}),
+         {"type": "slider", "axis": "y", "limits": [-1, math.inf]}),
     ],
 )  # fmt: skip
 def test_joints_excluded_from_articulations_become_constraints(
@@ -465,7 +477,7 @@ def test_lights_and_a_camera_are_mounted_on_a_body(tmp_path: Path) -> None:
     }
     eye = found.document["cameras"]["eye"]
     assert eye["mount"] == "a"
-    assert eye["fovy"] == pytest.approx(math.pi / 2)
+    assert eye["fovy_deg"] == 90
     assert (eye["width"], eye["height"]) == (640, 640)
 
 
@@ -732,6 +744,19 @@ def test_bodies_of_a_constraint_collide_if_the_joint_says_so(
     found = read(tmp_path, bodies + joint(kind, "rail", "cart", told + more))
     assert found.document["constraints"]["joint"].get("collide", False) == collides
     assert ("collision_groups" in found.document) != collides
+
+
+def test_a_joint_with_a_kinematic_body_without_shapes_is_one_with_the_world(tmp_path: Path) -> None:
+    hand = f'def Xform "hand" ({RIGID})\n{{\nbool physics:kinematicEnabled = 1\n{at(0, 0, 2)}}}\n'
+    found = read(
+        tmp_path, f'{hand}def Cube "a" ({BODY})\n{{\n{at(0, 0, 2)}}}\n' + joint("PhysicsFixedJoint", "hand", "a")
+    )
+    assert found.document["constraints"]["joint"] == {
+        "type": "weld",
+        "parent": "world",
+        "child": "a",
+        "pose_in_parent": [0, 0, 2],
+    }
 
 
 def contact(name: str, friction: float, *attributes: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -108,6 +109,24 @@ def test_an_inertial_of_the_shapes_is_a_mass() -> None:
     assert written(body("a", collisions=box, inertial=inertial))["entities"]["a"]["mass"] == 3.0
     other = DescribedInertial(mass, pose, (*moments[:2], moments[2] * 1.001), HERE)
     assert "inertial" in written(body("a", collisions=box, inertial=other))["entities"]["a"]
+    ball = (shape(SolidGeometry("sphere", (0.01,))),)
+    small = DescribedInertial(mass, IDENTITY_POSE, (4e-5 * mass,) * 3, HERE)  # SAPIEN would compute 80 times as much
+    assert "inertial" in written(body("a", collisions=ball, inertial=small))["entities"]["a"]
+
+
+def test_named_materials_are_shared() -> None:
+    box = SolidGeometry("box", (0.1, 0.1, 0.1))
+    steel = DescribedMaterial((0.5, 0.5, 0.5, 1.0), name="steel")
+    looks = tuple(DescribedVisual(box, IDENTITY_POSE, HERE, look=look) for look in (steel, replace(steel, name="")))
+    grip = shape(box, friction=(1.0, 1.0, 0.0), material="rubber")
+    bodies = [body("a", visuals=looks), body("b", collisions=(grip,), visuals=looks[:1]), body("c", collisions=(grip,))]
+    made = written(*bodies)
+    assert [*made["materials"]] == ["steel", "steel_rubber", "rubber"]
+    assert made["materials"]["steel"] == {"visual": {"base_color": [0.5, 0.5, 0.5]}}
+    first, second = made["entities"]["a"]["visuals"]
+    assert (first["material"], second["color"]) == ("steel", [0.5, 0.5, 0.5])
+    assert made["entities"]["b"]["shapes"][0]["material"] == "steel_rubber"
+    assert made["entities"]["c"]["material"] == "rubber"
 
 
 def test_settings_of_all_joints_are_grouped_and_states_are_by_name() -> None:
