@@ -143,7 +143,7 @@ def test_a_folder_beside_the_file_needs_an_asset_root(folder: Path) -> None:
     with pytest.raises(SceneError) as caught:
         import_scene(folder / "in/rock.xml", folder / "out/rock.yaml")
     assert [one.code for one in caught.value.diagnostics] == ["SC402"]
-    import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=[folder / "private"])
+    import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=[folder / "private"], keep_file=True)
     assert (folder / "out/rock_assets/private/rock.obj").is_file()
     assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]
 
@@ -158,7 +158,9 @@ def test_what_the_import_lists_is_silenced_in_the_scene(folder: Path, allow: Any
     (folder / "arm.xml").write_text(LOSSY)
     with pytest.raises(SceneError):
         import_scene(folder / "arm.xml", folder / "arm.yaml")
-    import_scene(folder / "arm.xml", folder / "arm.yaml", allow=allow)
+    import_scene(folder / "arm.xml", folder / "written.yaml", allow=allow)
+    assert scenecc.validate(folder / "written.yaml") == []
+    import_scene(folder / "arm.xml", folder / "arm.yaml", allow=allow, keep_file=True)
     text = (folder / "arm.yaml").read_text()
     assert "# scenecc: ignore SC484, SC490 -- listed by the import; allowed: tendons\n" in text
     assert "qpos: {j: 0.5235988}" in text
@@ -171,6 +173,6 @@ def test_absolute_paths_lead_to_the_copies(folder: Path, folder_key: str) -> Non
     compiler = f'<compiler {folder_key}="{folder}/in"/>' if folder_key else ""
     absolute = ROCK.replace("<asset>", f"{compiler}<asset>").replace("rock.obj", f"{folder}/private/rock.obj")
     (folder / "in/rock.xml").write_text(absolute)
-    import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=[folder / "private"])
+    import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=[folder / "private"], keep_file=True)
     (folder / "private/rock.obj").unlink()
     assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]

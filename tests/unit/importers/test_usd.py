@@ -811,7 +811,7 @@ def test_a_friction_force_of_a_joint(tmp_path: Path, name: str, is_driven: bool)
         made = made.replace('"joint"', '"joint" (prepend apiSchemas = ["PhysicsDriveAPI:angular"])')
     found = read(tmp_path, bodies("a", "b") + made, head='metersPerUnit = 0.01\nkilogramsPerUnit = 0.001\nupAxis = "Z"')
     (robot,) = entities(found).values()
-    (keys,) = robot["joints"].values()
+    keys = robot["root"]["children"][0]["joint"]
     assert keys.get("friction_force") == (None if is_driven else pytest.approx(3e-7))
     assert ("joint-friction" in kinds(found)) == is_driven
 
