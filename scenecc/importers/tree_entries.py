@@ -135,7 +135,8 @@ def _states(robot: DescribedRobot, moving: list[int], called: Mapping[int, str])
         low, high = joint.limits or _NO_LIMITS
         default = min(max(0.0, low), high)
         start = default if joint.qpos is None else joint.qpos
-        if abs(start - default) > _TOLERANCE:
+        # A joint that cannot start at 0 would be a warning (SC518).
+        if abs(start - default) > _TOLERANCE or (default and joint.mimic is None):
             found["qpos"][called[number]] = plain_number(start)
         if joint.qvel:
             found["qvel"][called[number]] = plain_number(joint.qvel)
