@@ -136,8 +136,8 @@ def add_robot(model: Scope, pose: Pose7, path: str, parts: WorldParts) -> None:
             parts.free_roots[path + SEPARATOR + root] = len(parts.entities)
         elif not is_free and len(robot.links) == 1:
             at = parts.links[path + SEPARATOR + root].pose
-            rows = DescribedConstraint(shown, "weld", IN_WORLD, (path, root), at, IDENTITY_POSE, place)
-            parts.constraints.append(rows)
+            weld = DescribedConstraint(shown, "weld", IN_WORLD, (path, root), at, IDENTITY_POSE, place)
+            parts.constraints.append(weld)
     keys += [("fix_root_link", False)] if is_freed else []
     file = RobotFile("urdf", read.path, pose, tuple(keys), _named(read, shown))
     parts.entities.append(DescribedEntity(path, file, place, shown.replace(SEPARATOR, ".")))
