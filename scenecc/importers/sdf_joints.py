@@ -10,15 +10,15 @@ from scenecc.geometry.rotations import AXES, IDENTITY, Pose7, Vec3, compose, rel
 from scenecc.importers.numbers import along_x
 from scenecc.importers.sdf_files import SMALLEST, SourceElement, find_element, text_of
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD
-from scenecc.plan.articulation import LIGHT_DAMPING
 from scenecc.robots.description import DescribedConstraint, DescribedDrive, DescribedJoint, DescribedMimic
+from scenecc.robots.rules import with_one_resistance
 
 if TYPE_CHECKING:
     from scenecc.importers.sdf_scopes import Scope
     from scenecc.robots.description import DriveAxis, LinkName
 
-_UNLIMITED: Final = 1e15
-"""SDF writes "no limit" as 1e16."""
+_UNLIMITED: Final = 1e9
+"""SDF writes "no limit" as 1e16, and worlds also as 1e12."""
 
 _NO_LIMITS: Final = (-math.inf, math.inf)
 
@@ -130,9 +130,9 @@ def _freedom(joint: SdfJoint, tag: str, name: str, frames: tuple[Pose7, Pose7]) 
         file.lose("screw-joints", f"the screw joint `{joint.path}` turns without moving along its axis", joint.element)
     velocity = file.number(axis, "limit", "velocity", default=-1)
     stiffness = file.number(axis, "dynamics", "spring_stiffness", default=0)
+    friction = max(min(file.number(axis, "dynamics", "friction", default=0), _UNLIMITED), 0.0)
     target = file.number(axis, "dynamics", "spring_reference", default=0)
-    damping, friction = _resistance(joint, axis, has_spring=stiffness > 0)
-    return DescribedJoint(
+    freedom = DescribedJoint(
         name,
         "prismatic" if joint.type == "prismatic" else "revolute",
         *frames,
@@ -140,25 +140,19 @@ def _freedom(joint: SdfJoint, tag: str, name: str, frames: tuple[Pose7, Pose7]) 
         limits,
         friction=0.0,
         friction_force=friction or None,
-        damping=damping,
+        damping=max(file.number(axis, "dynamics", "damping", default=0), 0.0),
         velocity=velocity if 0 < velocity <= _UNLIMITED else None,
         mimic=_mimic(joint, axis),
         drive=DescribedDrive(stiffness, 0.0, target=target) if stiffness > 0 else None,
     )
-
-
-def _resistance(joint: SdfJoint, axis: SourceElement | None, *, has_spring: bool) -> tuple[float, float]:
-    """Returns damping and friction force: one of them, since PhysX has one drive for each joint."""
-    file = joint.scope.file
-    damping = max(file.number(axis, "dynamics", "damping", default=0), 0.0)
-    friction = max(min(file.number(axis, "dynamics", "friction", default=0), _UNLIMITED), 0.0)
-    if friction and (has_spring or damping > LIGHT_DAMPING * friction):
+    made = with_one_resistance(freedom)
+    if friction and made.friction_force is None:
         words = f"the friction {friction:g} of `{joint.path}`, which has a spring or a damping"
         file.lose("joint-friction", words, joint.element)
-        return damping, 0.0
-    if friction and damping:
-        file.lose("joint-friction", f"the damping {damping:g} of `{joint.path}`, which has friction", joint.element)
-    return 0.0 if friction else damping, friction
+    elif made.damping != freedom.damping:
+        words = f"the damping {freedom.damping:g} of `{joint.path}`, which has friction"
+        file.lose("joint-friction", words, joint.element)
+    return made
 
 
 def _mimic(joint: SdfJoint, axis: SourceElement | None) -> DescribedMimic | None:

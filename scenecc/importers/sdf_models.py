@@ -16,6 +16,7 @@ from scenecc.importers.sdf_joints import SdfJoint, constraint_of, freedoms_of, r
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import SdfLink, read_collisions, read_visuals
 from scenecc.names import UniqueNames
+from scenecc.plan.articulation import MAX_LINKS
 from scenecc.plan.geometry import SOLIDS
 from scenecc.robots.description import (
     IN_WORLD,
@@ -38,8 +39,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scenecc.importers.urdf import ReadUrdf
-
-_MAX_LINKS: Final = 255
 
 _LEAST: Final = 1e-30
 """Smaller masses and moments count as 0 in the engine's single precision [kg, kg·m²]."""
@@ -137,8 +136,8 @@ def add_robot(model: Scope, pose: Pose7, path: str, parts: WorldParts) -> None:
             parts.free_roots[path + SEPARATOR + root] = len(parts.entities)
         elif not is_free and len(robot.links) == 1:
             at = parts.links[path + SEPARATOR + root].pose
-            rows = DescribedConstraint(shown, "weld", IN_WORLD, (path, root), at, IDENTITY_POSE, place)
-            parts.constraints.append(rows)
+            weld = DescribedConstraint(shown, "weld", IN_WORLD, (path, root), at, IDENTITY_POSE, place)
+            parts.constraints.append(weld)
     keys += [("fix_root_link", False)] if is_freed else []
     file = RobotFile("urdf", read.path, pose, tuple(keys), _named(read, shown))
     parts.entities.append(DescribedEntity(path, file, place, shown.replace(SEPARATOR, ".")))
@@ -233,9 +232,9 @@ class SdfModelReader:
             made = self._body(group[0], "static")
         elif len(group) == 1 and not joints:
             made = self._body(group[0], "dynamic")
-        elif len(group) > _MAX_LINKS:
+        elif len(group) > MAX_LINKS:
             message = f"joints connect {len(group)} links of `{model.name}`, more than PhysX supports"
-            model.file.error(message, model.element, hint=f"an articulation has at most {_MAX_LINKS} links")
+            model.file.error(message, model.element, hint=f"an articulation has at most {MAX_LINKS} links")
             return
         else:
             tree = _Tree({path: self._links[path] for path in group}, joints, self)

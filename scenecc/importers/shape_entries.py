@@ -263,8 +263,8 @@ def axis_frames(in_parent: Pose7, in_child: Pose7) -> tuple[Any, Pose7, Pose7]:
     """Returns the axis and the frames of a constraint along x of two frames: those with the plainest rotations."""
     ways: list[tuple[Any, Pose7, Pose7]] = []
     for axis in (*_LETTERS.values(), rotate(in_child[3:], _LETTERS["x"])):
-        turn = shortest_from_x(axis)
-        ways.append((plain_axis(axis), *(clean_pose(_unturned(pose, turn)) for pose in (in_parent, in_child))))
+        parent, child = (clean_pose(_unturned(pose, shortest_from_x(axis))) for pose in (in_parent, in_child))
+        ways.append((plain_axis(axis), parent, child))
     return min(ways, key=lambda way: _complexity(way[1]) + _complexity(way[2]))
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Vec3
+from scenecc.plan.articulation import LIGHT_DAMPING
 from scenecc.robots.description import DescribedInertial, DescribedJoint, DescribedLink, ball_moment
 
 if TYPE_CHECKING:
@@ -72,3 +73,15 @@ def enforce_triangle_rule(inertia: Vec3) -> Vec3:
     most = (b + c, a + c, a + b)
     low = [least if moment > least * _TRIANGLE else moment for moment, least in zip(inertia, most, strict=True)]
     return (low[0], low[1], low[2])
+
+
+def with_one_resistance(joint: DescribedJoint) -> DescribedJoint:
+    """Returns a joint with its friction force or its damping, since PhysX has one drive for each joint.
+
+    A spring or an actuator replaces the friction, and so does a damping that is not light (`LIGHT_DAMPING`).
+    """
+    if not joint.friction_force:
+        return joint
+    if joint.drive is not None or joint.damping > LIGHT_DAMPING * joint.friction_force:
+        return replace(joint, friction_force=None)
+    return replace(joint, damping=0.0)

@@ -254,6 +254,29 @@ def test_a_joint_of_several_freedoms_gets_light_links() -> None:
     written(DescribedEntity("r", DescribedRobot((link("base"), *made)), HERE))
 
 
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        ({"damping": 0.5}, {"friction_force": 5.0}),
+        ({"damping": 0.6}, {"damping": 0.6}),
+        ({"damping": 0.5, "drive": DescribedDrive(1.0, 0.0)}, {}),
+    ],
+)
+def test_a_joint_has_its_friction_force_or_its_damping(keys: dict[str, Any], expected: dict[str, float]) -> None:
+    links = (link("base"), link("arm", 0, hinge("j", friction_force=5.0, **keys)))
+    made = written(DescribedEntity("r", DescribedRobot(links), HERE))
+    joint = made["entities"]["r"]["root"]["children"][0]["joint"]
+    assert joint == {"name": "j", "type": "continuous", **expected}
+
+
+def test_hinges_have_the_axis_that_needs_the_fewest_rotations() -> None:
+    turn = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
+    frames = (1.0, 0.0, 0.0, *turn), (0.0, 0.0, 0.0, *turn)
+    named = DescribedConstraint("h", "hinge", IN_WORLD, ("a", "a"), *frames, HERE)
+    made = written(body("a"), constraints=(named,))["constraints"]["h"]
+    assert made == {"type": "hinge", "parent": "world", "child": "a", "axis": "y", "pose_in_parent": [1.0, 0.0, 0.0]}
+
+
 def test_the_largest_moment_is_at_most_the_sum_of_the_others() -> None:
     assert enforce_triangle_rule((1.0, 2.0, 4.0)) == (1.0, 2.0, 3.0)
     assert enforce_triangle_rule((1.0, 2.0, 2.5)) == (1.0, 2.0, 2.5)
