@@ -79,7 +79,7 @@ def clean_pose(pose: Pose7) -> Pose7:
 
 def short_number(value: float) -> float:
     """Returns a computed number as the shortest decimal number within the rounding error of single precision."""
-    scale = 10.0 ** math.floor(math.log10(abs(value))) if value else 1.0
+    scale = 10.0 ** math.floor(math.log10(abs(value))) if value and math.isfinite(value) else 1.0
     return plain_number(_shortest(value / scale, 2 * abs(value / scale) * _HALF_DIGIT) * scale)
 
 

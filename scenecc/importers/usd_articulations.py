@@ -256,7 +256,7 @@ class ArticulationReader:
             stage.place,
             freedom.limits,
             friction=stage.authored(prim, "physxJoint:jointFriction") or 0.0,  # UsdPhysics has no joint friction
-            friction_force=None if freedom.drive is not None else force or None,
+            friction_force=force or None,
             armature=armature * stage.frames.kilograms * (metres**2 if freedom.turns else 1.0) or None,
             velocity=speed * unit if speed is not None and 0 < speed < _NO_SPEED_LIMIT else None,
             qpos=0.0 if abs(start) < _SMALL and low <= 0 <= high else start,

@@ -97,28 +97,26 @@ class UsdBodyReader:
         inertial = None
         if body.body_type == "dynamic":
             inertial, collisions = self._weigh(body, shapes, collisions, is_weighed=is_weighed)
-        read = self._stage.authored
-        motion = DescribedMotion(**self._read_settings(body.prim, _MOTION))
         return DescribedLink(
             name,
             self._stage.place,
             collisions=tuple(collisions),
             visuals=tuple(visuals),
             inertial=inertial,
-            disable_gravity=bool(read(body.prim, "physxRigidBody:disableGravity")),
-            motion=motion,
+            disable_gravity=bool(self._stage.authored(body.prim, "physxRigidBody:disableGravity")),
+            motion=DescribedMotion(**self._read_settings(body.prim, _MOTION)),
             source=body.path,
         )
 
     def _collision(self, prim: Prim, parsed: Any, shape: UsdShape) -> DescribedCollision:
-        geometry, path = shape.geometry, self._materials.physical_path(parsed)
+        path = self._materials.physical_path(parsed)
         friction = to_vector(self._materials.friction(path).values()) if path else None
         offsets: list[float | None] = []
         for name in ("contactOffset", "restOffset"):  # -inf means PhysX's default
             found = self._stage.authored(prim, f"physxCollision:{name}")
             offsets.append(found * self._stage.frames.metres if found is not None and math.isfinite(found) else None)
         return DescribedCollision(
-            geometry,
+            shape.geometry,
             shape.pose,
             self._stage.place,
             friction,
