@@ -43,5 +43,14 @@ FORMATS: Final = (
     SourceFormat("USD", (".usd", ".usda", ".usdc"), "", "scenecc.importers.usd:import_usd", "pxr"),
     SourceFormat("MJCF", (".mjcf", ".xml"), "mujoco", "scenecc.importers.mjcf:import_mjcf"),
     SourceFormat("URDF", (".urdf", ".xml"), "robot", "scenecc.importers.urdf:import_urdf"),
+    SourceFormat("Drake directives", (".dmd.yaml", ".dmd.yml"), "", "scenecc.importers.dmd:import_dmd", "lxml"),
+    SourceFormat("EmbodiedGen layout", (".json",), "", "scenecc.importers.layout:import_layout"),
 )
 """All formats. If a suffix has several, the root element decides."""
+
+
+def suffix_of(path: Path) -> str:
+    """Returns the suffix of a file, in lower case: the longest one of a format, such as `.dmd.yaml`, else its last."""
+    name = path.name.lower()
+    known = (suffix for one in FORMATS for suffix in one.suffixes if name.endswith(suffix) and name != suffix)
+    return max(known, key=len, default=path.suffix.lower())

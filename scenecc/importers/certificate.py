@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
+from scenecc.importers import suffix_of
 from scenecc.importers.imported_scene import ImportedScene, ReferencePose
 from scenecc.interrupt import ask_module
 from scenecc.pipeline import build_batch, compile_or_raise
@@ -28,7 +29,7 @@ _DRAKE_SECONDS: Final = 120
 
 _SHOWN_NAMES: Final = 3
 
-_READ_BY_DRAKE: Final = frozenset({".sdf", ".world", ".urdf"})
+_READ_BY_DRAKE: Final = frozenset({".sdf", ".world", ".urdf", ".dmd.yaml", ".dmd.yml"})
 
 
 @frozen
@@ -89,7 +90,7 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
         built = _bodies(measure_bodies(batch))
     certificate = Certificate(len(built), math.fsum(body.mass or 0.0 for body in built.values()))
     engine, reference = found.engine, dict(found.reference)
-    if not engine and find_spec("pydrake") is not None and source.suffix.lower() in _READ_BY_DRAKE:
+    if not engine and find_spec("pydrake") is not None and suffix_of(source) in _READ_BY_DRAKE:
         engine = "Drake"
         answer = _ask_drake(source, found, options)
         if isinstance(answer, str):

@@ -19,7 +19,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
 from scenecc.extras import install_hint
 from scenecc.files import open_regular, replace_all, replace_set
-from scenecc.importers import FORMATS, SourceFormat
+from scenecc.importers import FORMATS, SourceFormat, suffix_of
 from scenecc.importers.assets import IMPORTED_FROM, AssetNames, assets_of, check_output_files, map_assets, output_fault
 from scenecc.importers.imported_scene import ALL_LOSSES, LOSSES, REPAIRED, Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names
@@ -235,7 +235,7 @@ def _read(source: Path, context: ImportContext) -> ImportedScene | None:
 
 def _format_of(source: Path, head: bytes, sink: Sink) -> SourceFormat | None:
     """Returns the format that matches a file's suffix and content; None after an error."""
-    suffix, place = source.suffix.lower(), Location(str(source))
+    suffix, place = suffix_of(source), Location(str(source))
     takers = [one for one in FORMATS if suffix in one.suffixes]
     if not takers:
         known = ", ".join(dict.fromkeys(suffix for one in FORMATS for suffix in one.suffixes))
@@ -252,19 +252,23 @@ def _format_of(source: Path, head: bytes, sink: Sink) -> SourceFormat | None:
 
 
 def is_source(file: Path) -> bool:
-    """Returns whether a file can be imported, by its suffix, and for `.xml` by its root element.
+    """Returns whether a file can be imported, by its suffix, and for `.xml` and `.json` by its content.
 
     Raises:
         OSError: it cannot be read.
     """
-    if file.suffix.lower() != ".xml":
-        return any(file.suffix.lower() in one.suffixes for one in FORMATS)
+    suffix = suffix_of(file)
+    if suffix not in {".xml", ".json"}:
+        return any(suffix in one.suffixes for one in FORMATS)
     with open_regular(file) as stream:
-        return _root_element(stream.read(_HEAD_BYTES)) in {one.root for one in FORMATS} - {""}
+        head = stream.read(_HEAD_BYTES)
+    if suffix == ".json":
+        return file.name.lower().endswith("layout.json") and b'"relation"' in head
+    return _root_element(head) in {one.root for one in FORMATS} - {""}
 
 
 def _may_be_xml(source: Path) -> bool:
-    return any(one.root and source.suffix.lower() in one.suffixes for one in FORMATS)
+    return any(one.root and suffix_of(source) in one.suffixes for one in FORMATS)
 
 
 def _root_element(head: bytes) -> str:

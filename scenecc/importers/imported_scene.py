@@ -105,6 +105,8 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "physics-scenes": LossKind("additional physics scenes"),
     "collision-filters": LossKind("collision filters", changes_machine=True),
     "swing-limits": LossKind("swing limits of joints", changes_machine=True),
+    # Of Drake's directives and EmbodiedGen's layouts.
+    "joint-positions": LossKind("joint positions beyond their limits", changes_machine=True),
     "joint-frames": LossKind("joints whose frames do not coincide at the start"),
 }
 """Kind of loss, as named by `--allow` → its description."""

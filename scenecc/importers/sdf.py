@@ -74,7 +74,7 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
             add_robot(model, world.model_pose(model), model.name, parts)
             continue
         SdfModelReader(model, world.model_pose(model), parts).read()
-        _report_losses(model)
+        report_model_losses(model)
     joints = (read_joint(world, element, name, ("", ""), IDENTITY_POSE) for name, element in world.joints.items())
     for joint in (*parts.loose, *joints):
         if joint is not None:
@@ -92,7 +92,7 @@ def _describe(path: Path, world: Scope, parts: WorldParts, *, is_world: bool) ->
     element, file = world.element, world.file
     name = element.attributes.get("name") if is_world else next(iter(world.models), None)
     _lose_elements(element, file, "", skip={"model"})
-    views = _Views()
+    views = SdfViews()
     for light in element.all("light"):
         views.add_light(light, file, world.placed(light, world.base), None, light.attributes.get("name", "light"))
     for full, built in parts.links.items():
@@ -123,7 +123,7 @@ def _physics(file: SdfFile, world: SourceElement) -> DescribedPhysics:
     return DescribedPhysics(step, to_vector(file.numbers(gravity, 3) or (0, 0, -9.8)), FRICTION)
 
 
-def _report_losses(model: Scope) -> None:
+def report_model_losses(model: Scope) -> None:
     """Reports the content of a model that the scene does not use."""
     _lose_elements(model.element, model.file, model.name, skip={"model", "link", "joint"})
     for name, link in model.links.items():
@@ -133,7 +133,7 @@ def _report_losses(model: Scope) -> None:
     for joint in model.joints.values():
         _lose_elements(joint, model.file, model.name, skip=set())
     for inner in model.models.values():
-        _report_losses(inner)
+        report_model_losses(inner)
 
 
 def _lose_elements(element: SourceElement, file: SdfFile, path: str, *, skip: set[str]) -> None:
@@ -155,7 +155,7 @@ def _lose_elements(element: SourceElement, file: SdfFile, path: str, *, skip: se
 
 
 @dataclass(slots=True)
-class _Views:
+class SdfViews:
     """Collects the lights and cameras of a world."""
 
     lights: list[DescribedLight] = field(default_factory=list[DescribedLight])

@@ -195,6 +195,12 @@ class _TreeBuilder:
         raise _ParserStop
 
 
+def element_at(lines: TextLines, place: Location, tag: str, text: str = "", **attributes: str) -> SourceElement:
+    """Returns an element that stands for something else at a place of a text, such as a model that a YAML names."""
+    line, column = (place.line or 1) - 1, (place.column or 1) - 1
+    return SourceElement(tag, attributes, line, column, 0, _XmlText(b"", lines), characters=[text])
+
+
 def parse_xml(data: bytes, file: str, findings: FileReport, bounds: XmlBounds | None = None) -> SourceElement | None:
     """Returns the root element of a document; None after an error.
 

@@ -1,0 +1,419 @@
+"""Imports Drake's model directives (`.dmd.yaml`): models of other files, placed by frames and welds.
+
+The models are read by the readers of their formats. As in Drake, all joints are at their default positions when models
+are placed, and a weld to the world fixes a model.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.diagnostics.messages import cut, nearest
+from scenecc.geometry.rotations import (
+    IDENTITY,
+    IDENTITY_POSE,
+    Pose7,
+    Quat,
+    compose,
+    from_axis_angle,
+    from_rpy,
+    invert,
+    to_vector,
+)
+from scenecc.importers.dmd_models import DmdModel, ModelReader, still_links
+from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
+from scenecc.importers.numbers import Names
+from scenecc.importers.sdf import SdfViews
+from scenecc.importers.sdf_files import SdfFile, find_file
+from scenecc.importers.sdf_shapes import FRICTION
+from scenecc.importers.urdf import UNREAL_INERTIAS
+from scenecc.importers.writer import write_world
+from scenecc.importers.yaml_values import ValueFault, YamlValue, read_yaml_value
+from scenecc.robots.description import IN_WORLD, DescribedConstraint, LinkName
+from scenecc.robots.world import DescribedPhysics, DescribedWorld, RobotFile
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+SEPARATOR: Final = "::"
+
+_MAX_DEPTH: Final = 20
+_MAX_FILES: Final = 500
+
+_SHORTEST: Final = 1e-9
+"""Smallest length of a direction."""
+
+_RANDOM: Final = frozenset({"!Uniform", "!Gaussian", "!UniformDiscrete", "!UniformVector", "!GaussianVector"})
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """A frame: the link that carries it, and its pose in the link; in the world for `IN_WORLD`."""
+
+    link: LinkName
+    pose: Pose7
+
+
+@dataclass(frozen=True, slots=True)
+class _Tie:
+    """Places two models so that `child` is at `parent`. `welds`: whether it also holds them there."""
+
+    parent: _Frame
+    child: _Frame
+    value: YamlValue
+    welds: bool
+
+
+def import_dmd(path: Path, context: ImportContext) -> ImportedScene | None:
+    """Returns the scene of a file of model directives; None after an error."""
+    found = context.resolve(path)
+    if found is None:
+        return None
+    reader = _DirectivesReader(context)
+    reader.read_file(found.path, str(path), "", ())
+    if context.sink.failed:
+        return None
+    reader.place()
+    return None if context.sink.failed else reader.scene(path)
+
+
+@dataclass(slots=True)
+class _Scope:
+    """A file of directives. `namespace`: prefix of its names, with its separator, or ""."""
+
+    file: SdfFile
+    namespace: str
+    chain: tuple[Path, ...]
+
+    def full(self, name: str) -> str:
+        """Returns a name with its namespace."""
+        return name if name == "world" else self.namespace + name
+
+
+class _DirectivesReader:
+    def __init__(self, context: ImportContext) -> None:
+        self._context = context
+        self._losses: list[Loss] = []
+        self._models: dict[str, DmdModel] = {}
+        self._missing: set[str] = set()
+        self._instances: set[str] = set()
+        self._frames: dict[str, _Frame] = {}
+        self._ties: list[_Tie] = []
+        self._groups: dict[str, set[LinkName]] = {}
+        self._ignored: list[tuple[str, str, YamlValue]] = []
+        self._count = 0
+        self._reader = ModelReader(context, self._losses)
+        self._read: dict[str, Callable[[YamlValue, _Scope], None]] = {
+            "add_model": self._add_model,
+            "add_model_instance": self._add_instance,
+            "add_frame": self._add_frame,
+            "add_weld": self._add_weld,
+            "add_collision_filter_group": self._add_group,
+            "add_directives": self._add_directives,
+        }
+
+    def read_file(self, path: Path, shown: str, namespace: str, chain: tuple[Path, ...]) -> None:
+        """Reads the directives of a file in order; each that is invalid is reported."""
+        top = read_yaml_value(path, shown, self._context)
+        if top is None:
+            return
+        scope = _Scope(SdfFile(self._context, path, self._losses), namespace, (*chain, path))
+        try:
+            items = _required(top, top.entries("directives"), "directives").items()
+        except ValueFault as fault:
+            hint = "a file of Drake's model directives starts with `directives:`"
+            self._context.sink.report("SC433", fault.message, fault.place, hint=fault.hint or hint)
+            return
+        for item in items:
+            self._read_directive(item, scope)
+
+    def _read_directive(self, item: YamlValue, scope: _Scope) -> None:
+        try:
+            entries = item.entries(*self._read)
+            ((name, value),) = entries.items() if len(entries) == 1 else (("", item),)
+            if not name:
+                self._report(item.fault("{} must be one directive, such as `add_model`"))
+                return
+            self._read[name](value, scope)
+        except ValueFault as fault:
+            self._report(fault)
+
+    def _report(self, fault: ValueFault) -> None:
+        if fault.loss:
+            self._losses.append(Loss(fault.loss, fault.message, fault.place))
+        else:
+            self._context.sink.report("SC433", fault.message, fault.place, hint=fault.hint)
+
+    # --- directives
+
+    def _add_model(self, value: YamlValue, scope: _Scope) -> None:
+        keys = value.entries("name", "file", "default_joint_positions", "default_free_body_pose")
+        name, uri = scope.full(_required(value, keys, "name").text()), _required(value, keys, "file")
+        if name in self._models or name in self._instances or name in self._missing or name == "world":
+            raise keys["name"].fault(f"a second model has the name `{cut(name)}`")
+        self._count += 1
+        if self._count > _MAX_FILES:
+            raise value.fault(f"more than {_MAX_FILES} models")
+        model = self._reader.read(name, uri, scope.file)
+        if model is None:
+            self._missing.add(name)
+            return
+        self._models[name] = model
+        if "default_joint_positions" in keys:
+            for joint, row in keys["default_joint_positions"].entries().items():
+                items = row.items()
+                if items:
+                    self._reader.set_joint(model, joint, row, row.numbers(len(items)))
+        if "default_free_body_pose" in keys:
+            for frame, row in keys["default_free_body_pose"].entries().items():
+                base, pose = _transform(row)
+                parent = self._frame("world", row, scope) if base is None else self._frame(base.text(), base, scope)
+                child = self._frame_of(model, frame, row)
+                self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, row, welds=False))
+
+    def _add_instance(self, value: YamlValue, scope: _Scope) -> None:
+        keys = value.entries("name")
+        self._instances.add(scope.full(_required(value, keys, "name").text()))
+
+    def _add_frame(self, value: YamlValue, scope: _Scope) -> None:
+        keys = value.entries("name", "X_PF")
+        name = scope.full(_required(value, keys, "name").text())
+        base, pose = _transform(_required(value, keys, "X_PF"))
+        if base is None:
+            raise keys["X_PF"].fault("{} needs a `base_frame`")
+        owner = name.rpartition(SEPARATOR)[0]
+        own = f"{owner}{SEPARATOR}{base.text()}"
+        is_own = SEPARATOR not in base.text() and own.removeprefix(scope.namespace) != base.text() and self._knows(own)
+        parent = self._frame(own.removeprefix(scope.namespace) if is_own else base.text(), base, scope)
+        if self._knows(name):
+            raise keys["name"].fault(f"a second frame has the name `{cut(name)}`")
+        self._frames[name] = _Frame(parent.link, compose(parent.pose, pose))
+
+    def _add_weld(self, value: YamlValue, scope: _Scope) -> None:
+        keys = value.entries("parent", "child", "X_PC")
+        ends = [_required(value, keys, key) for key in ("parent", "child")]
+        parent, child = (self._frame(end.text(), end, scope) for end in ends)
+        base, pose = _transform(keys["X_PC"]) if "X_PC" in keys else (None, IDENTITY_POSE)
+        if base is not None:
+            raise base.fault("{} has no effect: `parent` is the base of a weld", "remove it")
+        if parent.link[0] == child.link[0]:
+            raise value.fault("{} welds a model to itself")
+        self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, value, welds=True))
+
+    def _add_group(self, value: YamlValue, scope: _Scope) -> None:
+        known = ("name", "members", "member_groups", "ignored_collision_filter_groups", "model_namespace")
+        keys = value.entries(*known)
+        if "model_namespace" in keys:
+            scope = replace(scope, namespace=scope.full(keys["model_namespace"].text()) + SEPARATOR)
+        name = scope.full(_required(value, keys, "name").text())
+        members = keys["members"].items() if "members" in keys else []
+        links = {self._frame(each.text(), each, scope).link for each in members} - {IN_WORLD}
+        for each in keys["member_groups"].items() if "member_groups" in keys else ():
+            links |= self._group(scope.full(each.text()), each)
+        self._groups[name] = links
+        others = keys["ignored_collision_filter_groups"]
+        self._ignored += [(name, scope.full(each.text()), each) for each in others.items()]
+
+    def _group(self, name: str, value: YamlValue) -> set[LinkName]:
+        if name not in self._groups:
+            raise value.fault(f"there is no collision filter group `{cut(name)}`")
+        return self._groups[name]
+
+    def _add_directives(self, value: YamlValue, scope: _Scope) -> None:
+        keys = value.entries("file", "model_namespace")
+        file = _required(value, keys, "file")
+        found = find_file(file.text(), scope.file)
+        if isinstance(found, str):
+            raise file.fault(f"directives: {found}", loss="models")
+        self._count += 1
+        if found in scope.chain or len(scope.chain) > _MAX_DEPTH or self._count > _MAX_FILES:
+            why = "adds itself" if found in scope.chain else "adds too many files"
+            raise file.fault(f"`{cut(file.text())}` {why}")
+        inner = keys.get("model_namespace")
+        namespace = scope.namespace if inner is None else scope.full(inner.text()) + SEPARATOR
+        self.read_file(found, str(found), namespace, scope.chain)
+
+    # --- frames
+
+    def _knows(self, name: str) -> bool:
+        model, rest = self._owner(name)
+        return name in self._frames or (model is not None and model.knows(rest))
+
+    def _owner(self, name: str) -> tuple[DmdModel | None, str]:
+        """Returns the model whose name begins a frame's name, and the rest of the name."""
+        parts = name.split(SEPARATOR)
+        for count in range(len(parts) - 1, 0, -1):
+            model = self._models.get(SEPARATOR.join(parts[:count]))
+            if model is not None:
+                return model, SEPARATOR.join(parts[count:])
+        return None, name
+
+    def _frame(self, name: str, value: YamlValue, scope: _Scope) -> _Frame:
+        """Returns a frame by its name; one without a model must be the only one of this name."""
+        if name == "world":
+            return _Frame(IN_WORLD, IDENTITY_POSE)
+        full = scope.full(name)
+        if full in self._frames:
+            return self._frames[full]
+        model, rest = self._owner(full)
+        if model is not None:
+            return self._frame_of(model, rest, value)
+        if any(full.startswith(missing + SEPARATOR) for missing in self._missing):
+            raise value.fault(f"`{cut(name)}` belongs to a missing model", loss="joints")
+        if SEPARATOR not in name:
+            own = [frame for key, frame in self._frames.items() if key.rpartition(SEPARATOR)[2] == name]
+            holders = [model for model in self._models.values() if model.knows(name)]
+            if len(own) + len(holders) > 1:
+                raise value.fault(f"several models have a frame `{cut(name)}`", "write MODEL::FRAME")
+            if own or holders:
+                return own[0] if own else self._frame_of(holders[0], name, value)
+        near = nearest(full, [*self._models, *self._frames])
+        hint = f"the nearest name is `{near}`" if near else f"the models are {', '.join(self._models) or 'none'}"
+        raise value.fault(f"there is no frame `{cut(name)}`", hint)
+
+    def _frame_of(self, model: DmdModel, name: str, value: YamlValue) -> _Frame:
+        found = model.frame(name)
+        if found is None:
+            known = ", ".join(f"`{each}`" for each in model.names()[:8])
+            raise value.fault(f"`{cut(model.name)}` has no frame `{cut(name)}`", f"it has {known}")
+        return _Frame(*found)
+
+    # --- placing
+
+    def place(self) -> None:
+        """Places the models along the ties, from the world outwards, and fixes or welds them."""
+        pending, reader = list(self._ties), self._reader
+        done = {IN_WORLD[0], *(entity.name for entity in reader.parts.entities if still_links(entity))}
+        while pending:
+            tie = next((one for one in pending if (one.parent.link[0] in done) != (one.child.link[0] in done)), None)
+            closing = [one for one in pending if one.parent.link[0] in done and one.child.link[0] in done]
+            for one in closing:
+                kind = "add_weld" if one.welds else "default_free_body_pose"
+                loss = "" if one.welds else "settings"
+                self._report(one.value.fault(f"`{kind}` moves a model that is placed already", loss=loss))
+                pending.remove(one)
+            if tie is not None:
+                self._join(tie, is_child_placed=tie.child.link[0] in done)
+                pending.remove(tie)
+                done |= {tie.parent.link[0], tie.child.link[0]}
+            elif pending:
+                moved = {one.child.link[0] for one in pending}
+                roots = (one.parent.link[0] for one in pending if one.parent.link[0] not in moved)
+                done.add(next(roots, pending[0].parent.link[0]))
+
+    def _join(self, tie: _Tie, *, is_child_placed: bool) -> None:
+        reader = self._reader
+        still, moved = (tie.child, tie.parent) if is_child_placed else (tie.parent, tie.child)
+        target = compose(reader.pose_of(still.link), still.pose)
+        reader.move(moved.link, compose(target, invert(compose(reader.pose_of(moved.link), moved.pose))))
+        if not tie.welds:
+            return
+        if reader.is_still(still.link) and reader.is_root(moved.link):
+            reader.fix(moved.link)
+            return
+        parent, child = (tie.parent, tie.child) if reader.is_moved(tie.child.link) else (tie.child, tie.parent)
+        name = f"{parent.link[1]}_{child.link[1]}"
+        rows = (name, "weld", parent.link, child.link, parent.pose, child.pose, tie.value.location)
+        reader.parts.constraints.append(DescribedConstraint(*rows))
+
+    # --- the scene
+
+    def scene(self, path: Path) -> ImportedScene | None:
+        """Returns the scene."""
+        parts, views = self._reader.parts, SdfViews()
+        for full, built in parts.links.items():
+            if built.link is not None:
+                views.add_link(full, built, built.link)
+        if not parts.entities and not self._losses:
+            self._context.sink.report("SC433", "there is nothing to import: the file adds no model", _top(path))
+            return None
+        ignored = self._ignored_pairs()
+        world = DescribedWorld(
+            Names().new(path.name.partition(".")[0]),
+            tuple(self._reader.named_entities()),
+            DescribedPhysics(friction=FRICTION),
+            tuple(parts.constraints),
+            tuple(views.lights),
+            tuple(views.cameras),
+            ignored,
+        )
+        written = write_world(world)
+        place = _top(path)
+        self._losses += [
+            Loss("collision-filters", f"`{a}` and `{b}` would collide", place) for a, b in written.unwritten
+        ]
+        codes = UNREAL_INERTIAS | {"SC448"}
+        losses = tuple(self._losses)
+        return ImportedScene(written.document, losses, written.bodies, places=written.places, codes_of_losses=codes)
+
+    def _ignored_pairs(self) -> frozenset[frozenset[LinkName]]:
+        """Returns the pairs that the collision filter groups separate. Shapes of files cannot be separated: a loss."""
+        entities = {entity.name: entity for entity in self._reader.parts.entities}
+        found: set[frozenset[LinkName]] = set()
+        for first, second, value in self._ignored:
+            try:
+                groups = self._group(first, value), self._group(second, value)
+            except ValueFault as fault:
+                self._report(fault)
+                continue
+            pairs = {frozenset((a, b)) for a in groups[0] for b in groups[1] if a != b}
+            kept = {pair for pair in pairs if any(isinstance(entities[name].content, RobotFile) for name, _ in pair)}
+            found |= pairs - kept
+            if kept:
+                names = " and ".join(sorted(SEPARATOR.join(link) for link in min(kept, key=sorted)))
+                words = f"{names} would collide, since the scene names their files"
+                self._losses.append(Loss("collision-filters", words, value.location))
+        return frozenset(found)
+
+
+def _top(path: Path) -> Location:
+    return Location(str(path))
+
+
+def _required(value: YamlValue, keys: dict[str, YamlValue], key: str) -> YamlValue:
+    if key not in keys:
+        raise value.fault(f"{{}} needs the key `{key}`")
+    return keys[key]
+
+
+def _transform(value: YamlValue) -> tuple[YamlValue | None, Pose7]:
+    """Returns the base frame of a transform, if it names one, and the pose in it."""
+    keys = value.entries("base_frame", "translation", "rotation")
+    for key in ("translation", "rotation"):
+        if key in keys and keys[key].tag in _RANDOM:
+            hint = "write the value that is meant; a scene draws poses itself"
+            raise keys[key].fault(f"`{key}` is drawn at random (`{keys[key].tag}`), which is not imported", hint)
+    p = to_vector(keys["translation"].numbers(3)) if "translation" in keys else (0.0, 0.0, 0.0)
+    q = _rotation(keys["rotation"]) if "rotation" in keys else IDENTITY
+    return keys.get("base_frame"), (*p, *q)
+
+
+def _rotation(value: YamlValue) -> Quat:
+    """Returns a rotation: `!Rpy {deg}` or `!AngleAxis {angle_deg, axis}`; without a tag it is the identity, `{}`."""
+    kind = value.tag
+    if kind in {"", "!Identity"}:
+        if value.entries():
+            raise value.fault("a rotation needs a tag", "write `!Rpy {deg: [ROLL, PITCH, YAW]}`")
+        return IDENTITY
+    if kind == "!Rpy":
+        keys = value.entries("deg")
+        angles = _fixed(_required(value, keys, "deg"))
+        roll, pitch, yaw = map(math.radians, angles.numbers(3))
+        return from_rpy(roll, pitch, yaw)
+    if kind == "!AngleAxis":
+        keys = value.entries("angle_deg", "axis")
+        axis = to_vector(_fixed(_required(value, keys, "axis")).numbers(3))
+        if math.hypot(*axis) < _SHORTEST:
+            raise keys["axis"].fault("{} has length 0")
+        return from_axis_angle(axis, math.radians(_fixed(_required(value, keys, "angle_deg")).number()))
+    raise value.fault(f"`{cut(kind)}` is no rotation of Drake's", "the tags are `!Rpy` and `!AngleAxis`")
+
+
+def _fixed(value: YamlValue) -> YamlValue:
+    if value.tag in _RANDOM:
+        raise value.fault(f"{{}} is drawn at random (`{value.tag}`), which is not imported")
+    return value
