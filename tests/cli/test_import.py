@@ -113,9 +113,9 @@ MJCF = """<mujoco><option timestep="0.005" integrator="RK4"/>
 
 def test_an_imported_mjcf_stays_a_file_beside_its_lights_and_cameras(run, tmp_path: Path) -> None:
     (tmp_path / "cart.xml").write_text(MJCF)
-    done = run("import", "cart.xml", "-o", "cart.yaml")
+    done = run("import", "cart.xml", "-o", "cart.yaml", "--keep-file")
     assert done.returncode == 0, done.stderr
-    assert "compared with MuJoCo: 1 body\n" in done.stdout
+    assert "compared with MuJoCo: 1 body; not compared: `cart/dummy_root_0`\n" in done.stdout
     found = yaml.safe_load((tmp_path / "cart.yaml").read_text())
     assert found["entities"] == {"cart": {"mjcf": "cart.xml"}}
     assert found["physics"] == {"timestep": 0.005, "gravity": [0, 0, -9.81]}
@@ -130,7 +130,7 @@ def test_findings_about_an_imported_scene_are_reported_at_the_source_file(run, t
     joint = '<joint type="hinge" limited="true" range="20 40"/><geom size="1"/>'
     (tmp_path / "cart.xml").write_text(f"<mujoco><worldbody><body>{joint}</body></worldbody></mujoco>")
     done = run("import", "cart.xml", "-o", "cart.yaml")
-    assert "cart.xml: warning SC518" in done.stderr
+    assert "cart.xml:1:20: warning SC518" in done.stderr
 
 
 def test_a_repair_of_a_urdf_must_be_allowed(run, tmp_path: Path) -> None:
