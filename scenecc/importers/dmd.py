@@ -195,7 +195,9 @@ class _DirectivesReader:
         frame = self._frames[name] = _Frame(parent.link, compose(parent.pose, pose))
         if name == scope.full(name.rpartition(SEPARATOR)[2]) and parent.link != IN_WORLD:
             # A frame without a model belongs to that of its base.
-            self._frames.setdefault(f"{self._reader.model_of(parent.link)}{SEPARATOR}{name.rpartition(SEPARATOR)[2]}", frame)
+            self._frames.setdefault(
+                f"{self._reader.model_of(parent.link)}{SEPARATOR}{name.rpartition(SEPARATOR)[2]}", frame
+            )
 
     def _add_weld(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("parent", "child", "X_PC")
