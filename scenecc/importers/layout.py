@@ -1,7 +1,8 @@
 """Imports EmbodiedGen's `layout.json`: the bodies that its loader for SAPIEN builds.
 
-They follow `load_assets_from_layout_file` and `load_actor_from_urdf` in EmbodiedGen's `utils/simulation.py`: the context is static, other objects are dynamic with a density of 1000 kg/m³, whatever mass their URDF has, and the
-parts of a collision mesh collide as their hulls. An articulated URDF stays a file.
+They follow `load_assets_from_layout_file` and `load_actor_from_urdf` in EmbodiedGen's `utils/simulation.py`: the
+context is static, other objects are dynamic with a density of 1000 kg/m³, whatever mass their URDF has, and the parts
+of a collision mesh collide as their hulls. An articulated URDF stays a file.
 """
 
 from __future__ import annotations
