@@ -20,7 +20,8 @@ SHAPE = """<{tag}><origin xyz="0.01 0 0" rpy="0 0 0"/>
   <geometry><mesh filename="mesh/v.obj" scale="0.1 0.1 0.1"/></geometry>
   {rest}</{tag}>"""
 URDF = """<robot name="{name}"><link name="{name}">{visual}{collision}
-<inertial><mass value="0.4"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>{rest}</robot>"""
+<inertial><mass value="0.4"/>
+  <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>{rest}</robot>"""
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 DOOR = """<link name="door"><inertial><mass value="1"/>
   <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -76,7 +77,7 @@ def test_bodies_are_those_of_the_loader(folder: Path) -> None:
     assert "mass" not in bowl
     assert "inertial" not in bowl
     material = {"static_friction": 0.7, "dynamic_friction": 0.1, "restitution": 0.05}
-    assert material in ([*found.document.get("materials", {}).values(), bowl["material"]])
+    assert bowl["material"] == {"physical": material}
     assert bowl["shapes"][0]["type"] == "convex_parts"
     assert entities["box_1"]["fix_root_link"] is False
     assert [loss.kind for loss in found.losses] == ["visuals", "assumed-masses", "robots"]
@@ -102,9 +103,7 @@ def test_another_json_is_no_layout(text: str, folder: Path) -> None:
     found, sink = read(folder, text)
     assert found is None
     assert sink.failed
-    assert {fault.code for fault in sink.diagnostics()} <= {"SC430", "SC003", "SC602"} | {
-        one.code for one in sink.diagnostics() if one.location.line
-    }
+    assert all(fault.location.line for fault in sink.diagnostics())
 
 
 @pytest.mark.parametrize(
