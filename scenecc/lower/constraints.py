@@ -47,7 +47,7 @@ from scenecc.spec.references import WORLD, NameScopes, qualified_name
 from scenecc.variation.nodes import NODE_TYPES, AffineClamp, Stacked
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin

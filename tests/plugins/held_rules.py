@@ -126,6 +126,8 @@ def constraints(document: Node, random: Random) -> None:
         for pose in ("pose_in_parent", "pose_in_child", "target"):
             for node in nodes(constraint.get(pose)):
                 drop(node, "relative_to")
+        if parent is None or len(kept) > 1:  # another one may keep the bodies apart
+            drop(constraint, "collide")
         _typed(constraint, random)
 
 
