@@ -10,17 +10,17 @@ import numpy as np
 from scenecc.assets.errors import AssetError
 from scenecc.assets.files import check_measures
 from scenecc.assets.meshes import checked_content, read_mesh
-from scenecc.geometry.rotation_arrays import compose, pose_matrix
+from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.plan import BodyStructure, MeshGeometry
 from scenecc.plan.geometry import Heightfield, Primitive, TiledPlane, VisualPlane
-from scenecc.plan.link_poses import step_poses, steps_across
+from scenecc.plan.link_poses import link_poses
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from numpy.typing import NDArray
 
-    from scenecc.plan import ArticulationStructure, CollisionShape, Entity, ScenePlan, VisualShape
+    from scenecc.plan import CollisionShape, Entity, ScenePlan, VisualShape
 
     Floats = NDArray[np.float64]
     Box = tuple[Floats, Floats]
@@ -122,18 +122,8 @@ def _posed_bodies(entity: Entity, row: int) -> Iterator[tuple[Floats, BodyStruct
     if isinstance(structure, BodyStructure):
         yield root, structure
         return
-    yield from zip(_link_poses(structure, root, row), (link.body for link in structure.links), strict=True)
-
-
-def _link_poses(structure: ArticulationStructure, root: Floats, row: int) -> list[Floats]:
-    """Returns the poses (7,) of all links in the world, at the initial joint positions."""
-    poses: list[Floats] = []
-    for link in structure.links:
-        pose = root if link.parent is None else poses[link.parent]
-        for step in steps_across(link.joint, ()) if link.joint is not None else ():
-            pose = compose(pose[None], step_poses(step, np.asarray(step.value.row(row))[None]))[0]
-        poses.append(pose)
-    return poses
+    poses = link_poses(structure, root[None], lambda value: np.asarray(value.row(row))[None])
+    yield from ((pose[0], link.body) for pose, link in zip(poses, structure.links, strict=True))
 
 
 def _world_box(frame: Floats, box: Box) -> Box:

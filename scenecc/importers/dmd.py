@@ -158,10 +158,11 @@ class _DirectivesReader:
         self._count += 1
         if self._count > _MAX_FILES:
             raise value.fault(f"more than {_MAX_FILES} models")
+        self._missing.add(name)
         model = self._reader.read(name, uri, scope.file)
         if model is None:
-            self._missing.add(name)
             return
+        self._missing.discard(name)
         self._models[name] = model
         if "default_joint_positions" in keys:
             for joint, row in keys["default_joint_positions"].entries().items():
@@ -191,7 +192,12 @@ class _DirectivesReader:
         parent = self._frame(own.removeprefix(scope.namespace) if is_own else base.text(), base, scope)
         if self._knows(name):
             raise keys["name"].fault(f"a second frame has the name `{cut(name)}`")
-        self._frames[name] = _Frame(parent.link, compose(parent.pose, pose))
+        frame = self._frames[name] = _Frame(parent.link, compose(parent.pose, pose))
+        if name == scope.full(name.rpartition(SEPARATOR)[2]) and parent.link != IN_WORLD:
+            # A frame without a model belongs to that of its base.
+            self._frames.setdefault(
+                f"{self._reader.model_of(parent.link)}{SEPARATOR}{name.rpartition(SEPARATOR)[2]}", frame
+            )
 
     def _add_weld(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("parent", "child", "X_PC")
@@ -265,7 +271,7 @@ class _DirectivesReader:
         if any(full.startswith(missing + SEPARATOR) for missing in self._missing):
             raise value.fault(f"`{cut(name)}` belongs to a missing model", loss="joints")
         if SEPARATOR not in name:
-            own = [frame for key, frame in self._frames.items() if key.rpartition(SEPARATOR)[2] == name]
+            own = [*{frame for key, frame in self._frames.items() if key.rpartition(SEPARATOR)[2] == name}]
             holders = [model for model in self._models.values() if model.knows(name)]
             if len(own) + len(holders) > 1:
                 raise value.fault(f"several models have a frame `{cut(name)}`", "write MODEL::FRAME")
@@ -316,7 +322,7 @@ class _DirectivesReader:
             reader.fix(moved.link)
             return
         parent, child = (tie.parent, tie.child) if reader.is_moved(tie.child.link) else (tie.child, tie.parent)
-        name = f"{parent.link[1]}_{child.link[1]}"
+        name = f"{parent.link[1] or parent.link[0]}_{child.link[1]}"
         rows = (name, "weld", parent.link, child.link, parent.pose, child.pose, tie.value.location)
         reader.parts.constraints.append(DescribedConstraint(*rows))
 

@@ -83,8 +83,11 @@ class DmdModel:
 
     def knows(self, name: str) -> bool:
         """Returns whether it has a frame of this name."""
-        in_scope = self.scope is not None and name not in self.scope.joints and self.scope.knows(name)
-        return in_scope or name in self.links or name in self.frames
+        scope = self.scope
+        if scope is not None and scope.knows(name):
+            # Unlike in an SDF, a joint is no frame.
+            return name not in scope.joints or name in scope.links or name in scope.frames
+        return name in self.links or name in self.frames
 
     def frame(self, name: str) -> tuple[LinkName, Pose7] | None:
         """Returns the link that carries a frame, and the frame's pose in it; None if there is none."""
@@ -324,6 +327,10 @@ class ModelReader:
         if content.format == "urdf" and "body_type" not in keys:
             del keys["fix_root_link"]
         self._change(link[0], replace(content, keys=tuple(keys.items())))
+
+    def model_of(self, link: LinkName) -> str:
+        """Returns the name of a link's model, with its namespaces."""
+        return self._full[link[0].partition(SEPARATOR)[0]]
 
     def named_entities(self) -> list[DescribedEntity]:
         """Returns the entities; their links are called as in Drake, `MODEL::LINK`, for the comparison."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -118,12 +119,30 @@ class YamlValue:
         return tuple(item.number() for item in items)
 
 
-def read_yaml_value(path: Path, shown: str, context: ImportContext) -> YamlValue | None:
-    """Returns the top value of a file; None after an error. `shown`: its name in messages."""
+_JSON_ESCAPE = re.compile(r"\\(?:u(d[89ab][0-9a-f]{2})\\u(d[c-f][0-9a-f]{2})|.)", re.IGNORECASE | re.DOTALL)
+
+
+def _plain_escape(match: re.Match[str]) -> str:
+    """Returns an escape of JSON as YAML has it: a character beyond U+FFFF itself instead of two halves."""
+    if match[1] is None:
+        return "/" if match[0] == "\\/" else match[0]
+    return chr(0x10000 + ((int(match[1], 16) - 0xD800) << 10) + int(match[2], 16) - 0xDC00)
+
+
+def read_yaml_value(path: Path, shown: str, context: ImportContext, *, is_json: bool = False) -> YamlValue | None:
+    """Returns the top value of a file; None after an error.
+
+    Args:
+        path: of the file.
+        shown: its name in messages.
+        context: of the import.
+        is_json: whether the file is JSON, which differs from YAML in two escapes.
+    """
     content = read_bytes(str(path), context.sink, context.limits)
     text = None if content is None else decode_text(content, shown, context.sink, context.limits)
     if text is None or not check_value_count(text, shown, context.sink, context.limits):
         return None
+    text = _JSON_ESCAPE.sub(_plain_escape, text) if is_json else text
     lines = TextLines(shown, text)
     try:
         node: Any = yaml.compose(text, yaml.CSafeLoader if yaml.__with_libyaml__ else yaml.SafeLoader)

@@ -27,7 +27,7 @@ from scenecc.plan import (
     literal,
 )
 from scenecc.plan.body import Mount
-from scenecc.plan.constraint import WELD_SWING, DriveAxis, LimitAxis, colliding_constraints
+from scenecc.plan.constraint import WELD_SWING, DriveAxis, LimitAxis
 from scenecc.plan.link_poses import PoseStep, steps_to_link
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.spec.constraint import (
@@ -47,7 +47,7 @@ from scenecc.spec.references import WORLD, NameScopes, qualified_name
 from scenecc.variation.nodes import NODE_TYPES, AffineClamp, Stacked
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
@@ -278,19 +278,23 @@ class ConstraintLowerer:
         """The constraints of the plan, without those with errors. `origin`: of `constraints`."""
         found = [self._constraint(name, one, origin.child(name)) for name, one in written.items()]
         made = tuple(one for one in found if one is not None)
-        colliding = colliding_constraints(made)
-        for one in made:
-            others = [each for each in made if {each.child, each.parent} == {one.child, one.parent}]
-            if one.collide and others[-1].name not in colliding and one.origin is not None:
-                other = next(each.name for each in others if not each.collide)
-                where = f"beside `{cut(other)}`, which connects the same bodies without it"
-                report_unused_key("collide", where, one.origin, self._sink, hint="write `collide: true` there too")
+        self._report_unused_collide(made)
         if self._sampling.resets and not self._sink.failed:
             from scenecc.lower.resets import check_constraint_resets  # noqa: PLC0415 - loaded where something varies
 
             left_out = tuple(one for one in made if written[one.name].pose_in_parent is None)
             check_constraint_resets(left_out, self._sampling, self._entities.frames)
         return made
+
+    def _report_unused_collide(self, made: Sequence[Constraint]) -> None:
+        """Reports `collide` of constraints whose bodies another one keeps apart in all of their scenes."""
+        for one in made:
+            if not one.collide or one.parent is None or one.origin is None:
+                continue
+            apart = [each for each in made if not each.collide and {each.child, each.parent} == {one.child, one.parent}]
+            if apart and {*one.scene_idxs} <= {index for each in apart for index in each.scene_idxs}:
+                where = f"beside `{cut(apart[0].name)}`, which connects the same bodies without it"
+                report_unused_key("collide", where, one.origin, self._sink, hint="write `collide: true` there too")
 
     def describe(self) -> tuple[Constraint, ...]:
         """Makes the constraints from robot files."""

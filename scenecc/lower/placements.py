@@ -16,7 +16,8 @@ from scenecc.lower.forms import VariationLowerer, field_place
 from scenecc.lower.mounts import MountLookup
 from scenecc.lower.poses import pose_item, warn_probable_degrees
 from scenecc.placing.bodies import Part, UnsupportedShapeError, entity_parts, matrices, rows_in, rows_of
-from scenecc.placing.place import Placer, PlacingError
+from scenecc.placing.place import place_next
+from scenecc.placing.placer import Placer, PlacingError
 from scenecc.placing.regions import headings, rectangle_of
 from scenecc.placing.surfaces import area_of, footprint, upward_surfaces
 from scenecc.plan import ArticulationStructure, BodyStructure, Mount, Nearness, NextTo, Placement, Value, literal
@@ -552,7 +553,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
         placer = Placer(plan, batch, standing, local, still, redrawn)
         for placement in plan.placements:
             origin = placement.origin or origin
-            placer.place(placement)
+            place_next(placer, placement)
             # The next placement needs the poses of everything relative to this one.
             sampling.placed.update(batch.placed)
         overlap = placer.drawn_overlap()

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.placing.place import Placer, PlacingError
+from scenecc.placing.place import place_next
+from scenecc.placing.placer import Placer, PlacingError
 from scenecc.variation.nodes import placements_read_by
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def place_anew(plan: ScenePlan, batch: Batch, poses: Mapping[str, tuple[Sequence
     try:
         for placement in plan.placements:
             if placement.name in placed:
-                placer.place(placement)
+                place_next(placer, placement)
     except PlacingError as error:
         shown = ", ".join(map(str, error.scenes[:10])) + (", …" if len(error.scenes) > 10 else "")
         raise ValueError(f"{error.message}, in scenes {shown}" + (f"; {error.why}" if error.why else "")) from None

@@ -30,7 +30,7 @@ from scenecc.plan.geometry import (
     Sphere,
     TriangleMesh,
 )
-from scenecc.plan.link_poses import step_poses, steps_across
+from scenecc.plan.link_poses import link_poses
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -247,18 +247,15 @@ def _link_poses(
     structure: ArticulationStructure, rows: Indices, there: NDArray[np.bool_], batch: Batch
 ) -> list[Floats]:
     """Returns the poses (B, 7) of links in the frame of the root, at the initial joint positions."""
-    found: list[Floats] = []
-    for link in structure.links:
-        at = np.tile(np.array(IDENTITY_POSE), (len(rows), 1)) if link.parent is None else found[link.parent]
-        for step in steps_across(link.joint, ()) if link.joint is not None and link.parent is not None else ():
-            if step.value.recipe is None:
-                data = rows_of(step.value, rows)
-            else:
-                data = np.zeros(len(rows))
-                data[there] = batch.only(np.flatnonzero(there)).evaluate(step.value.recipe)
-            at = rotation_arrays.compose(at, step_poses(step, data))
-        found.append(at)
-    return found
+
+    def data_of(value: Value) -> NDArray[Any]:
+        if value.recipe is None:
+            return rows_of(value, rows)
+        data = np.zeros(len(rows))
+        data[there] = batch.only(np.flatnonzero(there)).evaluate(value.recipe)
+        return data
+
+    return link_poses(structure, np.tile(np.array(IDENTITY_POSE), (len(rows), 1)), data_of)
 
 
 def _body_parts(

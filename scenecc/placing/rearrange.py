@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.placing.place import Placer, PlacingError, Trial
+from scenecc.placing.placer import Placer, PlacingError
+from scenecc.placing.trial import Trial
 from scenecc.plan.placement import TRIED_FIELDS
 from scenecc.variation.nodes import placements_read_by
 

@@ -9,6 +9,8 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotations import IDENTITY_POSE
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from scenecc.plan.articulation import ArticulationStructure, Joint
@@ -48,6 +50,27 @@ def steps_to_link(structure: ArticulationStructure, link: str, scenes: tuple[int
             steps = [*steps_across(joint, scenes), *steps]
         at = structure.links[at].parent
     return steps
+
+
+def link_poses(
+    structure: ArticulationStructure, root: NDArray[Any], data_of: Callable[[Value], NDArray[Any]]
+) -> list[NDArray[Any]]:
+    """Returns the poses (B, 7) of all links, at the initial joint positions.
+
+    Args:
+        structure: the articulation.
+        root: poses (B, 7) of its root.
+        data_of: returns the rows (B, ·) of a pose or a joint position.
+    """
+    from scenecc.geometry.rotation_arrays import compose  # noqa: PLC0415 - see `step_poses`
+
+    found: list[NDArray[Any]] = []
+    for link in structure.links:
+        pose = root if link.parent is None else found[link.parent]
+        for step in () if link.joint is None else steps_across(link.joint, ()):
+            pose = compose(pose, step_poses(step, data_of(step.value)))
+        found.append(pose)
+    return found
 
 
 def steps_across(joint: Joint, scenes: tuple[int, ...]) -> list[PoseStep]:

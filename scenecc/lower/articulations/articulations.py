@@ -480,7 +480,7 @@ class ArticulationLowerer:
                 body, body_type=body_type, inertial=None if body.inertial is link.inertial else body.inertial
             )
         # A robot file may have a mass without shapes.
-        shapeless = not body.collisions and not body.visuals and body.inertial is not None
+        shapeless = (not body.collisions and not body.visuals and body.inertial is not None) or None
         return replace(body, body_type=body_type, shapeless=shapeless, **self._solver_values(work, fixed=False))
 
     def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure | ArticulationStructure:

@@ -352,6 +352,14 @@ def test_a_collider_and_a_visual_of_equal_geometry_become_one_shape(tmp_path: Pa
     assert found["a"] == {"density": 5, "shapes": [{"type": "box", "half_size": [1, 1, 1]}]}
 
 
+def test_locked_axes_are_turned_with_the_stage(tmp_path: Path) -> None:
+    locks = ("int physxRigidBody:lockedPosAxis = 2", "float physxRigidBody:lockedRotAxis = inf")
+    text = f'def Cube "a" ({BODY})\n{{\n{locks[0]}\n{locks[1]}\n}}\n'
+    assert entities(read(tmp_path, text))["a"]["locked_axes"] == ["y"]
+    found = read(tmp_path, text, head='upAxis = "Y"\nmetersPerUnit = 1')
+    assert entities(found)["a"]["locked_axes"] == ["z"]
+
+
 def test_kinematic_and_disabled_bodies_are_imported(tmp_path: Path) -> None:
     text = (
         f'def Cube "a" ({BODY})\n{{\nbool physics:kinematicEnabled = 1\n}}\n'

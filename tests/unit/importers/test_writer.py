@@ -110,7 +110,7 @@ def test_an_inertial_of_the_shapes_is_a_mass() -> None:
     other = DescribedInertial(mass, pose, (*moments[:2], moments[2] * 1.001), HERE)
     assert "inertial" in written(body("a", collisions=box, inertial=other))["entities"]["a"]
     ball = (shape(SolidGeometry("sphere", (0.01,))),)
-    small = DescribedInertial(mass, IDENTITY_POSE, (4e-5 * mass,) * 3, HERE)  # SAPIEN would compute 80 times as much
+    small = DescribedInertial(mass, IDENTITY_POSE, (1.2e-4, 1.2e-4, 1.2e-4), HERE)  # SAPIEN computes 6 times as much
     assert "inertial" in written(body("a", collisions=ball, inertial=small))["entities"]["a"]
 
 

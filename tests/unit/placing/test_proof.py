@@ -71,11 +71,11 @@ def test_bodies_placed_at_a_reset_do_not_overlap(tmp_path: Path) -> None:
     assert overlap(plan, poses) is None
 
 
-@pytest.mark.parametrize("broken", ["place.are_apart", "distances._bounds"])
+@pytest.mark.parametrize("broken", ["trial.are_apart", "distances._bounds"])
 def test_the_proof_detects_a_broken_sampler(broken: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def all_apart(a: Any, b: Any, _least: Any) -> Any:
         far = np.full(len(a.p), 1.0)
-        return far > 0 if broken == "place.are_apart" else (far, far, a.p - b.p)
+        return far > 0 if broken == "trial.are_apart" else (far, far, a.p - b.p)
 
     place = {"on": "table", "region": [[-0.05, -0.05], [0.05, 0.05]]}
     things = {f"thing_{i}": {"place": place, "shapes": [SHAPES[1 + i % 4]]} for i in range(6)}
