@@ -252,7 +252,9 @@ def lying_axis(pose: Pose7, *, is_symmetric: bool) -> tuple[str, Pose7]:
 
     `is_symmetric`: whether both ends are alike, so that it may be turned over.
     """
-    ways = [pose, _unturned(pose, (0.0, 0.0, 1.0, 0.0))] if is_symmetric else [pose]
+    # Half a turn about its axis changes nothing.
+    turns = [IDENTITY, (0.0, 1.0, 0.0, 0.0), *([(0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0)] if is_symmetric else [])]
+    ways = [_unturned(pose, turn) for turn in turns]
     places = [
         (name, clean_pose(_unturned(way, shortest_from_x(axis)))) for way in ways for name, axis in _LETTERS.items()
     ]
@@ -293,4 +295,6 @@ def _complexity(pose: Pose7) -> int:
     q = pose[3:]
     if max(abs(abs(a) - b) for a, b in zip(q, IDENTITY, strict=True)) < SINGLE:
         return 0
-    return 1 if "rpy_deg" in pose_key(pose)["pose"] else 2
+    turn = pose_key(pose)["pose"]
+    # Fewer angles are plainer, positive ones before negative ones.
+    return sum(2 + (angle < 0) for angle in turn["rpy_deg"] if angle) if "rpy_deg" in turn else 10
