@@ -272,4 +272,5 @@ class MjcfShapeReader:
             # Single precision would give 0.19999999.
             roughness=roughness if roughness >= 0 else round(1 - shininess, 6),
             metallic=max(metallic, 0.0),
+            name=model.name("mat", material),
         )

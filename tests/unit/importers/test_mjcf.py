@@ -179,9 +179,9 @@ def test_absolute_paths_lead_to_the_copies(folder: Path, folder_key: str) -> Non
     assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]
 
 
-PLANAR = """<mujoco><worldbody>
+PLANAR = """<mujoco><asset><material name="steel" rgba="0.5 0.5 0.5 1" shininess="0.8"/></asset><worldbody>
 <body name="puck" pos="0 0 0.1"><joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
-<geom type="capsule" fromto="0 0 0 0 0 -0.1" size="0.02"/>
+<geom type="capsule" fromto="0 0 0 0 0 -0.1" size="0.02" material="steel"/>
 <body name="pin" euler="0 90 0"><geom size="0.01"/></body></body>
 <body name="hand" mocap="true"/></worldbody>
 <equality><weld body1="hand" body2="pin"/></equality></mujoco>"""
@@ -197,4 +197,5 @@ def test_a_robot_has_the_name_of_its_first_body_and_plain_rotations(folder: Path
     text = (folder / "table.yaml").read_text()
     assert "\n  puck:\n" in text
     assert "rpy_deg: [0, 90, 0]" in text
+    assert "  steel: {visual: {base_color: [0.5, 0.5, 0.5], specular: 0.5, roughness: 0.2}}\n" in text
     assert "{type: capsule, pose: [0, 0, -0.05], radius: 0.02, half_length: 0.05, axis: z" in " ".join(text.split())

@@ -23,8 +23,8 @@ from scenecc.importers.numbers import clean_pose, plain_pose
     ],
 )
 def test_rotations_of_single_precision_become_whole_degrees(written: list[int], plain: list[int]) -> None:
-    q = np.float32(from_rpy(*map(math.radians, written))).tolist()
-    assert plain_pose(clean_pose((0, 0, 0, q[0], q[1], q[2], q[3]))) == {"rpy_deg": plain}
+    w, x, y, z = (float(np.float32(each)) for each in from_rpy(*map(math.radians, written)))
+    assert plain_pose(clean_pose((0, 0, 0, w, x, y, z))) == {"rpy_deg": plain}
 
 
 def test_a_rotation_that_is_not_whole_degrees_stays_a_quaternion() -> None:
