@@ -321,6 +321,9 @@ class _DirectivesReader:
         if reader.is_still(still.link) and reader.is_root(moved.link):
             reader.fix(moved.link)
             return
+        pose = compose(still.pose, invert(moved.pose))
+        if still is tie.parent and reader.attach(still.link, moved.link, pose, tie.value.location):
+            return
         parent, child = (tie.parent, tie.child) if reader.is_moved(tie.child.link) else (tie.child, tie.parent)
         name = f"{parent.link[1] or parent.link[0]}_{child.link[1]}"
         rows = (name, "weld", parent.link, child.link, parent.pose, child.pose, tie.value.location)

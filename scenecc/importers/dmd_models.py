@@ -40,13 +40,14 @@ from scenecc.robots.description import (
 )
 from scenecc.robots.files import FileReport, read_robot_bytes
 from scenecc.robots.mujoco.reader import read_mjcf
-from scenecc.robots.world import DescribedEntity, RobotFile
+from scenecc.robots.world import DescribedEntity, FilePart, RobotFile
 from scenecc.robots.xml import XmlBounds, element_at, parse_number, parse_xml
 from scenecc.source.paths import Refusal, resolve_path
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from scenecc.diagnostics.diagnostic import Location
     from scenecc.importers.yaml_values import YamlValue
 
 _MESHES: Final = (".obj", ".gltf", ".glb", ".vtk")
@@ -124,6 +125,7 @@ class ModelReader:
         self._context = context
         self._losses = losses
         self._full: dict[str, str] = {}
+        self._attached: dict[str, FilePart] = {}
 
     def read(self, name: str, uri: YamlValue, file: SdfFile) -> DmdModel | None:
         """Reads a model; returns None after an error or a loss. `name`: with its namespaces."""
@@ -328,13 +330,37 @@ class ModelReader:
             del keys["fix_root_link"]
         self._change(link[0], replace(content, keys=tuple(keys.items())))
 
+    def attach(self, to: LinkName, root: LinkName, pose: Pose7, place: Location) -> bool:
+        """Attaches the URDF of a root to a link of another robot's file, if a scene can; returns whether it can."""
+        if to == IN_WORLD:
+            return False
+        whole, part = self._content(to[0]), self._content(root[0])
+        if not isinstance(whole, RobotFile) or not isinstance(part, RobotFile) or part.format != "urdf":
+            return False
+        is_robot = len(whole.robots) == 1 and len(whole.robots[0].links) > 1
+        if not is_robot or not self.is_root(root) or part.robots[0].pose != IDENTITY_POSE:
+            return False
+        keys = tuple(row for row in part.keys if row[0] != "fix_root_link")
+        self._attached[root[0]] = FilePart(root[0], to, pose, replace(part, keys=keys), place)
+        return True
+
     def model_of(self, link: LinkName) -> str:
         """Returns the name of a link's model, with its namespaces."""
         return self._full[link[0].partition(SEPARATOR)[0]]
 
     def named_entities(self) -> list[DescribedEntity]:
         """Returns the entities; their links are called as in Drake, `MODEL::LINK`, for the comparison."""
-        return [replace(entity, content=self._named(entity)) for entity in self.parts.entities]
+        named = {entity.name: replace(entity, content=self._named(entity)) for entity in self.parts.entities}
+        for name, part in self._attached.items():
+            whole, file = part.to[0], named.pop(name).content
+            while whole in self._attached:
+                whole = self._attached[whole].to[0]
+            top = named[whole].content
+            assert isinstance(top, RobotFile)
+            assert isinstance(file, RobotFile)
+            own = replace(part, file=replace(part.file, robots=file.robots))
+            named[whole] = replace(named[whole], content=replace(top, parts=(*top.parts, own)))
+        return [*named.values()]
 
     def _named(self, entity: DescribedEntity) -> DescribedRobot | RobotFile:
         plain = entity.name.partition(SEPARATOR)[0]
