@@ -24,9 +24,10 @@ from scenecc.geometry.rotations import (
     invert,
     to_vector,
 )
-from scenecc.importers.dmd_models import DmdModel, ModelReader, still_links
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
+from scenecc.importers.model_files import ModelReader, NamedModel
 from scenecc.importers.numbers import Names
+from scenecc.importers.placed_entities import still_links
 from scenecc.importers.sdf import SdfViews
 from scenecc.importers.sdf_files import SdfFile, find_file
 from scenecc.importers.sdf_shapes import FRICTION
@@ -42,12 +43,11 @@ if TYPE_CHECKING:
 SEPARATOR: Final = "::"
 
 _MAX_DEPTH: Final = 20
+
 _MAX_FILES: Final = 500
 
 _SHORTEST: Final = 1e-9
 """Smallest length of a direction."""
-
-_RANDOM: Final = frozenset({"!Uniform", "!Gaussian", "!UniformDiscrete", "!UniformVector", "!GaussianVector"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ class _DirectivesReader:
     def __init__(self, context: ImportContext) -> None:
         self._context = context
         self._losses: list[Loss] = []
-        self._models: dict[str, DmdModel] = {}
+        self._models: dict[str, NamedModel] = {}
         self._missing: set[str] = set()
         self._instances: set[str] = set()
         self._frames: dict[str, _Frame] = {}
@@ -249,7 +249,7 @@ class _DirectivesReader:
         model, rest = self._owner(name)
         return name in self._frames or (model is not None and model.knows(rest))
 
-    def _owner(self, name: str) -> tuple[DmdModel | None, str]:
+    def _owner(self, name: str) -> tuple[NamedModel | None, str]:
         """Returns the model whose name begins a frame's name, and the rest of the name."""
         parts = name.split(SEPARATOR)
         for count in range(len(parts) - 1, 0, -1):
@@ -281,7 +281,7 @@ class _DirectivesReader:
         hint = f"the nearest name is `{near}`" if near else f"the models are {', '.join(self._models) or 'none'}"
         raise value.fault(f"there is no frame `{cut(name)}`", hint)
 
-    def _frame_of(self, model: DmdModel, name: str, value: YamlValue) -> _Frame:
+    def _frame_of(self, model: NamedModel, name: str, value: YamlValue) -> _Frame:
         found = model.frame(name)
         if found is None:
             known = ", ".join(f"`{each}`" for each in model.names()[:8])
@@ -312,22 +312,22 @@ class _DirectivesReader:
                 done.add(next(roots, pending[0].parent.link[0]))
 
     def _join(self, tie: _Tie, *, is_child_placed: bool) -> None:
-        reader = self._reader
+        placed = self._reader.placed
         still, moved = (tie.child, tie.parent) if is_child_placed else (tie.parent, tie.child)
-        target = compose(reader.pose_of(still.link), still.pose)
-        reader.move(moved.link, compose(target, invert(compose(reader.pose_of(moved.link), moved.pose))))
+        target = compose(placed.pose_of(still.link), still.pose)
+        placed.move(moved.link, compose(target, invert(compose(placed.pose_of(moved.link), moved.pose))))
         if not tie.welds:
             return
-        if reader.is_still(still.link) and reader.is_root(moved.link):
-            reader.fix(moved.link)
+        if placed.is_still(still.link) and placed.is_root(moved.link):
+            placed.fix(moved.link)
             return
         pose = compose(still.pose, invert(moved.pose))
-        if still is tie.parent and reader.attach(still.link, moved.link, pose, tie.value.location):
+        if still is tie.parent and placed.attach(still.link, moved.link, pose, tie.value.location):
             return
-        parent, child = (tie.parent, tie.child) if reader.is_moved(tie.child.link) else (tie.child, tie.parent)
+        parent, child = (tie.child, tie.parent) if placed.is_still(tie.child.link) else (tie.parent, tie.child)
         name = f"{parent.link[1] or parent.link[0]}_{child.link[1]}"
         rows = (name, "weld", parent.link, child.link, parent.pose, child.pose, tie.value.location)
-        reader.parts.constraints.append(DescribedConstraint(*rows))
+        self._reader.parts.constraints.append(DescribedConstraint(*rows))
 
     # --- the scene
 
@@ -338,20 +338,21 @@ class _DirectivesReader:
             if built.link is not None:
                 views.add_link(full, built, built.link)
         if not parts.entities and not self._losses:
-            self._context.sink.report("SC433", "there is nothing to import: the file adds no model", _top(path))
+            self._context.sink.report(
+                "SC433", "there is nothing to import: the file adds no model", Location(str(path))
+            )
             return None
         ignored = self._ignored_pairs()
         world = DescribedWorld(
             Names().new(path.name.partition(".")[0]),
-            tuple(self._reader.named_entities()),
+            self._reader.placed.entities(),
             DescribedPhysics(friction=FRICTION),
             tuple(parts.constraints),
             tuple(views.lights),
             tuple(views.cameras),
             ignored,
         )
-        written = write_world(world)
-        place = _top(path)
+        written, place = write_world(world), Location(str(path))
         self._losses += [
             Loss("collision-filters", f"`{a}` and `{b}` would collide", place) for a, b in written.unwritten
         ]
@@ -379,10 +380,6 @@ class _DirectivesReader:
         return frozenset(found)
 
 
-def _top(path: Path) -> Location:
-    return Location(str(path))
-
-
 def _required(value: YamlValue, keys: dict[str, YamlValue], key: str) -> YamlValue:
     if key not in keys:
         raise value.fault(f"{{}} needs the key `{key}`")
@@ -392,10 +389,6 @@ def _required(value: YamlValue, keys: dict[str, YamlValue], key: str) -> YamlVal
 def _transform(value: YamlValue) -> tuple[YamlValue | None, Pose7]:
     """Returns the base frame of a transform, if it names one, and the pose in it."""
     keys = value.entries("base_frame", "translation", "rotation")
-    for key in ("translation", "rotation"):
-        if key in keys and keys[key].tag in _RANDOM:
-            hint = "write the value that is meant; a scene draws poses itself"
-            raise keys[key].fault(f"`{key}` is drawn at random (`{keys[key].tag}`), which is not imported", hint)
     p = to_vector(keys["translation"].numbers(3)) if "translation" in keys else (0.0, 0.0, 0.0)
     q = _rotation(keys["rotation"]) if "rotation" in keys else IDENTITY
     return keys.get("base_frame"), (*p, *q)
@@ -410,19 +403,12 @@ def _rotation(value: YamlValue) -> Quat:
         return IDENTITY
     if kind == "!Rpy":
         keys = value.entries("deg")
-        angles = _fixed(_required(value, keys, "deg"))
-        roll, pitch, yaw = map(math.radians, angles.numbers(3))
+        roll, pitch, yaw = map(math.radians, _required(value, keys, "deg").numbers(3))
         return from_rpy(roll, pitch, yaw)
     if kind == "!AngleAxis":
         keys = value.entries("angle_deg", "axis")
-        axis = to_vector(_fixed(_required(value, keys, "axis")).numbers(3))
+        axis = to_vector(_required(value, keys, "axis").numbers(3))
         if math.hypot(*axis) < _SHORTEST:
             raise keys["axis"].fault("{} has length 0")
-        return from_axis_angle(axis, math.radians(_fixed(_required(value, keys, "angle_deg")).number()))
-    raise value.fault(f"`{cut(kind)}` is no rotation of Drake's", "the tags are `!Rpy` and `!AngleAxis`")
-
-
-def _fixed(value: YamlValue) -> YamlValue:
-    if value.tag in _RANDOM:
-        raise value.fault(f"{{}} is drawn at random (`{value.tag}`), which is not imported")
-    return value
+        return from_axis_angle(axis, math.radians(_required(value, keys, "angle_deg").number()))
+    raise value.fault(f"the rotation `{cut(kind)}` is random or unknown", "write `!Rpy` or `!AngleAxis`")
