@@ -174,6 +174,10 @@ class _DirectivesReader:
                 base, pose = _transform(row)
                 parent = self._frame("world", row, scope) if base is None else self._frame(base.text(), base, scope)
                 child = self._frame_of(model, frame, row)
+                if child.pose == IDENTITY_POSE and not self._reader.placed.is_root(child.link):
+                    words = f"the free pose of `{cut(frame)}`, which a joint carries and Drake does not move"
+                    self._losses.append(Loss("settings", words, row.location))
+                    continue
                 self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, row, welds=False))
 
     def _add_instance(self, value: YamlValue, scope: _Scope) -> None:
@@ -221,8 +225,8 @@ class _DirectivesReader:
         for each in keys["member_groups"].items() if "member_groups" in keys else ():
             links |= self._group(scope.full(each.text()), each)
         self._groups[name] = links
-        others = keys["ignored_collision_filter_groups"]
-        self._ignored += [(name, scope.full(each.text()), each) for each in others.items()]
+        others = keys["ignored_collision_filter_groups"].items() if "ignored_collision_filter_groups" in keys else ()
+        self._ignored += [(name, scope.full(each.text()), each) for each in others]
 
     def _group(self, name: str, value: YamlValue) -> set[LinkName]:
         if name not in self._groups:
@@ -374,8 +378,8 @@ class _DirectivesReader:
             kept = {pair for pair in pairs if any(isinstance(entities[name].content, RobotFile) for name, _ in pair)}
             found |= pairs - kept
             if kept:
-                names = " and ".join(sorted(SEPARATOR.join(link) for link in min(kept, key=sorted)))
-                words = f"{names} would collide, since the scene names their files"
+                rows = sorted(f"`{self._reader.model_of(link)}{SEPARATOR}{link[1]}`" for link in min(kept, key=sorted))
+                words = f"{' and '.join(rows)} would collide, since the scene names their files"
                 self._losses.append(Loss("collision-filters", words, value.location))
         return frozenset(found)
 

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.geometry.rotations import AXES, IDENTITY, IDENTITY_POSE, rotate
+from scenecc.geometry.rotations import AXES, IDENTITY, rotate
 from scenecc.importers.ignored_pairs import Collider, IgnoredPairs
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.numbers import (
@@ -166,7 +166,7 @@ class _WorldWriter:
 
     def _note_file(self, name: str, wish: str, file: RobotFile) -> None:
         """Records the names of links in a file, which become several entities if the file has several robots."""
-        is_one = len(file.robots) == 1 and file.robots[0].pose == IDENTITY_POSE
+        is_one = len(file.robots) == 1
         for robot in file.robots:
             root, is_part = robot.links[0].name, "/" in name
             entity = name if is_one else f"{name}/{root}"
