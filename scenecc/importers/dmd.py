@@ -134,11 +134,10 @@ class _DirectivesReader:
     def _read_directive(self, item: YamlValue, scope: _Scope) -> None:
         try:
             entries = item.entries(*self._read)
-            ((name, value),) = entries.items() if len(entries) == 1 else (("", item),)
-            if not name:
+            for name, value in entries.items() if len(entries) == 1 else ():
+                self._read[name](value, scope)
+            if len(entries) != 1:
                 self._report(item.fault("{} must be one directive, such as `add_model`"))
-                return
-            self._read[name](value, scope)
         except ValueFault as fault:
             self._report(fault)
 
@@ -192,7 +191,7 @@ class _DirectivesReader:
             raise keys["X_PF"].fault("{} needs a `base_frame`")
         owner = name.rpartition(SEPARATOR)[0]
         own = f"{owner}{SEPARATOR}{base.text()}"
-        is_own = SEPARATOR not in base.text() and own.removeprefix(scope.namespace) != base.text() and self._knows(own)
+        is_own = SEPARATOR not in base.text() and self._knows(own)
         parent = self._frame(own.removeprefix(scope.namespace) if is_own else base.text(), base, scope)
         if self._knows(name):
             raise keys["name"].fault(f"a second frame has the name `{cut(name)}`")
@@ -215,8 +214,8 @@ class _DirectivesReader:
         self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, value, welds=True))
 
     def _add_group(self, value: YamlValue, scope: _Scope) -> None:
-        known = ("name", "members", "member_groups", "ignored_collision_filter_groups", "model_namespace")
-        keys = value.entries(*known)
+        ignored = "ignored_collision_filter_groups"
+        keys = value.entries("name", "members", "member_groups", ignored, "model_namespace")
         if "model_namespace" in keys:
             scope = replace(scope, namespace=scope.full(keys["model_namespace"].text()) + SEPARATOR)
         name = scope.full(_required(value, keys, "name").text())
@@ -225,8 +224,8 @@ class _DirectivesReader:
         for each in keys["member_groups"].items() if "member_groups" in keys else ():
             links |= self._group(scope.full(each.text()), each)
         self._groups[name] = links
-        others = keys["ignored_collision_filter_groups"].items() if "ignored_collision_filter_groups" in keys else ()
-        self._ignored += [(name, scope.full(each.text()), each) for each in others]
+        for each in keys[ignored].items() if ignored in keys else ():
+            self._ignored.append((name, scope.full(each.text()), each))
 
     def _group(self, name: str, value: YamlValue) -> set[LinkName]:
         if name not in self._groups:
@@ -282,8 +281,7 @@ class _DirectivesReader:
             if own or holders:
                 return own[0] if own else self._frame_of(holders[0], name, value)
         near = nearest(full, [*self._models, *self._frames])
-        hint = f"the nearest name is `{near}`" if near else f"the models are {', '.join(self._models) or 'none'}"
-        raise value.fault(f"there is no frame `{cut(name)}`", hint)
+        raise value.fault(f"there is no frame `{cut(name)}`", f"the nearest name is `{near}`" if near else None)
 
     def _frame_of(self, model: NamedModel, name: str, value: YamlValue) -> _Frame:
         found = model.frame(name)
@@ -360,9 +358,8 @@ class _DirectivesReader:
         self._losses += [
             Loss("collision-filters", f"`{a}` and `{b}` would collide", place) for a, b in written.unwritten
         ]
-        codes = UNREAL_INERTIAS | {"SC448"}
-        losses = tuple(self._losses)
-        return ImportedScene(written.document, losses, written.bodies, places=written.places, codes_of_losses=codes)
+        content = written.document, tuple(self._losses), written.bodies
+        return ImportedScene(*content, places=written.places, codes_of_losses=UNREAL_INERTIAS | {"SC448"})
 
     def _ignored_pairs(self) -> frozenset[frozenset[LinkName]]:
         """Returns the pairs that the collision filter groups separate. Shapes of files cannot be separated: a loss."""
