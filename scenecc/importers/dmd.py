@@ -29,6 +29,7 @@ from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names
 from scenecc.importers.sdf import SdfViews
 from scenecc.importers.sdf_files import SdfFile, find_file
+from scenecc.importers.sdf_scopes import SEPARATOR
 from scenecc.importers.sdf_shapes import FRICTION
 from scenecc.importers.urdf import UNREAL_INERTIAS
 from scenecc.importers.writer import write_world
@@ -38,8 +39,6 @@ from scenecc.robots.world import DescribedPhysics, DescribedWorld, RobotFile
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-SEPARATOR: Final = "::"
 
 _MAX_DEPTH: Final = 20
 _MAX_FILES: Final = 500
@@ -343,9 +342,7 @@ class _DirectivesReader:
         )
         written = write_world(world)
         place = _top(path)
-        self._losses += [
-            Loss("collision-filters", f"`{a}` and `{b}` would collide", place) for a, b in written.unwritten
-        ]
+        self._losses += written.lost_filters(place)
         codes = UNREAL_INERTIAS | {"SC448"}
         losses = tuple(self._losses)
         return ImportedScene(written.document, losses, written.bodies, places=written.places, codes_of_losses=codes)

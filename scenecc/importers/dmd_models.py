@@ -40,6 +40,7 @@ from scenecc.robots.description import (
 )
 from scenecc.robots.files import FileReport, read_robot_bytes
 from scenecc.robots.mujoco.reader import read_mjcf
+from scenecc.robots.rules import default_position
 from scenecc.robots.world import DescribedEntity, RobotFile
 from scenecc.robots.xml import XmlBounds, element_at, parse_number, parse_xml
 from scenecc.source.paths import Refusal, resolve_path
@@ -368,8 +369,7 @@ def still_links(entity: DescribedEntity) -> bool:
 
 def _motion(joint: DescribedJoint) -> Pose7:
     """Returns the motion of a joint at its start: along or about x of its frame."""
-    low, high = joint.limits or (0.0, 0.0)
-    q = joint.qpos if joint.qpos is not None else min(max(0.0, low), high)
+    q = default_position(joint) if joint.qpos is None else joint.qpos
     if joint.type == "fixed" or not q:
         return IDENTITY_POSE
     if joint.type == "prismatic":
