@@ -30,6 +30,7 @@ from scenecc.importers.numbers import Names
 from scenecc.importers.placed_entities import still_links
 from scenecc.importers.sdf import SdfViews
 from scenecc.importers.sdf_files import SdfFile, find_file
+from scenecc.importers.sdf_scopes import SEPARATOR
 from scenecc.importers.sdf_shapes import FRICTION
 from scenecc.importers.urdf import UNREAL_INERTIAS
 from scenecc.importers.writer import write_world
@@ -39,8 +40,6 @@ from scenecc.robots.world import DescribedPhysics, DescribedWorld, RobotFile
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-SEPARATOR: Final = "::"
 
 _MAX_DEPTH: Final = 20
 
@@ -354,12 +353,11 @@ class _DirectivesReader:
             tuple(views.cameras),
             ignored,
         )
-        written, place = write_world(world), Location(str(path))
-        self._losses += [
-            Loss("collision-filters", f"`{a}` and `{b}` would collide", place) for a, b in written.unwritten
-        ]
-        content = written.document, tuple(self._losses), written.bodies
-        return ImportedScene(*content, places=written.places, codes_of_losses=UNREAL_INERTIAS | {"SC448"})
+        written = write_world(world)
+        self._losses += written.lost_filters(Location(str(path)))
+        codes = UNREAL_INERTIAS | {"SC448"}
+        losses = tuple(self._losses)
+        return ImportedScene(written.document, losses, written.bodies, places=written.places, codes_of_losses=codes)
 
     def _ignored_pairs(self) -> frozenset[frozenset[LinkName]]:
         """Returns the pairs that the collision filter groups separate. Shapes of files cannot be separated: a loss."""

@@ -22,6 +22,7 @@ from scenecc.geometry.rotations import (
     shortest_from_x,
 )
 from scenecc.names import UniqueNames
+from scenecc.robots.rules import default_position
 
 if TYPE_CHECKING:
     from scenecc.robots.description import DescribedRobot
@@ -175,8 +176,8 @@ def starts_at_limits(robots: Iterable[DescribedRobot]) -> dict[str, dict[str, fl
     """Returns the key `qpos` with the joints that cannot start at 0, at their nearest limit; {} if there are none."""
     found: dict[str, float] = {}
     for joint in (link.joint for robot in robots for link in robot.links):
-        if joint is not None and joint.name and joint.limits is not None and joint.mimic is None and joint.qpos is None:
-            low, high = joint.limits
-            if start := min(max(0.0, low), high):
-                found[joint.name] = plain_number(start)
+        if joint is None or not joint.name or joint.mimic is not None or joint.qpos is not None:
+            continue
+        if start := default_position(joint):
+            found[joint.name] = plain_number(start)
     return {"qpos": found} if found else {}

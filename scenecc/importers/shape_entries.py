@@ -31,8 +31,6 @@ _LETTERS: Final[dict[str, Vec3]] = {"x": (1.0, 0.0, 0.0), "z": (0.0, 0.0, 1.0), 
 
 _LISTS: Final = ("shapes", "collisions", "visuals")
 
-_FRICTION: Final = ("static_friction", "dynamic_friction", "restitution")
-
 _USUAL_LOOK: Final = {"specular": 0.0, "roughness": 1.0, "metallic": 0.0}
 """SAPIEN's defaults, which are not written."""
 
@@ -168,10 +166,16 @@ def _collision_entry(
             entry[key] = plain_number(offset)
     physical: Node = {}
     if shape.friction is not None and shape.friction != friction:
-        physical = {"physical": dict(zip(_FRICTION, plain_numbers(shape.friction), strict=True))}
+        physical = {"physical": friction_keys(shape.friction)}
     if twin is not None:
         return entry | _visual_keys(twin, physical)
     return {**entry, "material": physical} if physical else entry
+
+
+def friction_keys(friction: tuple[float, float, float]) -> Node:
+    """Returns static friction, dynamic friction and restitution as keys of a physical material."""
+    names = ("static_friction", "dynamic_friction", "restitution")
+    return dict(zip(names, plain_numbers(friction), strict=True))
 
 
 def _visual_keys(visual: DescribedVisual, physical: Node) -> Node:
@@ -274,11 +278,11 @@ def _plane_place(pose: Pose7) -> Node:
     normal = rotate(pose[3:], (1.0, 0.0, 0.0))
     turned = clean_pose(_unturned(pose, shortest_from_x(normal)))
     if _complexity(turned) < _complexity(upright):
-        return {"normal": plain_axis_vector(normal), **pose_key(turned)}
+        return {"normal": _plain_axis_vector(normal), **pose_key(turned)}
     return pose_key(upright)
 
 
-def plain_axis_vector(axis: Vec3) -> list[float]:
+def _plain_axis_vector(axis: Vec3) -> list[float]:
     """Returns a direction as numbers."""
     plain = plain_axis(axis)
     return list(_LETTERS[plain]) if isinstance(plain, str) else plain

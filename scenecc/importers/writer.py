@@ -30,7 +30,7 @@ import numpy as np
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotations import AXES, IDENTITY, rotate
 from scenecc.importers.ignored_pairs import Collider, IgnoredPairs
-from scenecc.importers.imported_scene import Asset
+from scenecc.importers.imported_scene import Asset, Loss
 from scenecc.importers.numbers import (
     Names,
     clean_pose,
@@ -41,7 +41,14 @@ from scenecc.importers.numbers import (
     pose_key,
     short_number,
 )
-from scenecc.importers.shape_entries import NamedMaterials, axis_frames, move_up, shape_lists, texture_value
+from scenecc.importers.shape_entries import (
+    NamedMaterials,
+    axis_frames,
+    friction_keys,
+    move_up,
+    shape_lists,
+    texture_value,
+)
 from scenecc.importers.tree_entries import drive_keys, joint_names, tree_of
 from scenecc.robots.description import IN_WORLD, LinkName
 from scenecc.robots.solids import follows_from_shapes
@@ -85,6 +92,10 @@ class WrittenWorld:
     places: Mapping[str, Location]
     names: Mapping[LinkName, str]
     unwritten: tuple[tuple[str, str], ...] = ()
+
+    def lost_filters(self, place: Location) -> list[Loss]:
+        """Returns the losses for `unwritten`. `place`: in the source."""
+        return [Loss("collision-filters", f"`{a}` and `{b}` would collide", place) for a, b in self.unwritten]
 
 
 def write_world(world: DescribedWorld) -> WrittenWorld:
@@ -311,8 +322,7 @@ def _physics(physics: DescribedPhysics) -> Node:
     if physics.gravity is not None:
         keys["gravity"] = plain_numbers(physics.gravity)
     if physics.friction is not None:
-        names = ("static_friction", "dynamic_friction", "restitution")
-        keys["default_material"] = dict(zip(names, plain_numbers(physics.friction), strict=True))
+        keys["default_material"] = friction_keys(physics.friction)
     return keys
 
 

@@ -104,6 +104,14 @@ def test_a_mesh_that_may_not_be_read_is_an_error(robot: Path, tmp_path: Path, me
     assert not list((tmp_path / "out").iterdir())
 
 
+def test_links_above_which_an_empty_world_floats_have_their_names(robot: Path, tmp_path: Path) -> None:
+    root = '<robot name="r"><link name="world"/><joint name="f" type="floating"><parent link="world"/>'
+    joint = f'{root}<child link="base"/><origin xyz="0 0 1"/></joint>'
+    robot.write_text(ROBOT.format(mesh="meshes/a.obj", ixx=1).replace('<robot name="r">', joint))
+    found = import_scene(robot, tmp_path / "scene.yaml").certificate
+    assert found.compared or found.not_compared == ("robot",)
+
+
 @pytest.mark.parametrize("name", ["robot_arm", "robot_door"])
 def test_an_exported_urdf_is_imported_again(name: str, tmp_path: Path) -> None:
     scene = SCENES / f"{name}.yaml"
