@@ -1,8 +1,10 @@
-"""The tendon of a mimic joint whose source is on another link: a spring with the forces of virtual work.
+"""The tendon of a mimic joint: a spring with the forces of virtual work.
 
 PhysX divides what a tendon does to a joint by 1 + substep² · stiffness · response of the joint, so a stiff tendon
-pulls its joints in the ratio of their inertias, not in that of their coefficients. It also acts back on the link above
-the source instead of the follower's own parent. Both are made up for here, from the inertia of the built links.
+pulls its joints in the ratio of their inertias, not in that of their coefficients. If source and follower are on
+different links, it also acts back on the link above the source instead of the follower's own parent. Both are made up
+for here, from the inertia of the built links. Only two joints on one link with equal responses need nothing, and have
+SAPIEN's stiff tendon.
 """
 
 from __future__ import annotations
@@ -69,7 +71,16 @@ def soft_tendon(
     whole = np.zeros(len(inertia))
     whole[columns] = coefficients[1:]
     responses = np.einsum("ij,ij->i", pushes, np.linalg.solve(inertia, pushes.T).T)
-    gain = max(whole @ np.linalg.solve(inertia, whole) / (0.3 * len(columns)), responses.max() / 0.5)
+    gain = whole @ np.linalg.solve(inertia, whole) / (0.3 * len(columns))
+    divided = responses.max() / 0.5
+    if all(parents[number] == path[0] for number in path[1:]):
+        stiff = 1 + substep**2 * 1e5 * responses
+        if stiff.max() < 1.02 * stiff.min():
+            return coefficients, 1e5
+        # Of stiffness times share, only the stiffness counts in PhysX's division: little of it, and large shares.
+        divided = max(gain, responses.max() / 0.05)
+        shares *= divided / gain
+    gain = max(gain, divided)
     if temporal:
         shares *= 1 + responses / gain
     return [0.0, *shares.tolist()], float(1 / gain / substep**2)
