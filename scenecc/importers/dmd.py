@@ -385,7 +385,7 @@ def _transform(value: YamlValue) -> tuple[YamlValue | None, Pose7]:
     keys = value.entries("base_frame", "translation", "rotation")
     for key in ("translation", "rotation"):
         if key in keys and keys[key].tag in _RANDOM:
-            hint = "write the value that is meant; a scene draws poses itself"
+            hint = "write the value that is intended; a scene draws poses itself"
             raise keys[key].fault(f"`{key}` is drawn at random (`{keys[key].tag}`), which is not imported", hint)
     p = to_vector(keys["translation"].numbers(3)) if "translation" in keys else (0.0, 0.0, 0.0)
     q = _rotation(keys["rotation"]) if "rotation" in keys else IDENTITY
@@ -410,7 +410,7 @@ def _rotation(value: YamlValue) -> Quat:
         if math.hypot(*axis) < _SHORTEST:
             raise keys["axis"].fault("{} has length 0")
         return from_axis_angle(axis, math.radians(_fixed(_required(value, keys, "angle_deg")).number()))
-    raise value.fault(f"`{cut(kind)}` is no rotation of Drake's", "the tags are `!Rpy` and `!AngleAxis`")
+    raise value.fault(f"`{cut(kind)}` is not a rotation of Drake", "the tags are `!Rpy` and `!AngleAxis`")
 
 
 def _fixed(value: YamlValue) -> YamlValue:
