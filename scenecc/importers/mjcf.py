@@ -68,6 +68,7 @@ _KINDS: Final = {
     "parent": "parent-contacts",
     "inactive": "inactive-equalities",
     "actuator": "actuators",
+    "extension": "plugins",
     "sensor": "sensors",
     "site": "sites",
     "softness": "softness",

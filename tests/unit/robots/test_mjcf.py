@@ -224,3 +224,24 @@ def test_a_free_body_with_a_mass_and_no_shape_is_built(tmp_path: Path) -> None:
     with scenecc.load_scene(scene, render=False) as batch:
         body: Any = batch.entities["r"].objs[0].components[-1]
         assert body.mass == 2
+
+
+def test_actuators_of_plugins_keep_the_places_of_controls_in_keyframes(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text(
+        f"""<mujoco><extension><plugin plugin="a.b"><instance name="i"/></plugin></extension>
+        <default><general gainprm="9" biasprm="0 -9" biastype="affine" dyntype="integrator"/></default>
+        <worldbody><body><joint name="j"/>{GEOM}<body pos="1 0 0"><joint name="k"/>{GEOM}</body></body></worldbody>
+        <actuator><plugin name="p" plugin="a.b" instance="i" joint="j" actdim="2" class="main"/>
+        <position name="q" joint="k" kp="8"/></actuator>
+        <sensor><actuatorpos actuator="p"/><plugin plugin="a.c" objtype="body" objname="x"/></sensor>
+        <keyframe><key name="up" ctrl="5 0.5" act="1 2"/></keyframe></mujoco>"""
+    )
+    found = read_mjcf(
+        ResolvedFile(path, path.name), scope=AssetScope(tmp_path), sink=(sink := Sink()), keyframe=("up", SCENE)
+    )
+    assert found is not None, sink.diagnostics()
+    drives = {link.joint.name: link.joint.drive for link in found.robots[0].links if link.joint is not None}
+    assert drives["j"] is None
+    assert drives["k"] is not None
+    assert (drives["k"].stiffness, drives["k"].target) == (8, 0.5)
