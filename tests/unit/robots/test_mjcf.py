@@ -245,3 +245,23 @@ def test_actuators_of_plugins_keep_the_places_of_controls_in_keyframes(tmp_path:
     assert drives["j"] is None
     assert drives["k"] is not None
     assert (drives["k"].stiffness, drives["k"].target) == (8, 0.5)
+
+
+@pytest.mark.parametrize("ends", ["still other", "still post", "held still", "held part", "arm hand", "still", "held"])
+def test_equalities_that_move_nothing_are_noted_and_not_built(tmp_path: Path, ends: str) -> None:
+    first, _, second = ends.partition(" ")
+    path = tmp_path / "robot.xml"
+    path.write_text(
+        f"""<mujoco><worldbody><body name="still">{GEOM}<body name="post" pos="1 0 0">{GEOM}</body></body>
+        <body name="other" pos="2 0 0">{GEOM}</body>
+        <body name="held" mocap="true" pos="3 0 0">{GEOM}<body name="part" pos="0 0 1">{GEOM}</body></body>
+        <body name="arm" pos="4 0 0"><joint name="j"/>{GEOM}<body name="hand" pos="0 0 1">{GEOM}</body></body>
+        </worldbody><equality>
+        <weld name="w" body1="{first}" {f'body2="{second}"' * bool(second)}/></equality></mujoco>"""
+    )
+    found, told = read(path)
+    assert found is not None
+    assert not found.constraints
+    assert [(one.code, one.line, one.message) for one in told] == [
+        ("SC490", 6, "the equality `w` is not built: no force moves one of its bodies against the other")
+    ]
