@@ -148,9 +148,10 @@ TREE = f"""
         "",
         '<contact><exclude body1="base" body2="ball"/><exclude body1="three" body2="one"/></contact>',
         '<option><flag contact="disable"/></option>',
+        '<option><flag constraint="disable"/></option>',
         '<option><flag filterparent="disable"/></option>',
     ],
-    ids=["plain", "excludes", "no contacts", "no filter"],
+    ids=["plain", "excludes", "no contacts", "no constraints", "no filter"],
 )
 def test_colliding_pairs_are_those_of_mujoco(tmp_path: Path, rest: str) -> None:
     """All spheres are in one place, so that whoever may touch does."""
