@@ -69,6 +69,7 @@ _KINDS: Final = {
     "inactive": "inactive-equalities",
     "actuator": "actuators",
     "extension": "plugins",
+    "rest": "settings",
     "sensor": "sensors",
     "site": "sites",
     "softness": "softness",

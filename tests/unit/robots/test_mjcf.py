@@ -265,3 +265,15 @@ def test_equalities_that_move_nothing_are_noted_and_not_built(tmp_path: Path, en
     assert [(one.code, one.line, one.message) for one in told] == [
         ("SC490", 6, "the equality `w` is not built: no force moves one of its bodies against the other")
     ]
+
+
+def test_a_closing_tag_after_the_root_ends_the_file_as_in_mujoco(tmp_path: Path) -> None:
+    (tmp_path / "in.xml").write_text(f"<x><body>{GEOM}</body></x>\n</x><body/>")
+    path = tmp_path / "robot.xml"
+    path.write_text('<mujoco><worldbody><include file="in.xml"/></worldbody></mujoco>\n  </mujoco>\n')
+    found, told = read(path)
+    assert found is not None
+    message = "what follows the end of the root element is ignored"
+    assert [(one.code, one.file, one.line, one.message) for one in told] == [("SC484", "robot.xml", 2, message)]
+    path.write_text(f"<mujoco><worldbody>{GEOM}</worldbody></mujoco><worldbody/>")
+    assert read(path)[0] is None
