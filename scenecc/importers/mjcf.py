@@ -68,6 +68,8 @@ _KINDS: Final = {
     "parent": "parent-contacts",
     "inactive": "inactive-equalities",
     "actuator": "actuators",
+    "extension": "plugins",
+    "rest": "settings",
     "sensor": "sensors",
     "site": "sites",
     "softness": "softness",

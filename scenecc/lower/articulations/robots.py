@@ -145,6 +145,8 @@ class RobotDrafter:
         if isinstance(geometry, robots.MeshGeometry):
             file = self._mesh_file(geometry, place)
             scale = self._tables.size(geometry.scale)
+            if geometry.collision == "sdf":
+                return plan.TriangleMesh(file, scale, sdf=True)
             parts = meshes.parts if geometry.collision is None else geometry.collision == "parts"
             return plan.ConvexParts(file, scale, meshes.coacd) if parts else plan.ConvexMesh(file, scale)
         if isinstance(geometry, robots.PlaneGeometry):

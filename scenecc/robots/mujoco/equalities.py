@@ -40,6 +40,12 @@ def read_constraints(
             )
         elif kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
             (first, in_first), (second, in_second) = equality_frames(model, number, kind)
+            if _has_no_effect(model, first, second):
+                message = (
+                    f"{_what(model, number, kind)} is not built: no force moves one of its bodies against the other"
+                )
+                report.note_elsewhere("inactive/fixed", message, place)
+                continue
             if first not in links or second not in links or first == second:
                 message = "an equality with the world is built only if it involves a fixed robot of the file"
                 report.leave_out(WORLD_EQUALITY, message, place)
@@ -53,6 +59,12 @@ def read_constraints(
         elif kind != JOINT_EQUALITY:
             report.leave_out("equality/other", "equalities of tendons, flexes or distances are not built", place)
     return made
+
+
+def _has_no_effect(model: CompiledModel, first: int, second: int) -> bool:
+    """Returns whether no force moves one body against another: they are fixed together, or to the world or mocaps."""
+    groups = {int(model["body_weldid"][body]) for body in (first, second)}
+    return len(groups) == 1 or all(group == WORLD or model["body_mocapid"][group] >= 0 for group in groups)
 
 
 def _what(model: CompiledModel, number: int, kind: int) -> str:
