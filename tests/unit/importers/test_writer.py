@@ -125,7 +125,7 @@ def test_named_materials_are_shared() -> None:
     assert made["materials"]["steel"] == {"visual": {"base_color": [0.5, 0.5, 0.5]}}
     first, second = made["entities"]["a"]["visuals"]
     assert (first["material"], second["color"]) == ("steel", [0.5, 0.5, 0.5])
-    assert made["entities"]["b"]["shapes"][0]["material"] == "steel_rubber"
+    assert made["entities"]["b"]["material"] == "steel_rubber"
     assert made["entities"]["c"]["material"] == "rubber"
 
 
