@@ -33,6 +33,8 @@ _LETTERS: Final[dict[str, Vec3]] = {"x": (1.0, 0.0, 0.0), "z": (0.0, 0.0, 1.0), 
 
 FRICTION: Final = ("static_friction", "dynamic_friction", "restitution")
 
+_HALF_TURNS: Final[tuple[Quat, ...]] = (IDENTITY, (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
 _USUAL_LOOK: Final = {"specular": 0.0, "roughness": 1.0, "metallic": 0.0}
 """SAPIEN's defaults, which are not written."""
 
@@ -209,9 +211,9 @@ def _solid_keys(solid: SolidGeometry, pose: Pose7) -> Node:
 def lying_axis(pose: Pose7, *, is_symmetric: bool) -> tuple[str, Pose7]:
     """Returns the axis and the pose of a round solid along x of `pose`: those with the plainest rotation.
 
-    `is_symmetric`: whether both ends are alike, so that it may be turned over.
+    It may be turned by 180° about its axis, and if `is_symmetric` also over, since both ends are then alike.
     """
-    ways = [pose, _unturned(pose, (0.0, 0.0, 1.0, 0.0))] if is_symmetric else [pose]
+    ways = [_unturned(pose, turn) for turn in _HALF_TURNS[: 4 if is_symmetric else 2]]
     places = [
         (name, clean_pose(_unturned(way, shortest_from_x(axis)))) for way in ways for name, axis in _LETTERS.items()
     ]

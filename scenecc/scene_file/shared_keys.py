@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def form_of(shape: Node) -> tuple[Any, ...]:
     seen = _SEEN_AS.get(shape["type"], shape["type"])
     # The size of a plane is only seen.
     values = (None if (seen, key) == ("plane", "half_size") else shape.get(key) for key in _FORM)
-    return seen, *(repr(value) if isinstance(value, list | dict) else value for value in values)
+    return seen, *(value if isinstance(value, Hashable) else repr(value) for value in values)
 
 
 def merge_shapes(collision: Node, visual: Node) -> Node:

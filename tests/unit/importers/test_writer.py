@@ -86,7 +86,13 @@ def test_a_collision_and_an_equal_visual_become_one_shape_and_common_keys_move_u
 
 @pytest.mark.parametrize(
     ("rpy", "axis"),
-    [((0, 0, 0), {}), ((0, -90, 0), {"axis": "z"}), ((0, 90, 0), {"axis": "z"}), ((0, 0, 90), {"axis": "y"})],
+    [
+        ((0, 0, 0), {}),
+        ((0, -90, 0), {"axis": "z"}),
+        ((0, 90, 0), {"axis": "z"}),
+        ((0, 90, 180), {"axis": "z"}),
+        ((0, 0, 90), {"axis": "y"}),
+    ],
 )
 def test_round_solids_lie_along_an_axis(rpy: tuple[float, float, float], axis: Node) -> None:
     pose = (0.0, 0.0, 0.0, *from_rpy(*map(math.radians, rpy)))
