@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Final
 
@@ -20,8 +19,9 @@ from scenecc.geometry.rotations import (
     invert,
     rotate,
     shortest_from_x,
+    to_rpy,
 )
-from scenecc.names import UniqueNames
+from scenecc.names import UniqueNames, valid_name
 from scenecc.robots.rules import default_position
 
 if TYPE_CHECKING:
@@ -64,11 +64,7 @@ def plain_pose(pose: Pose7) -> Any:
 
 def clean_pose(pose: Pose7) -> Pose7:
     """Returns a pose without the rounding errors of single precision: whole degrees where it is that near to them."""
-    w, x, y, z = pose[3:]
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    near = from_rpy(*(math.radians(round(math.degrees(angle))) for angle in (roll, pitch, yaw)))
+    near = from_rpy(*(math.radians(round(math.degrees(angle))) for angle in to_rpy(pose[3:])))
     sign = math.copysign(1.0, sum(a * b for a, b in zip(near, pose[3:], strict=True)))
     near = (near[0] * sign, near[1] * sign, near[2] * sign, near[3] * sign)
     is_near = max(abs(a - b) for a, b in zip(near, pose[3:], strict=True)) < SINGLE
@@ -101,13 +97,9 @@ def pose_key(pose: Pose7, key: str = "pose") -> dict[str, Any]:
 
 def _plain_rotation(q: Quat, rotation: list[float]) -> dict[str, Any]:
     """Returns roll, pitch and yaw if they are whole degrees; else the quaternion `rotation`."""
-    w, x, y, z = q
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    degrees = [math.degrees(angle) for angle in (roll, pitch, yaw)]
+    degrees = [math.degrees(angle) for angle in to_rpy(q)]
     whole = [round(angle) for angle in degrees]
-    is_whole = all(abs(a - b) < 1e-9 for a, b in zip(degrees, whole, strict=True)) and abs(whole[1]) < 90
+    is_whole = all(abs(a - b) < 1e-9 for a, b in zip(degrees, whole, strict=True))
     return {"rpy_deg": whole} if is_whole else {"q": rotation}
 
 
@@ -130,9 +122,8 @@ def light_place(kind: str, position: Iterable[float], direction: Iterable[float]
 
 
 def plain_name(wish: str) -> str:
-    """Returns the nearest valid name: invalid characters become `_`."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", wish.replace("::", "."))
-    return name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}"
+    """Returns the nearest valid name. Names of nested models are joined by dots."""
+    return valid_name(wish.replace("::", "."))
 
 
 class Names(UniqueNames):
