@@ -280,7 +280,9 @@ class _DirectivesReader:
             if own or holders:
                 return own[0] if own else self._frame_of(holders[0], name, value)
         near = nearest(full, [*self._models, *self._frames])
-        raise value.fault(f"there is no frame `{cut(name)}`", f"the nearest name is `{near}`" if near else None)
+        known = f"the models are {', '.join(self._models)}" if self._models else "no model before it was read"
+        hint = f"the nearest name is `{near}`" if near else known
+        raise value.fault(f"there is no frame `{cut(name)}`", hint)
 
     def _frame_of(self, model: NamedModel, name: str, value: YamlValue) -> _Frame:
         found = model.frame(name)

@@ -218,6 +218,7 @@ def lying_axis(pose: Pose7, *, is_symmetric: bool) -> tuple[str, Pose7]:
 
     It may be turned by 180° about its axis, and if `is_symmetric` also over, since both ends are then alike.
     """
+    # Half a turn about its axis changes nothing.
     ways = [_unturned(pose, turn) for turn in _HALF_TURNS[: 4 if is_symmetric else 2]]
     places = [
         (name, clean_pose(_unturned(way, shortest_from_x(axis)))) for way in ways for name, axis in _LETTERS.items()
@@ -259,4 +260,6 @@ def _complexity(pose: Pose7) -> int:
     q = pose[3:]
     if max(abs(abs(a) - b) for a, b in zip(q, IDENTITY, strict=True)) < SINGLE:
         return 0
-    return 1 if "rpy_deg" in pose_key(pose)["pose"] else 2
+    turn = pose_key(pose)["pose"]
+    # Fewer angles are plainer, positive ones before negative ones.
+    return sum(2 + (angle < 0) for angle in turn["rpy_deg"] if angle) if "rpy_deg" in turn else 10

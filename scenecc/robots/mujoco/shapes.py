@@ -275,6 +275,7 @@ class MjcfShapeReader:
             base_color_texture=None if file is None else DescribedTexture(file.uri, file.path),
             emission=(color[0] * emission, color[1] * emission, color[2] * emission, 1.0) if emission else None,
             specular=specular,
-            roughness=roughness if roughness >= 0 else 1 - shininess,
+            # Single precision would give 0.19999999.
+            roughness=roughness if roughness >= 0 else round(1 - shininess, 6),
             metallic=max(metallic, 0.0),
         )
