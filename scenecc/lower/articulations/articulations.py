@@ -470,8 +470,8 @@ class ArticulationLowerer:
                 body, body_type=body_type, inertial=None if body.inertial is link.inertial else body.inertial
             )
         # A robot file may have a mass without shapes.
-        shapeless = not body.collisions and not body.visuals and body.inertial is not None
-        return replace(body, body_type=body_type, shapeless=shapeless, **self._solver_values(work, fixed=False))
+        meant = not body.collisions and not body.visuals and body.inertial is not None
+        return replace(body, body_type=body_type, shapeless=meant or None, **self._solver_values(work, fixed=False))
 
     def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure | ArticulationStructure:
         """Lowers a robot: an articulation, or one body of all its links if the entity has a `body_type`."""
