@@ -219,7 +219,7 @@ class ArticulationReader:
                 f"a joint with {len(freedoms)} freedoms; it becomes {len(freedoms)} joints in series",
                 joint.prim,
             )
-        elif joint.collides and all(_collides(self._bodies.get(body)) for body in joint.bodies):
+        elif joint.collides and all(body in self._bodies and self._bodies[body].collides for body in joint.bodies):
             # PhysX prevents contacts only between a link and its parent.
             freedoms, positions = [None, *freedoms], [0.0, *(positions or [0.0])]
         made: list[DescribedJoint] = []
@@ -277,7 +277,3 @@ class ArticulationReader:
 
 _AXIS_WORDS: Final = {True: "angular", False: "linear"}
 """Names of PhysX's schema for the axes of a joint of one freedom, by whether it turns."""
-
-
-def _collides(body: UsdBody | None) -> bool:
-    return body is not None and any(parsed.collisionEnabled for _, parsed in body.colliders)
