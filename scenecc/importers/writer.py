@@ -336,6 +336,8 @@ def _mass_keys(inertial: DescribedInertial, *, plain: bool) -> Node:
     `plain`: whether the inertia follows from the shapes with one density.
     """
     mass = short_number(inertial.mass)
+    if inertial.inertia is None and inertial.keeps_com:
+        return {"mass": mass, "com": plain_numbers(inertial.com[:3])}
     if inertial.inertia is None or plain:
         return {"mass": mass}
     com, inertia = clean_pose(inertial.com), inertial.inertia
