@@ -254,33 +254,32 @@ def _check_shape_copies(plan: ScenePlan, sink: Sink) -> None:
         for structure in entity.structures:
             for name, body, described in named_bodies(structure, entity.name):
                 if described and body.inertial is None and body.mass is None:
-                    _check_equal_shapes(name, body, structure_origin(body, entity, plan), sink)
+                    hint = "its mass counts twice: remove one of the two, or give the mass"
+                    origin = structure_origin(body, entity, plan)
+                    _report_repeated_shapes(name, body, origin, hint, sink)
     for name, body, origin, _ in scene_bodies(plan):
-        seen: set[object] = set()
+        hint = "`shapes` collide too: move one of them, or remove it"
+        repeated = _report_repeated_shapes(name, body, origin, hint, sink)
         boxes: list[Box] = []
-        for shape in body.collisions:
-            box = _own_box(shape, plan) if len(body.collisions) <= MAX_COMPARED else None
-            if box is not None:
-                if any(_share(box, other) > ALIKE for other in boxes) and _solid(shape) not in seen:
-                    message = f"`{cut(name)}` has another collision shape that fills the same space as this one"
-                    hint = "its mass counts twice: `shapes` collide too, so remove one of the two"
-                    sink.report("SC546", message, shape.origin or origin, hint=hint)
-                boxes.append(box)
-            if _solid(shape) in seen:
-                message = f"`{cut(name)}` has this collision shape twice in the same place"
-                hint = "`shapes` collide too: move one of them, or remove it"
+        for number, shape in enumerate(body.collisions if len(body.collisions) <= MAX_COMPARED else ()):
+            box = _own_box(shape, plan)
+            if box is None:
+                continue
+            if number not in repeated and any(_share(box, other) > ALIKE for other in boxes):
+                message = f"`{cut(name)}` has another collision shape that fills the same space as this one"
+                hint = "its mass counts twice: `shapes` collide too, so remove one of the two"
                 sink.report("SC546", message, shape.origin or origin, hint=hint)
-            seen.add(_solid(shape))
+            boxes.append(box)
 
 
-def _check_equal_shapes(name: str, body: BodyStructure, origin: Origin, sink: Sink) -> None:
-    """Reports collision shapes of a robot's file that a body has twice in one place."""
-    seen: set[object] = set()
-    for shape in body.collisions:
-        if _solid(shape) in seen:
-            message = f"`{cut(name)}` has this collision shape twice in the same place, and its mass counts twice"
-            sink.report("SC546", message, shape.origin or origin, hint="remove one of the two, or give the mass")
-        seen.add(_solid(shape))
+def _report_repeated_shapes(name: str, body: BodyStructure, origin: Origin, hint: str, sink: Sink) -> set[int]:
+    """Reports collision shapes that are equal to an earlier one, and returns their indices."""
+    first: dict[object, int] = {}
+    repeated = {n for n, shape in enumerate(body.collisions) if first.setdefault(_solid(shape), n) != n}
+    for number in sorted(repeated):
+        message = f"`{cut(name)}` has this collision shape twice in the same place"
+        sink.report("SC546", message, body.collisions[number].origin or origin, hint=hint)
+    return repeated
 
 
 def _own_box(shape: CollisionShape, plan: ScenePlan) -> Box | None:

@@ -395,9 +395,9 @@ def write_joints(stage: Stage, entity: MeasuredEntity, above: str, links: list[s
         if body.joint is not None and body.parent is not None and planned.joint is not None:
             _write_joint(stage, body, body.joint, above, (links[body.parent], link))
             of = f" of the joint `{body.joint.name}`" if body.joint.name else " of a joint"
-            stage.unsupported.fields(
-                name, planned.joint, _UNSUPPORTED_JOINT_FIELDS, planned.joint.origin or structure.origin, of
-            )
+            # A joint with a friction force has the ratio 0, which loses nothing.
+            lost = [field for field in _UNSUPPORTED_JOINT_FIELDS if field != "friction" or body.joint.friction]
+            stage.unsupported.fields(name, planned.joint, lost, planned.joint.origin or structure.origin, of)
     for mimic in structure.mimics:
         words = f"the mimic joint `{mimic.joint}` of `{mimic.source}`"
         stage.unsupported.leave_out(name, words, mimic.origin or structure.origin)

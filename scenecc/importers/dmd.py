@@ -24,11 +24,13 @@ from scenecc.geometry.rotations import (
     invert,
     to_vector,
 )
-from scenecc.importers.dmd_models import DmdModel, ModelReader, still_links
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
+from scenecc.importers.model_files import ModelReader, NamedModel
 from scenecc.importers.numbers import Names
+from scenecc.importers.placed_entities import still_links
 from scenecc.importers.sdf import SdfViews
 from scenecc.importers.sdf_files import SdfFile, find_file
+from scenecc.importers.sdf_scopes import SEPARATOR
 from scenecc.importers.sdf_shapes import FRICTION
 from scenecc.importers.urdf import UNREAL_INERTIAS
 from scenecc.importers.writer import write_world
@@ -39,15 +41,12 @@ from scenecc.robots.world import DescribedPhysics, DescribedWorld, RobotFile
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-SEPARATOR: Final = "::"
-
 _MAX_DEPTH: Final = 20
+
 _MAX_FILES: Final = 500
 
 _SHORTEST: Final = 1e-9
 """Smallest length of a direction."""
-
-_RANDOM: Final = frozenset({"!Uniform", "!Gaussian", "!UniformDiscrete", "!UniformVector", "!GaussianVector"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +97,7 @@ class _DirectivesReader:
     def __init__(self, context: ImportContext) -> None:
         self._context = context
         self._losses: list[Loss] = []
-        self._models: dict[str, DmdModel] = {}
+        self._models: dict[str, NamedModel] = {}
         self._missing: set[str] = set()
         self._instances: set[str] = set()
         self._frames: dict[str, _Frame] = {}
@@ -134,11 +133,10 @@ class _DirectivesReader:
     def _read_directive(self, item: YamlValue, scope: _Scope) -> None:
         try:
             entries = item.entries(*self._read)
-            ((name, value),) = entries.items() if len(entries) == 1 else (("", item),)
-            if not name:
+            for name, value in entries.items() if len(entries) == 1 else ():
+                self._read[name](value, scope)
+            if len(entries) != 1:
                 self._report(item.fault("{} must be one directive, such as `add_model`"))
-                return
-            self._read[name](value, scope)
         except ValueFault as fault:
             self._report(fault)
 
@@ -174,6 +172,10 @@ class _DirectivesReader:
                 base, pose = _transform(row)
                 parent = self._frame("world", row, scope) if base is None else self._frame(base.text(), base, scope)
                 child = self._frame_of(model, frame, row)
+                if child.pose == IDENTITY_POSE and not self._reader.placed.is_root(child.link):
+                    words = f"the free pose of `{cut(frame)}`, which a joint carries and Drake does not move"
+                    self._losses.append(Loss("settings", words, row.location))
+                    continue
                 self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, row, welds=False))
 
     def _add_instance(self, value: YamlValue, scope: _Scope) -> None:
@@ -188,7 +190,7 @@ class _DirectivesReader:
             raise keys["X_PF"].fault("{} needs a `base_frame`")
         owner = name.rpartition(SEPARATOR)[0]
         own = f"{owner}{SEPARATOR}{base.text()}"
-        is_own = SEPARATOR not in base.text() and own.removeprefix(scope.namespace) != base.text() and self._knows(own)
+        is_own = SEPARATOR not in base.text() and self._knows(own)
         parent = self._frame(own.removeprefix(scope.namespace) if is_own else base.text(), base, scope)
         if self._knows(name):
             raise keys["name"].fault(f"a second frame has the name `{cut(name)}`")
@@ -211,8 +213,8 @@ class _DirectivesReader:
         self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, value, welds=True))
 
     def _add_group(self, value: YamlValue, scope: _Scope) -> None:
-        known = ("name", "members", "member_groups", "ignored_collision_filter_groups", "model_namespace")
-        keys = value.entries(*known)
+        ignored = "ignored_collision_filter_groups"
+        keys = value.entries("name", "members", "member_groups", ignored, "model_namespace")
         if "model_namespace" in keys:
             scope = replace(scope, namespace=scope.full(keys["model_namespace"].text()) + SEPARATOR)
         name = scope.full(_required(value, keys, "name").text())
@@ -221,8 +223,8 @@ class _DirectivesReader:
         for each in keys["member_groups"].items() if "member_groups" in keys else ():
             links |= self._group(scope.full(each.text()), each)
         self._groups[name] = links
-        others = keys["ignored_collision_filter_groups"]
-        self._ignored += [(name, scope.full(each.text()), each) for each in others.items()]
+        for each in keys[ignored].items() if ignored in keys else ():
+            self._ignored.append((name, scope.full(each.text()), each))
 
     def _group(self, name: str, value: YamlValue) -> set[LinkName]:
         if name not in self._groups:
@@ -249,7 +251,7 @@ class _DirectivesReader:
         model, rest = self._owner(name)
         return name in self._frames or (model is not None and model.knows(rest))
 
-    def _owner(self, name: str) -> tuple[DmdModel | None, str]:
+    def _owner(self, name: str) -> tuple[NamedModel | None, str]:
         """Returns the model whose name begins a frame's name, and the rest of the name."""
         parts = name.split(SEPARATOR)
         for count in range(len(parts) - 1, 0, -1):
@@ -282,7 +284,7 @@ class _DirectivesReader:
         hint = f"the nearest name is `{near}`" if near else known
         raise value.fault(f"there is no frame `{cut(name)}`", hint)
 
-    def _frame_of(self, model: DmdModel, name: str, value: YamlValue) -> _Frame:
+    def _frame_of(self, model: NamedModel, name: str, value: YamlValue) -> _Frame:
         found = model.frame(name)
         if found is None:
             known = ", ".join(f"`{each}`" for each in model.names()[:8])
@@ -313,19 +315,22 @@ class _DirectivesReader:
                 done.add(next(roots, pending[0].parent.link[0]))
 
     def _join(self, tie: _Tie, *, is_child_placed: bool) -> None:
-        reader = self._reader
+        placed = self._reader.placed
         still, moved = (tie.child, tie.parent) if is_child_placed else (tie.parent, tie.child)
-        target = compose(reader.pose_of(still.link), still.pose)
-        reader.move(moved.link, compose(target, invert(compose(reader.pose_of(moved.link), moved.pose))))
+        target = compose(placed.pose_of(still.link), still.pose)
+        placed.move(moved.link, compose(target, invert(compose(placed.pose_of(moved.link), moved.pose))))
         if not tie.welds:
             return
-        if reader.is_still(still.link) and reader.is_root(moved.link):
-            reader.fix(moved.link)
+        if placed.is_still(still.link) and placed.is_root(moved.link):
+            placed.fix(moved.link)
             return
-        parent, child = (tie.parent, tie.child) if reader.is_moved(tie.child.link) else (tie.child, tie.parent)
+        pose = compose(still.pose, invert(moved.pose))
+        if still is tie.parent and placed.attach(still.link, moved.link, pose, tie.value.location):
+            return
+        parent, child = (tie.child, tie.parent) if placed.is_still(tie.child.link) else (tie.parent, tie.child)
         name = f"{parent.link[1] or parent.link[0]}_{child.link[1]}"
         rows = (name, "weld", parent.link, child.link, parent.pose, child.pose, tie.value.location)
-        reader.parts.constraints.append(DescribedConstraint(*rows))
+        self._reader.parts.constraints.append(DescribedConstraint(*rows))
 
     # --- the scene
 
@@ -336,12 +341,14 @@ class _DirectivesReader:
             if built.link is not None:
                 views.add_link(full, built, built.link)
         if not parts.entities and not self._losses:
-            self._context.sink.report("SC433", "there is nothing to import: the file adds no model", _top(path))
+            self._context.sink.report(
+                "SC433", "there is nothing to import: the file adds no model", Location(str(path))
+            )
             return None
         ignored = self._ignored_pairs()
         world = DescribedWorld(
             Names().new(path.name.partition(".")[0]),
-            tuple(self._reader.named_entities()),
+            self._reader.placed.entities(),
             DescribedPhysics(friction=FRICTION),
             tuple(parts.constraints),
             tuple(views.lights),
@@ -349,10 +356,7 @@ class _DirectivesReader:
             ignored,
         )
         written = write_world(world)
-        place = _top(path)
-        self._losses += [
-            Loss("collision-filters", f"`{a}` and `{b}` would collide", place) for a, b in written.unwritten
-        ]
+        self._losses += written.lost_filters(Location(str(path)))
         codes = UNREAL_INERTIAS | {"SC448"}
         losses = tuple(self._losses)
         return ImportedScene(written.document, losses, written.bodies, places=written.places, codes_of_losses=codes)
@@ -371,14 +375,10 @@ class _DirectivesReader:
             kept = {pair for pair in pairs if any(isinstance(entities[name].content, RobotFile) for name, _ in pair)}
             found |= pairs - kept
             if kept:
-                names = " and ".join(sorted(SEPARATOR.join(link) for link in min(kept, key=sorted)))
-                words = f"{names} would collide, since the scene names their files"
+                rows = sorted(f"`{self._reader.model_of(link)}{SEPARATOR}{link[1]}`" for link in min(kept, key=sorted))
+                words = f"{' and '.join(rows)} would collide, since the scene names their files"
                 self._losses.append(Loss("collision-filters", words, value.location))
         return frozenset(found)
-
-
-def _top(path: Path) -> Location:
-    return Location(str(path))
 
 
 def _required(value: YamlValue, keys: dict[str, YamlValue], key: str) -> YamlValue:
@@ -390,10 +390,6 @@ def _required(value: YamlValue, keys: dict[str, YamlValue], key: str) -> YamlVal
 def _transform(value: YamlValue) -> tuple[YamlValue | None, Pose7]:
     """Returns the base frame of a transform, if it names one, and the pose in it."""
     keys = value.entries("base_frame", "translation", "rotation")
-    for key in ("translation", "rotation"):
-        if key in keys and keys[key].tag in _RANDOM:
-            hint = "write the intended value; a scene draws poses itself"
-            raise keys[key].fault(f"`{key}` is drawn at random (`{keys[key].tag}`), which is not imported", hint)
     p = to_vector(keys["translation"].numbers(3)) if "translation" in keys else (0.0, 0.0, 0.0)
     q = _rotation(keys["rotation"]) if "rotation" in keys else IDENTITY
     return keys.get("base_frame"), (*p, *q)
@@ -408,19 +404,12 @@ def _rotation(value: YamlValue) -> Quat:
         return IDENTITY
     if kind == "!Rpy":
         keys = value.entries("deg")
-        angles = _fixed(_required(value, keys, "deg"))
-        roll, pitch, yaw = map(math.radians, angles.numbers(3))
+        roll, pitch, yaw = map(math.radians, _required(value, keys, "deg").numbers(3))
         return from_rpy(roll, pitch, yaw)
     if kind == "!AngleAxis":
         keys = value.entries("angle_deg", "axis")
-        axis = to_vector(_fixed(_required(value, keys, "axis")).numbers(3))
+        axis = to_vector(_required(value, keys, "axis").numbers(3))
         if math.hypot(*axis) < _SHORTEST:
             raise keys["axis"].fault("{} has length 0")
-        return from_axis_angle(axis, math.radians(_fixed(_required(value, keys, "angle_deg")).number()))
-    raise value.fault(f"`{cut(kind)}` is not a rotation of Drake", "the tags are `!Rpy` and `!AngleAxis`")
-
-
-def _fixed(value: YamlValue) -> YamlValue:
-    if value.tag in _RANDOM:
-        raise value.fault(f"{{}} is drawn at random (`{value.tag}`), which is not imported")
-    return value
+        return from_axis_angle(axis, math.radians(_required(value, keys, "angle_deg").number()))
+    raise value.fault(f"the rotation `{cut(kind)}` is random or unknown", "write `!Rpy` or `!AngleAxis`")

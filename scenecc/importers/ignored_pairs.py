@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from scenecc.importers.numbers import Names
 from scenecc.robots.ignored_sets import MAX_SETS, cover_pairs, order_pair
+from scenecc.scene_file.shared_keys import move_up
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -215,11 +216,9 @@ class IgnoredPairs:
             self.entities[index].pop("disable_self_collisions", None)
         for number, collider in enumerate(self.colliders):
             rows = [[*bits, *last[number]] for bits in collider.bits]
-            if all(row == rows[0] for row in rows):
-                collider.node["collision_bits"] = rows[0]
-                continue
             for entry, row in zip(collider.shapes, rows, strict=True):
                 entry["collision_bits"] = row
+            move_up(collider.node, collider.shapes, "collision_bits")
 
 
 def _connected(pairs: Pairs) -> list[set[int]]:

@@ -198,12 +198,13 @@ def _robot_file(asset: _Asset, read: ReadUrdf) -> RobotFile:
 
 def _friction(root: SourceElement | None) -> tuple[float, float, float] | None:
     """Returns the friction in the first <collision> with a <gazebo>, cut as by EmbodiedGen's loader."""
-    links = [] if root is None else root.all("link")
-    found = (gazebo for link in links for shape in link.all("collision") for gazebo in shape.all("gazebo"))
+    if root is None:
+        return None
+    found = (gazebo for link in root.all("link") for shape in link.all("collision") for gazebo in shape.all("gazebo"))
     gazebo = next(found, None)
     rows: list[float] = []
     for tag, (low, high) in _FRICTION_RANGES.items() if gazebo is not None else ():
-        element = gazebo.find(tag) if gazebo is not None else None
+        element = None if gazebo is None else gazebo.find(tag)
         number = None if element is None else parse_number(element.text)
         if number is None or math.isnan(number):
             return None

@@ -31,7 +31,7 @@ from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import ReadModel, read_model
 from scenecc.robots.mujoco.worker import FLAGS
-from scenecc.robots.rules import with_one_resistance
+from scenecc.robots.rules import lost_resistance
 from scenecc.robots.world import (
     DescribedCamera,
     DescribedEntity,
@@ -68,6 +68,8 @@ _KINDS: Final = {
     "parent": "parent-contacts",
     "inactive": "inactive-equalities",
     "actuator": "actuators",
+    "extension": "plugins",
+    "rest": "settings",
     "sensor": "sensors",
     "site": "sites",
     "softness": "softness",
@@ -139,9 +141,9 @@ class _Importer:
         losses = [(kind.partition("/")[0], words, place) for kind, words, place in read.losses if place not in built]
         self._losses = [Loss(_KINDS[kind], message, place) for kind, message, place in losses if kind not in _BUILT]
         self._losses += [
-            Loss("joint-friction", _lost_resistance(joint), joint.location)
+            Loss("joint-friction", words, joint.location)
             for joint in (link.joint for robot in read.description.robots for link in robot.links)
-            if joint is not None and joint.friction_force is not None and (joint.damping or joint.drive is not None)
+            if joint is not None and (words := lost_resistance(joint))
         ]
         for element in self._model.source.elements:
             if element.tag == "option":
@@ -185,10 +187,7 @@ class _Importer:
             ambient=to_vector(header["ambient"]),
         )
         written = write_world(world)
-        self._losses += [
-            Loss("collision-filters", f"`{first}` and `{second}` would collide", Location(str(self._path)))
-            for first, second in written.unwritten
-        ]
+        self._losses += written.lost_filters(Location(str(self._path)))
         return ImportedScene(
             written.document,
             tuple(self._losses),
@@ -358,12 +357,6 @@ class _Importer:
             lens = ("fovy", math.radians(model["cam_fovy"][number]))
             made.append(DescribedCamera(label, pose, lens, place, size, mount=mount))
         return tuple(made)
-
-
-def _lost_resistance(joint: DescribedJoint) -> str:
-    if with_one_resistance(joint).friction_force is None:
-        return f"the frictionloss {joint.friction_force:g} of `{joint.name}`, which has a drive or a damping"
-    return f"the damping {joint.damping:g} of `{joint.name}`, which has frictionloss"
 
 
 def _without_prefix(joint: DescribedJoint, prefix: str) -> DescribedJoint:

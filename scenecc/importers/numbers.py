@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Final
 
@@ -21,7 +20,8 @@ from scenecc.geometry.rotations import (
     rotate,
     shortest_from_x,
 )
-from scenecc.names import UniqueNames
+from scenecc.names import UniqueNames, valid_name
+from scenecc.robots.rules import default_position
 
 if TYPE_CHECKING:
     from scenecc.robots.description import DescribedRobot
@@ -150,9 +150,8 @@ def light_place(kind: str, position: Iterable[float], direction: Iterable[float]
 
 
 def plain_name(wish: str) -> str:
-    """Returns the nearest valid name: invalid characters become `_`."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", wish.replace("::", "."))
-    return name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}"
+    """Returns the nearest valid name. Names of nested models are joined by dots."""
+    return valid_name(wish.replace("::", "."))
 
 
 class Names(UniqueNames):
@@ -196,8 +195,8 @@ def starts_at_limits(robots: Iterable[DescribedRobot]) -> dict[str, dict[str, fl
     """Returns the key `qpos` with the joints that cannot start at 0, at their nearest limit; {} if there are none."""
     found: dict[str, float] = {}
     for joint in (link.joint for robot in robots for link in robot.links):
-        if joint is not None and joint.name and joint.limits is not None and joint.mimic is None and joint.qpos is None:
-            low, high = joint.limits
-            if start := min(max(0.0, low), high):
-                found[joint.name] = plain_number(start)
+        if joint is None or not joint.name or joint.mimic is not None or joint.qpos is not None:
+            continue
+        if start := default_position(joint):
+            found[joint.name] = plain_number(start)
     return {"qpos": found} if found else {}

@@ -82,8 +82,7 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
     if not is_world and not world.models and not losses:
         file.error("there is nothing to import: the file has no world and no model", top)
     written = write_world(_describe(path, world, parts, is_world=is_world))
-    for first, second in written.unwritten:
-        file.lose("collision-filters", f"`{first}` and `{second}` would collide", top)
+    losses += written.lost_filters(top.location)
     places, codes = written.places, UNREAL_INERTIAS
     return ImportedScene(written.document, tuple(losses), written.bodies, places=places, codes_of_losses=codes)
 

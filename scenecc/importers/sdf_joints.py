@@ -11,7 +11,7 @@ from scenecc.importers.numbers import along_x
 from scenecc.importers.sdf_files import SMALLEST, SourceElement, find_element, text_of
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD
 from scenecc.robots.description import DescribedConstraint, DescribedDrive, DescribedJoint, DescribedMimic
-from scenecc.robots.rules import with_one_resistance
+from scenecc.robots.rules import lost_resistance, with_one_resistance
 
 if TYPE_CHECKING:
     from scenecc.importers.sdf_scopes import Scope
@@ -145,14 +145,9 @@ def _freedom(joint: SdfJoint, tag: str, name: str, frames: tuple[Pose7, Pose7]) 
         mimic=_mimic(joint, axis),
         drive=DescribedDrive(stiffness, 0.0, target=target) if stiffness > 0 else None,
     )
-    made = with_one_resistance(freedom)
-    if friction and made.friction_force is None:
-        words = f"the friction {friction:g} of `{joint.path}`, which has a spring or a damping"
+    if words := lost_resistance(freedom):
         file.lose("joint-friction", words, joint.element)
-    elif made.damping != freedom.damping:
-        words = f"the damping {freedom.damping:g} of `{joint.path}`, which has friction"
-        file.lose("joint-friction", words, joint.element)
-    return made
+    return with_one_resistance(freedom)
 
 
 def _mimic(joint: SdfJoint, axis: SourceElement | None) -> DescribedMimic | None:

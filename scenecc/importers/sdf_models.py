@@ -17,7 +17,6 @@ from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import SdfLink, read_collisions, read_visuals
 from scenecc.names import UniqueNames
 from scenecc.plan.articulation import MAX_LINKS
-from scenecc.plan.geometry import SOLIDS
 from scenecc.robots.description import (
     IN_WORLD,
     DescribedCollision,
@@ -33,6 +32,7 @@ from scenecc.robots.description import (
     ball_moment,
 )
 from scenecc.robots.rules import enforce_triangle_rule, split_joint
+from scenecc.robots.solids import exact_mass
 from scenecc.robots.world import DescribedEntity, RobotFile
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def add_robot(model: Scope, pose: Pose7, path: str, parts: WorldParts) -> None:
     model.file.losses.extend(read.losses)
     place = model.placing.location
     shown = path.rpartition(SEPARATOR)[0] if model.is_merged else path
-    keys: list[tuple[str, Any]] = [("repair", [*read.repair])] if read.repair else []
+    keys = [*read.keys]
     moves = any(link.joint and link.joint.type != "fixed" for robot in read.robots for link in robot.links)
     if model.is_static and moves:
         keys.append(("joints", {".*": {"limits": [0, 0]}}))
@@ -317,12 +317,8 @@ def _mass_of(shape: DescribedCollision) -> float:
     solid = shape.geometry
     if isinstance(solid, PlaneGeometry):
         return 0.0
-    if not isinstance(solid, SolidGeometry):
-        return math.nan
-    volume = math.pi * solid.sizes[0] ** 2 * 2 * solid.sizes[-1] / 3
-    if solid.kind != "cone":
-        volume = SOLIDS[solid.kind].volume(*solid.sizes)
-    return (shape.density or 0.0) * volume
+    exact = exact_mass(solid, shape.pose) if isinstance(solid, SolidGeometry) else None
+    return math.nan if exact is None else (shape.density or 0.0) * exact.mass
 
 
 def _inertial(link: SdfLink, *, collides: bool) -> DescribedInertial:

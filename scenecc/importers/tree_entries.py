@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.importers.numbers import SINGLE, Names, clean_pose, joint_frames, plain_number, plain_numbers
-from scenecc.robots.rules import with_one_resistance
+from scenecc.robots.rules import default_position, with_one_resistance
 from scenecc.scene_file.patterns import group_by_pattern
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def _states(robot: DescribedRobot, moving: list[int], called: Mapping[int, str])
         joint = robot.links[number].joint
         assert joint is not None
         low, high = joint.limits or _NO_LIMITS
-        default = min(max(0.0, low), high)
+        default = default_position(joint)
         start = default if joint.qpos is None else joint.qpos
         # A joint that cannot start at 0 would be a warning (SC518).
         if abs(start - default) > _TOLERANCE or (default and joint.mimic is None):

@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
-from scenecc.importers.imported_scene import REPAIRED, Asset, ImportContext, ImportedScene, Loss
+from scenecc.importers.imported_scene import REPAIRED, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, starts_at_limits
+from scenecc.importers.writer import write_world
 from scenecc.robots.files import FileReport, read_robot_bytes
 from scenecc.robots.urdf import read_urdf as read_robots
+from scenecc.robots.world import DescribedEntity, DescribedWorld, RobotFile
 from scenecc.robots.xml import XmlBounds, parse_xml
 
 if TYPE_CHECKING:
@@ -45,19 +48,10 @@ class ReadUrdf:
     losses: tuple[Loss, ...]
     repair: tuple[str, ...]
 
-    def entity(self) -> dict[str, Any]:
-        """Returns an entity that names the file."""
-        repair = {"repair": [*self.repair]} if self.repair else {}
-        return {"urdf": Asset(self.path.name, self.path), **repair, **starts_at_limits(self.robots)}
-
-    def bodies(self, name: str) -> dict[str, str]:
-        """Returns body in the scene → link, for an entity of this name."""
-        found: dict[str, str] = {}
-        for robot in self.robots:
-            entity = name if len(self.robots) == 1 else f"{name}/{robot.links[0].name}"
-            is_body = len(robot.links) == 1
-            found |= {entity if is_body else f"{entity}/{link.name}": link.name for link in robot.links}
-        return found
+    @property
+    def keys(self) -> tuple[tuple[str, Any], ...]:
+        """Keys of an entity with the file, besides the file."""
+        return (("repair", [*self.repair]),) if self.repair else ()
 
 
 def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
@@ -66,8 +60,11 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
     if read is None:
         return None
     name = Names().new(path.stem)
-    document = {"scenecc": 1, "name": name, "entities": {name: read.entity()}}
-    return ImportedScene(document, read.losses, read.bodies(name), codes_of_losses=UNREAL_INERTIAS | {_ASSUMED_MASS})
+    keys = (*read.keys, *starts_at_limits(read.robots).items())
+    file = RobotFile("urdf", read.path, keys=keys, robots=read.robots)
+    written = write_world(DescribedWorld(name, (DescribedEntity(name, file, Location(str(path))),)))
+    codes = UNREAL_INERTIAS | {_ASSUMED_MASS}
+    return ImportedScene(written.document, read.losses, written.bodies, codes_of_losses=codes)
 
 
 def read_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:

@@ -10,7 +10,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
 from scenecc.importers.numbers import along_x
 from scenecc.names import UniqueNames
 from scenecc.robots.description import DescribedDynamics, DescribedJoint, DescribedLink, DescribedRobot
-from scenecc.robots.rules import split_joint
+from scenecc.robots.rules import lost_resistance, split_joint
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -219,7 +219,7 @@ class ArticulationReader:
                 f"a joint with {len(freedoms)} freedoms; it becomes {len(freedoms)} joints in series",
                 joint.prim,
             )
-        elif joint.collides and all(_collides(self._bodies.get(body)) for body in joint.bodies):
+        elif joint.collides and all(body in self._bodies and self._bodies[body].collides for body in joint.bodies):
             # PhysX prevents contacts only between a link and its parent.
             freedoms, positions = [None, *freedoms], [0.0, *(positions or [0.0])]
         made: list[DescribedJoint] = []
@@ -245,12 +245,10 @@ class ArticulationReader:
         near = min(max(position, low), high)
         start = near if abs(near - position) <= _OFF_ANGLE else position
         force = self._friction_force(prim, freedom)
-        if force and freedom.drive is not None:
-            stage.lose("joint-friction", f"the friction force {force:g} of a joint that has a drive", prim)
         armature = stage.authored(prim, "physxJoint:armature") or 0.0
         speed = stage.authored(prim, "physxJoint:maxJointVelocity")
         unit = math.radians(1) if freedom.turns else metres
-        return DescribedJoint(
+        made = DescribedJoint(
             name,
             "revolute" if freedom.turns else "prismatic",
             frames[0],
@@ -264,6 +262,9 @@ class ArticulationReader:
             qpos=0.0 if abs(start) < _SMALL and low <= 0 <= high else start,
             drive=freedom.drive,
         )
+        if words := lost_resistance(made):
+            stage.lose("joint-friction", words, prim)
+        return made
 
     def _friction_force(self, prim: Prim, freedom: Freedom) -> float:
         """Returns the friction that does not depend on the load [N, N·m]; 0 if there is none."""
@@ -276,7 +277,3 @@ class ArticulationReader:
 
 _AXIS_WORDS: Final = {True: "angular", False: "linear"}
 """Names of PhysX's schema for the axes of a joint of one freedom, by whether it turns."""
-
-
-def _collides(body: UsdBody | None) -> bool:
-    return body is not None and any(parsed.collisionEnabled for _, parsed in body.colliders)

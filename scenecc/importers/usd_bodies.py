@@ -62,6 +62,11 @@ class UsdBody:
         """Path of its prim."""
         return str(self.prim.GetPath())
 
+    @property
+    def collides(self) -> bool:
+        """Whether it has a collider that is on."""
+        return any(parsed.collisionEnabled for _, parsed in self.colliders)
+
 
 class UsdBodyReader:
     """Describes bodies.

@@ -29,8 +29,7 @@ _NUMBERS: Final = {
     "bump_factor": 1.0,
 }
 _TEXTURES: Final = ("diffuse_texture", "normalmap_texture", "reflectionroughness_texture", "metallic_texture")
-_SWITCHES: Final = ("enable_opacity", "enable_emission", "enable_ORM_texture")
-"""Inputs of `OmniPBR` that are read, with their defaults; switches are off by default."""
+"""Inputs of `OmniPBR` that are read, with their defaults. Switches (`enable_…`) are off by default."""
 
 _NEUTRAL: Final[dict[str, tuple[float, ...]]] = {
     "albedo_add": (0,),
@@ -96,14 +95,14 @@ class MdlMaterial:
         if not (is_omni or {*_COLORS, *_NUMBERS, *_TEXTURES} & self._unread.keys()):
             return {}
         look = self._base_color(is_omni=is_omni)
-        for key, constant, texture in (
-            ("roughness", "reflection_roughness_constant", "reflectionroughness_texture"),
-            ("metallic", "metallic_constant", "metallic_texture"),
+        for key, name, texture in (
+            ("roughness", "reflection_roughness", "reflectionroughness_texture"),
+            ("metallic", "metallic", "metallic_texture"),
         ):
-            value = self._number(constant)
-            if is_omni or constant in self._values:
+            value = self._number(f"{name}_constant")
+            if is_omni or f"{name}_constant" in self._values:
                 look[key] = value
-            influence = self._number(f"{texture.removesuffix('_texture').replace('nr', 'n_r')}_texture_influence")
+            influence = self._number(f"{name}_texture_influence")
             if influence == 0:
                 self._unread.pop(texture, None)
             elif influence == 1 and (file := self._texture(texture)) is not None:

@@ -80,7 +80,6 @@ class UsdSceneReader:
         self._bodies: dict[str, UsdBody] = {}
         self._entities: list[DescribedEntity] = []
         self._links: dict[str, LinkName] = {}
-        self._colliding: set[str] = set()
 
     def read(self) -> ImportedScene:
         """Returns the document with its losses."""
@@ -250,7 +249,6 @@ class UsdSceneReader:
 
     def _add(self, name: str, robot: DescribedRobot, wish: str) -> None:
         self._entities.append(DescribedEntity(name, robot, self._stage.place, wish))
-        self._colliding |= {link.source for link in robot.links if link.collisions}
 
     def _preferred_tree_name(self, tree: JointTree) -> str:
         """Returns a name for an articulation: that of the innermost prim that contains all its bodies."""
@@ -283,7 +281,7 @@ class UsdSceneReader:
         parent = self._links.get(ends[0], IN_WORLD)
         if parent == IN_WORLD and ends[0]:  # a kinematic body without shapes, which is not built
             joint = replace(joint, frames=(compose(self._bodies[ends[0]].pose, joint.frames[0]), joint.frames[1]))
-        collide = joint.collides and all(body in self._colliding for body in ends)
+        collide = joint.collides and all(body in self._links and self._bodies[body].collides for body in ends)
         return constraint_of(joint, parent, self._links[ends[1]], self._stage, collide=collide)
 
     def _is_root(self, prim: Prim) -> bool:

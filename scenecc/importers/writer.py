@@ -22,15 +22,15 @@ What a scene cannot express is the reader's loss; the writer reports only `Writt
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.geometry.rotations import AXES, IDENTITY, IDENTITY_POSE, rotate
+from scenecc.geometry.rotations import AXES, IDENTITY, rotate
 from scenecc.importers.ignored_pairs import Collider, IgnoredPairs
-from scenecc.importers.imported_scene import Asset
+from scenecc.importers.imported_scene import Asset, Loss
 from scenecc.importers.numbers import (
     Names,
     clean_pose,
@@ -41,12 +41,13 @@ from scenecc.importers.numbers import (
     pose_key,
     short_number,
 )
-from scenecc.importers.shape_entries import NamedMaterials, axis_frames, move_up, shape_lists, texture_value
+from scenecc.importers.shape_entries import NamedMaterials, axis_frames, friction_keys, shape_lists, texture_value
 from scenecc.importers.tree_entries import drive_keys, joint_names, tree_of
 from scenecc.robots.description import IN_WORLD, LinkName
 from scenecc.robots.solids import follows_from_shapes
 from scenecc.robots.world import RobotFile
 from scenecc.scene_file import Node
+from scenecc.scene_file.shared_keys import SHAPE_LISTS, move_shape_keys_up, move_up
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -85,6 +86,10 @@ class WrittenWorld:
     places: Mapping[str, Location]
     names: Mapping[LinkName, str]
     unwritten: tuple[tuple[str, str], ...] = ()
+
+    def lost_filters(self, place: Location) -> list[Loss]:
+        """Returns the losses for `unwritten`. `place`: in the source."""
+        return [Loss("collision-filters", f"`{a}` and `{b}` would collide", place) for a, b in self.unwritten]
 
 
 def write_world(world: DescribedWorld) -> WrittenWorld:
@@ -148,24 +153,33 @@ class _WorldWriter:
     def _entity(self, name: str, entity: DescribedEntity, index: int) -> Node:
         content = entity.content
         if isinstance(content, RobotFile):
-            self._note_file(name, entity.name, content)
-            return {
-                content.format: Asset(content.path.name, content.path),
-                **dict(content.keys),
-                **pose_key(clean_pose(content.pose)),
-            }
+            return self._file(name, entity.name, content)
         if content.body_type is None:
             return self._articulation(name, entity.name, content, index)
         return self._body(name, entity.name, content, index)
 
+    def _file(self, name: str, wish: str, file: RobotFile) -> Node:
+        self._note_file(name, wish, file)
+        node: Node = {file.format: Asset(file.path.name, file.path), **dict(file.keys)}
+        node |= pose_key(clean_pose(file.pose))
+        free, parts = Names(), dict[str, Node]()
+        for part in file.parts:
+            own = free.new(part.name)
+            self.places[f"{name}/{own}"] = part.location
+            to = self.names[part.to].removeprefix(f"{name}/")
+            inner = self._file(f"{name}/{own}", part.name, replace(part.file, pose=part.pose))
+            parts[own] = {"to": to, **inner}
+        return {**node, "attach": parts} if parts else node
+
     def _note_file(self, name: str, wish: str, file: RobotFile) -> None:
         """Records the names of links in a file, which become several entities if the file has several robots."""
-        is_one = len(file.robots) == 1 and file.robots[0].pose == IDENTITY_POSE
+        is_one = len(file.robots) == 1
         for robot in file.robots:
-            root = robot.links[0].name
+            root, is_part = robot.links[0].name, "/" in name
             entity = name if is_one else f"{name}/{root}"
             for link in robot.links:
-                self._note((wish, link.name), link, entity if robot.body_type else f"{entity}/{link.name}")
+                is_body = robot.body_type is not None and not is_part
+                self._note((wish, link.name), link, entity if is_body else f"{entity}/{link.name}")
 
     def _note(self, link_name: LinkName, link: DescribedLink, name: str) -> None:
         self.names[link_name] = name
@@ -183,7 +197,7 @@ class _WorldWriter:
             node |= _given(robot.dynamics)
         node |= self._link_keys(link, moves=moves)
         node = self._with_shapes(node, link, name, index, 0, is_link=False, moves=moves, is_static=kind == "static")
-        if not any(node.get(key) for key in ("shapes", "collisions", "visuals")):
+        if not any(node.get(key) for key in SHAPE_LISTS):
             node["shapes"] = []
         return node
 
@@ -196,16 +210,11 @@ class _WorldWriter:
             self._note((wish, link.name), link, f"{name}/{own}")
             keys: Node = {"name": own, **self._link_keys(link, moves=True)}
             links.append(self._with_shapes(keys, link, f"{name}/{own}", index, number, is_link=True))
-        colliding = [keys for keys, link in zip(links, robot.links, strict=True) if link.collisions]
-        materials = [keys.get("material") for keys in colliding]
-        if len(materials) > 1 and materials[0] is not None and all(one == materials[0] for one in materials):
-            entity["material"] = materials[0]
-            for keys in colliding:
-                del keys["material"]
-        if all(link.disable_gravity for link in robot.links):
-            entity["gravity"] = False
-            for keys in links:
-                del keys["gravity"]
+        # The look of a material would also be that of links that do not collide.
+        owners = [keys for keys, link in zip(links, robot.links, strict=True) if link.collisions]
+        if not any(self.materials.is_look(keys.get("material")) for keys in owners):
+            move_up(entity, owners, "material", 2)
+        move_up(entity, links, "gravity")
         return entity | tree_of(robot, links, joint_names(robot))
 
     def _link_keys(self, link: DescribedLink, *, moves: bool) -> Node:
@@ -236,7 +245,8 @@ class _WorldWriter:
         weighs = moves and (inertial is None or inertial.inertia is None)
         friction, materials = self.world.physics.friction, self.materials
         lists, entries = shape_lists(link.collisions, link.visuals, friction, materials, weighs=weighs)
-        made = move_up({**node, **lists}, entries, is_link=is_link)
+        made = {**node, **lists}
+        move_shape_keys_up(made, is_link=is_link)
         materials.replace_in(made)
         if link.collisions:
             bits = tuple(shape.bits or _DEFAULT_BITS for shape in link.collisions)
@@ -302,8 +312,7 @@ def _physics(physics: DescribedPhysics) -> Node:
     if physics.gravity is not None:
         keys["gravity"] = plain_numbers(physics.gravity)
     if physics.friction is not None:
-        names = ("static_friction", "dynamic_friction", "restitution")
-        keys["default_material"] = dict(zip(names, plain_numbers(physics.friction), strict=True))
+        keys["default_material"] = friction_keys(physics.friction)
     return keys
 
 
@@ -327,6 +336,8 @@ def _mass_keys(inertial: DescribedInertial, *, plain: bool) -> Node:
     `plain`: whether the inertia follows from the shapes with one density.
     """
     mass = short_number(inertial.mass)
+    if inertial.inertia is None and inertial.keeps_com:
+        return {"mass": mass, "com": plain_numbers(inertial.com[:3])}
     if inertial.inertia is None or plain:
         return {"mass": mass}
     com, inertia = clean_pose(inertial.com), inertial.inertia

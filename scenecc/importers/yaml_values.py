@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 _MAX_NUMBER = 1e30
 """Larger numbers count as infinite, since the engine has single precision."""
 
+_RANDOM = frozenset({"!Uniform", "!Gaussian", "!UniformDiscrete", "!UniformVector", "!GaussianVector"})
+"""Drake's tags of values that are drawn."""
+
 _CORE_TAG = "tag:yaml.org,2002:"
 
 
@@ -62,6 +65,12 @@ class YamlValue:
         tag = self.node.tag or ""
         return "" if tag.startswith(_CORE_TAG) else tag
 
+    def _refuse_tag(self) -> None:
+        if self.tag:
+            hint = "write the value that is intended; a scene draws values itself"
+            what = "random value" if self.tag in _RANDOM else "tag"
+            raise self.fault(f"{{}} has the {what} `{cut(self.tag)}`, which is not read", hint)
+
     def fault(self, message: str, hint: str | None = None, loss: str = "") -> ValueFault:
         """Returns an error at this value; `{}` in the message becomes its name."""
         return ValueFault(
@@ -95,14 +104,16 @@ class YamlValue:
 
     def text(self) -> str:
         """Returns a string that is not empty."""
-        if not isinstance(self.node, yaml.ScalarNode) or self.tag or not self.node.value:
+        self._refuse_tag()
+        if not isinstance(self.node, yaml.ScalarNode) or not self.node.value:
             raise self.fault("{} must be a string")
         return str(self.node.value)
 
     def number(self) -> float:
         """Returns a finite number."""
+        self._refuse_tag()
         value: Any = None
-        if isinstance(self.node, yaml.ScalarNode) and not self.node.style and not self.tag:
+        if isinstance(self.node, yaml.ScalarNode) and not self.node.style:
             try:
                 value = resolve_scalar(self.node.value)
             except OverflowError:
@@ -113,8 +124,9 @@ class YamlValue:
 
     def numbers(self, count: int) -> tuple[float, ...]:
         """Returns a list of `count` finite numbers."""
+        self._refuse_tag()
         items = self.items()
-        if len(items) != count or self.tag:
+        if len(items) != count:
             raise self.fault(f"{{}} must be a list of {count} number{'s' if count > 1 else ''}")
         return tuple(item.number() for item in items)
 

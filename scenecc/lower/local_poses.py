@@ -25,7 +25,7 @@ from scenecc.plan.geometry import LYING_SOLIDS, REVOLVED_SOLIDS
 from scenecc.plan.link_poses import PoseStep, step_poses
 from scenecc.spec.pose import PoseMapping
 from scenecc.variation.bounds import UNKNOWN
-from scenecc.variation.nodes import NODES, Pointing
+from scenecc.variation.nodes import NODES, Node, Pointing
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,14 +106,18 @@ def axis_rotation(axis: Any, origin: Origin, fields: FieldLowerer) -> Quat | Val
             return IDENTITY
         return shortest_from_x(vector)
     variation = VariationLowerer(fields, place.origin)
+    return fields.finish(axis_node(axis, place, variation), variation, QUATERNION, place.origin)
+
+
+def axis_node(axis: Any, place: FieldPlace, variation: VariationLowerer) -> Node:
+    """The shortest rotation from x to an axis that varies by scene. `place`: of the axis."""
 
     def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
         if one.__class__ is str:
             return AXES[one]
         return variation.item(one, _NORMAL, around.inside(step) if step else around)
 
-    rotation = variation.risk(Pointing(variation.select(axis, place, leaf)), place.origin)
-    return fields.finish(rotation, variation, QUATERNION, place.origin)
+    return variation.risk(Pointing(variation.select(axis, place, leaf)), place.origin)
 
 
 def rotated_frame(pose: Value | None, rotation: Quat | Value, fields: FieldLowerer) -> Value | None:

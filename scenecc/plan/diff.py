@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 import numpy as np
 
 from scenecc.diagnostics.messages import index_ranges
-from scenecc.plan.articulation import ArticulationStructure, Link
+from scenecc.plan.articulation import ArticulationStructure, Joint, Link, friction_force
 from scenecc.plan.body import BodyStructure
 from scenecc.plan.constraint import Constraint
 from scenecc.plan.display import (
@@ -370,7 +370,12 @@ def _object_tree(
         elif isinstance(kind, UnionKind):
             tree |= _make_typed_tree(item, base, where)
         elif isinstance(kind, ObjectKind):
-            tree |= _object_tree(item, base, where)
+            inner = _object_tree(item, base, where)
+            if isinstance(item, Joint) and friction_force(item) is not None:
+                # A drive that brakes, with the key of the language.
+                inner[f"{where}.friction_force"] = inner.pop(f"{where}.force_limit")
+                del inner[f"{where}.damping"]
+            tree |= inner
         else:
             tree[where] = _Leaf(kind, item) if isinstance(kind, Quantity) else item
     return tree

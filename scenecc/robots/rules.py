@@ -75,6 +75,12 @@ def enforce_triangle_rule(inertia: Vec3) -> Vec3:
     return (low[0], low[1], low[2])
 
 
+def default_position(joint: DescribedJoint) -> float:
+    """Returns where a joint without an initial position starts [m, rad]: at 0, or at the limit that is nearest to 0."""
+    low, high = joint.limits or (0.0, 0.0)
+    return min(max(0.0, low), high)
+
+
 def with_one_resistance(joint: DescribedJoint) -> DescribedJoint:
     """Returns a joint with its friction force or its damping, since PhysX has one drive for each joint.
 
@@ -85,3 +91,13 @@ def with_one_resistance(joint: DescribedJoint) -> DescribedJoint:
     if joint.drive is not None or joint.damping > LIGHT_DAMPING * joint.friction_force:
         return replace(joint, friction_force=None)
     return replace(joint, damping=0.0)
+
+
+def lost_resistance(joint: DescribedJoint) -> str:
+    """Returns what `with_one_resistance` drops from a joint, in words; "" if nothing."""
+    kept = with_one_resistance(joint)
+    if kept.friction_force != joint.friction_force:
+        return f"the friction {joint.friction_force:g} of `{joint.name}`, which has a spring, a drive or a damping"
+    if kept.damping != joint.damping:
+        return f"the damping {joint.damping:g} of `{joint.name}`, which has friction"
+    return ""

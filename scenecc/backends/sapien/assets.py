@@ -42,6 +42,7 @@ from scenecc.backends.sapien.shared_materials import Friction3, SharedMaterial
 from scenecc.extras import install_hint
 from scenecc.files import State, cache_folder, keep_file, open_regular, read_checked, replace_all, state_now
 from scenecc.geometry.ply import encode_parts
+from scenecc.geometry.rotations import to_vector
 from scenecc.interrupt import ask_module
 from scenecc.plan import MeshGeometry
 from scenecc.plan.material_counts import MATERIAL_LIMIT, drawn_combinations
@@ -356,8 +357,6 @@ def _load_hulls(mesh: str, *, parts: bool) -> list[Any]:
     return [hull(mesh, UNMIRRORED, material)]
 
 
-_MATERIAL_LIMIT: Final = MATERIAL_LIMIT
-
 _live_materials: Final[WeakSet[Any]] = WeakSet()
 """Materials of all open batches. A batch keeps its materials alive."""
 
@@ -409,7 +408,7 @@ class Resources:
                 continue
             scene, of_index = scene_idxs[row], self.drawn.physical.setdefault(index, {})
             if scene not in of_index:
-                of_index[scene] = self._drawn_material(index, scene, tuple(own))
+                of_index[scene] = self._drawn_material(index, scene, to_vector(own))
             made.append(of_index[scene])
         return made
 
@@ -432,11 +431,11 @@ class Resources:
         if not self._lacking:
             return None
         count = len(self._physical)
-        others = _MATERIAL_LIMIT - (count - self._lacking)
+        others = MATERIAL_LIMIT - (count - self._lacking)
         return EngineFailure(
             "SC821",
             f"these scenes need {count} physical materials{f' besides {others} of other batches' * (others > 0)},"
-            f" and a process can hold {_MATERIAL_LIMIT}",
+            f" and a process can hold {MATERIAL_LIMIT}",
             hint="build fewer scenes in one process (`--scenes 0:2048`), or draw friction and restitution from few"
             " values (`choice`), which are shared",
         )
@@ -461,14 +460,11 @@ class Resources:
         return self._physical[key]
 
     def _new_material(self, *numbers: float) -> Any:
-        if not self._lacking and len(_live_materials) == _MATERIAL_LIMIT:
-            gc.collect()  # a batch that was dropped without closing may still hold some
-        if self._lacking or len(_live_materials) == _MATERIAL_LIMIT:
-            # SAPIEN crashes beyond the limit. Further materials are only counted, for `limit_failure`.
+        made = None if self._lacking else _make_physical_material(*numbers)
+        if made is None:
+            # Further materials are only counted, for `limit_failure`.
             self._lacking += 1
             return physx.get_default_material()
-        made = _make_physical_material(*numbers)
-        _live_materials.add(made)
         return made
 
     def visual(self, material: Value, rows: NDArray[np.intp], scene_idxs: Sequence[int]) -> Column:
@@ -563,17 +559,21 @@ def _is_redrawn(values: Iterable[Value]) -> bool:
 
 
 def _material_at_reset(*numbers: float) -> Any:
-    if len(_live_materials) == _MATERIAL_LIMIT:
-        gc.collect()
-    if len(_live_materials) == _MATERIAL_LIMIT:
-        raise ValueError(f"a process can hold {_MATERIAL_LIMIT} physical materials, and this reset needs more")
     made = _make_physical_material(*numbers)
-    _live_materials.add(made)
+    if made is None:
+        raise ValueError(f"a process can hold {MATERIAL_LIMIT} physical materials, and this reset needs more")
     return made
 
 
 def _make_physical_material(static_friction: float, dynamic_friction: float, restitution: float) -> Any:
-    return physx.PhysxMaterial(static_friction, dynamic_friction, restitution)
+    """Returns a new `PhysxMaterial`; None if the process can hold no more. SAPIEN crashes on one beyond the limit."""
+    if len(_live_materials) == MATERIAL_LIMIT:
+        gc.collect()  # a batch that was dropped without closing may still hold some
+    if len(_live_materials) == MATERIAL_LIMIT:
+        return None
+    made = physx.PhysxMaterial(static_friction, dynamic_friction, restitution)
+    _live_materials.add(made)
+    return made
 
 
 def report_changed_files(plan: ScenePlan, sink: Sink) -> bool:

@@ -18,7 +18,7 @@ from scenecc.lower.articulations.drafts import (
     LinkTreeDrafter,
     read_alternatives,
 )
-from scenecc.lower.articulations.fused_links import fuse_links, report_unused_body_keys
+from scenecc.lower.articulations.fused_links import MOVING_KEYS, fuse_links, report_unused_body_keys
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers, JointValue
 from scenecc.lower.articulations.links import (
     DriveTargetCheck,
@@ -51,16 +51,6 @@ _VISIBLE_KEYS = ("visibility",)
 _COLLIDING_KEYS = ("density", "patch_radius", "min_patch_radius", "collision_group", "disable_self_collisions")
 _LINKED_KEYS = ("fix_root_link", "qpos", "qvel", "beyond_limits", "disable_self_collisions")
 """Keys that a single body does not have."""
-
-_MOVING_KEYS = (
-    "linear_velocity",
-    "angular_velocity",
-    "gravity",
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "sleep_threshold",
-)
-"""Keys that a static body does not have."""
 
 _FREE_ROOT_KEYS = ("linear_velocity", "angular_velocity")
 _FIXED = "a root that is fixed"
@@ -109,7 +99,7 @@ def report_unused_keys(
         alone.remove("fix_root_link")
     _report_unused(entity, alone, _BODY, origin, sink)
     if not any(body.body_type == "dynamic" for body in bodies):
-        _report_unused(entity, _MOVING_KEYS, "a body that cannot move", origin, sink)
+        _report_unused(entity, MOVING_KEYS, "a body that cannot move", origin, sink)
 
 
 def warn_free_body(firsts: Iterable[tuple[DescribedRobot, ArticulationDraft]], sink: Sink) -> None:

@@ -13,17 +13,17 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import show
-from scenecc.geometry.rotations import AXES, IDENTITY, IDENTITY_POSE, shortest_from_x, turned
-from scenecc.lower.field_types import FieldType, field_type, report_unused_key, vector
+from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, shortest_from_x, turned
+from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.forms import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
-from scenecc.lower.local_poses import local_pose, seven_numbers
+from scenecc.lower.local_poses import axis_node, local_pose, seven_numbers
 from scenecc.lower.poses import POSE, check_limits_keys, direction, lower_limits, pose_item, warn_limits_in_degrees
 from scenecc.lower.references import values_given
 from scenecc.plan import CollisionShape, Value, VisualShape, literal, per_scene
 from scenecc.plan.articulation import JointType, breadth_first_order
 from scenecc.plan.properties import POSITIVE, property_fields
 from scenecc.variation.bounds import MAX_ALTERNATIVES, ValueBounds
-from scenecc.variation.nodes import Composed, Node, Pointing, Posed, Stacked
+from scenecc.variation.nodes import Composed, Node, Posed, Stacked
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -111,7 +111,7 @@ class DraftLink:
         parent: number of its parent link, which comes before it; None: it is the root.
         own: its own keys, which have precedence over patterns; None: it has none.
         inertial: mass properties from its file.
-        mass: from a file without an inertia: the inertia of the shapes is scaled to it.
+        mass, com: from a file without an inertia: the inertia of the shapes is scaled to the mass.
         ignore_bits, disable_gravity: see `DescribedLink`.
         collides: whether it has collision shapes.
         file: (·,) index of its file, in an articulation of several.
@@ -126,6 +126,7 @@ class DraftLink:
     inertial: Inertial | None = None
     ignore_bits: int = 0
     mass: Value | None = None
+    com: Value | None = None
     disable_gravity: bool = False
     collides: bool = False
     file: Value | None = None
@@ -184,8 +185,6 @@ _JOINT_NUMBERS = (*property_fields("joint"), "damping")
 _MOVING_JOINT_KEYS = (*_JOINT_NUMBERS, "friction_force", "axis", "pose_in_child", "limits", "limits_deg", "mimic")
 
 _COLLIDING_KEYS = ("density", "patch_radius", "min_patch_radius")
-
-_DIRECTION = vector(3)
 
 _NO_LIMITS = (-math.inf, math.inf)
 
@@ -343,14 +342,7 @@ class LinkTreeDrafter:
         """The joint frames for an axis that varies by scene."""
         place = field_place(origin)
         variation = VariationLowerer(fields, origin.child("axis"))
-
-        def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
-            if one.__class__ is str:
-                return AXES[one]
-            return variation.item(one, _DIRECTION, around.inside(step) if step else around)
-
-        axis = variation.select(joint.axis, place.key("axis"), leaf)
-        rotation = Posed((0.0, 0.0, 0.0), variation.risk(Pointing(axis), origin.child("axis")))
+        rotation = Posed((0.0, 0.0, 0.0), axis_node(joint.axis, place.key("axis"), variation))
         in_child = fields.finish(rotation, variation, POSE, origin.child("axis"))
         frame = IDENTITY_POSE
         if joint.origin is not None:

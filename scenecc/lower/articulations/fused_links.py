@@ -17,22 +17,21 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer
     from scenecc.plan import ArticulationStructure, CollisionShape, Value, VisualShape
 
+MOVING_KEYS = (
+    "linear_velocity",
+    "angular_velocity",
+    "gravity",
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+    "sleep_threshold",
+)
+"""Keys that a static body does not have."""
+
 _JOINTED = "its joints never move"
 _STILL = "no force moves it"
 _UNUSED: dict[str, str] = {
     **dict.fromkeys(("qvel", "drives"), _JOINTED),
-    **dict.fromkeys(
-        (
-            "fix_root_link",
-            "linear_velocity",
-            "angular_velocity",
-            "gravity",
-            "solver_position_iterations",
-            "solver_velocity_iterations",
-            "sleep_threshold",
-        ),
-        _STILL,
-    ),
+    **dict.fromkeys(("fix_root_link", *MOVING_KEYS), _STILL),
     **dict.fromkeys(
         ("disable_self_collisions", "sapien_bits"), "it is one body, whose shapes never collide with one another"
     ),

@@ -40,6 +40,12 @@ def read_constraints(
             )
         elif kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
             (first, in_first), (second, in_second) = equality_frames(model, number, kind)
+            if _has_no_effect(model, first, second):
+                message = (
+                    f"{_what(model, number, kind)} is not built: no force moves one of its bodies against the other"
+                )
+                report.note_elsewhere("inactive/fixed", message, place)
+                continue
             if first not in links or second not in links or first == second:
                 report.leave_out(WORLD_EQUALITY, _unbuilt(model, kind, first, second, links), place)
                 continue
@@ -52,6 +58,12 @@ def read_constraints(
         elif kind != JOINT_EQUALITY:
             report.leave_out("equality/other", "equalities of tendons, flexes or distances are not built", place)
     return made
+
+
+def _has_no_effect(model: CompiledModel, first: int, second: int) -> bool:
+    """Returns whether no force moves one body against another: they are fixed together, or to the world or mocaps."""
+    groups = {int(model["body_weldid"][body]) for body in (first, second)}
+    return len(groups) == 1 or all(group == WORLD or model["body_mocapid"][group] >= 0 for group in groups)
 
 
 def _unbuilt(model: CompiledModel, kind: int, first: int, second: int, links: Mapping[int, LinkName]) -> str:

@@ -80,7 +80,7 @@ def test_a_reset_with_values_out_of_range_changes_nothing(keys: str, given: floa
 
 def test_drawn_materials_count_towards_the_limit_of_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
     gc.collect()  # batches that other tests have dropped
-    monkeypatch.setattr(assets, "_MATERIAL_LIMIT", len(assets._live_materials) + 2)  # pyright: ignore[reportPrivateUsage]
+    monkeypatch.setattr(assets, "MATERIAL_LIMIT", len(assets._live_materials) + 2)  # pyright: ignore[reportPrivateUsage]
     with pytest.raises(scenecc.SceneError, match="SC821"):
         loaded("material: {physical: {restitution: {uniform: [0.5, 0.6]}}}", seed=1)
 

@@ -47,7 +47,7 @@ def test_materials_up_to_the_limit_of_physx_are_built() -> None:
 def few(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A process that holds a hundred."""
     gc.collect()
-    monkeypatch.setattr(assets, "_MATERIAL_LIMIT", 100 + len(assets._live_materials))
+    monkeypatch.setattr(assets, "MATERIAL_LIMIT", 100 + len(assets._live_materials))
     gc.disable()
     yield
     gc.enable()

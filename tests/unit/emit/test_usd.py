@@ -347,6 +347,18 @@ def test_features_that_usd_does_not_support_are_reported_with_their_line(tmp_pat
         assert word in words
 
 
+def test_a_friction_force_is_a_drive_in_usd_and_loses_nothing(tmp_path: Path) -> None:
+    shapes = [{"type": "box", "half_size": [0.1, 0.1, 0.1]}]
+    joint = {"name": "slide", "type": "prismatic", "friction_force": 5}
+    root = {"name": "rail", "shapes": shapes, "children": [{"name": "cart", "joint": joint, "shapes": shapes}]}
+    files, told = emitted({"scenecc": 1, "entities": {"rig": {"fix_root_link": True, "root": root}}})
+    assert told == []
+    stage = opened(files, tmp_path)
+    slide = next(prim for prim in stage.Traverse() if prim.GetName() == "slide")
+    drive = UsdPhysics.DriveAPI(slide, "linear")
+    assert drive.GetMaxForceAttr().Get() == 5
+
+
 def test_without_usd_core_the_export_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pxr.Usd", None)
     with pytest.raises(scenecc.SceneError) as failure:

@@ -66,8 +66,8 @@ ALL = """
 POSES = {
     "one/base": (1.0, 0.0, 0.5, 0.95155, 0.03813, 0.18931, 0.2393),
     "one/arm": (1.15141, 0.00721, 0.87017, 0.8531, -0.03429, 0.46205, 0.23988),
-    "two/base": (1.46017, 0.11928, 1.09843, 0.73253, 0.3242, 0.50107, 0.32744),
-    "two/arm": (1.83874, 0.06055, 1.21349, 0.81748, 0.38279, 0.34555, 0.2565),
+    "one/two/base": (1.46017, 0.11928, 1.09843, 0.73253, 0.3242, 0.50107, 0.32744),
+    "one/two/arm": (1.83874, 0.06055, 1.21349, 0.81748, 0.38279, 0.34555, 0.2565),
     "arm/l0": (2.06714, -0.07403, 1.35392, 0.81748, 0.38279, 0.34555, 0.2565),
     "arm/l1": (2.43464, -0.18507, 1.50432, 0.49565, 0.15346, 0.58553, 0.62284),
     "b": (2.68076, 0.03586, 1.58216, 0.26483, -0.06941, 0.71999, 0.6377),
@@ -140,7 +140,8 @@ def test_bodies_are_where_drake_puts_them(folder: Path) -> None:
     assert {name: pytest.approx(pose, abs=2e-5) for name, pose in POSES.items()} == built
     kinds = {name: row["type"] for name, row in found["constraints"].items()}
     assert set(kinds.values()) == {"weld"}
-    assert len(kinds) == 4
+    assert len(kinds) == 3
+    assert found["entities"]["one"]["attach"]["two"]["to"] == "arm"
 
 
 def test_a_model_that_nothing_holds_is_free(folder: Path) -> None:
@@ -216,7 +217,8 @@ MODEL = "\n- add_model: {name: a, file: a.urdf}\n- "
         (f"{MODEL}add_weld: {{parent: world, child: a::base, X_PC: {{translation: [1, 2]}}}}", 3, "3 numbers"),
         (f"{MODEL}add_weld: {{parent: world, child: a::base, X_PC: {{rotation: [1, 2, 3]}}}}", 3, "mapping"),
         (f"{MODEL}add_frame: {{name: f, X_PF: {{translation: [1, 2, 3]}}}}", 3, "base_frame"),
-        (f"{MODEL}add_frame: {{name: f, X_PF: {{base_frame: world, rotation: !Uniform {{}}}}}}", 3, "at random"),
+        (f"{MODEL}add_frame: {{name: f, X_PF: {{base_frame: world, translation: !Uniform {{}}}}}}", 3, "random"),
+        (f"{MODEL}add_frame: {{name: f, X_PF: {{base_frame: world, rotation: !Uniform {{}}}}}}", 3, "random"),
         (f"{MODEL}add_frame: {{name: f, X_PF: {{base_frame: world, rotation: !Euler {{}}}}}}", 3, "`!Euler`"),
         (f"{MODEL}add_model: {{name: a, file: a.urdf}}", 3, "a second model"),
         (f"{MODEL}add_modell: {{name: b, file: a.urdf}}", 3, "no key `add_modell`"),

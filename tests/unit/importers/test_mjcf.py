@@ -63,6 +63,15 @@ def test_joints_that_cannot_be_at_0_are_compared_within_their_limits(folder: Pat
     assert max(found.position, found.angle, found.relative_mass) < 1e-6
 
 
+def test_links_of_a_kept_file_with_one_posed_robot_have_their_names(folder: Path) -> None:
+    (folder / "arm.xml").write_text("""<mujoco><worldbody><body name="b" pos="0 0 1"><freejoint/><geom size="0.1"/>
+<body name="c"><joint/><geom size="0.1" pos="0.3 0 0"/></body></body></worldbody>
+<equality><connect body1="c" anchor="0.3 0 0"/></equality></mujoco>""")
+    found = import_scene(folder / "arm.xml", folder / "scene.yaml", keep_file=True)
+    assert found.certificate.compared == 2
+    assert "child: arm/c" in (folder / "scene.yaml").read_text()
+
+
 def test_the_mass_of_a_mocap_body_is_not_compared(folder: Path) -> None:
     (folder / "table.xml").write_text("""<mujoco><worldbody><body mocap="true"><geom size="1" density="0"/>
 <inertial pos="0 0 0" mass="120" diaginertia="1 1 1"/></body><body pos="0 0 3"><freejoint/><geom size="0.1" mass="2"/>

@@ -9,7 +9,12 @@ import pytest
 
 from scenecc import SceneError, open_scene
 from scenecc.backends.sapien.measure import measure_bodies
+from scenecc.diagnostics import Sink
 from scenecc.importers.import_scene import import_scene
+from scenecc.importers.imported_scene import ImportContext
+from scenecc.importers.urdf import import_urdf
+from scenecc.options import Options
+from scenecc.source.paths import AssetScope
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
@@ -102,6 +107,15 @@ def test_a_mesh_that_may_not_be_read_is_an_error(robot: Path, tmp_path: Path, me
         import_scene(robot, tmp_path / "out/scene.yaml")
     assert {each.code for each in caught.value.diagnostics} <= {"SC401", "SC402", "SC403", "SC470", "SC472"}
     assert not list((tmp_path / "out").iterdir())
+
+
+def test_links_above_which_an_empty_world_floats_have_their_names(robot: Path, tmp_path: Path) -> None:
+    root = '<robot name="r"><link name="world"/><joint name="f" type="floating"><parent link="world"/>'
+    joint = f'{root}<child link="base"/><origin xyz="0 0 1"/></joint>'
+    robot.write_text(ROBOT.format(mesh="meshes/a.obj", ixx=1).replace('<robot name="r">', joint))
+    found = import_urdf(robot, ImportContext(Sink(), AssetScope(robot.parent), Options().limits))
+    assert found is not None
+    assert found.bodies == {"robot": "base"}
 
 
 @pytest.mark.parametrize("name", ["robot_arm", "robot_door"])

@@ -14,7 +14,7 @@ from plugins.nightly import examples
 from plugins.plan_strategy import TABLES, plans
 from plugins.sample_plans import SAMPLES, entity, indices, look, pose, rubbing, solid
 
-from scenecc import Difference
+from scenecc import Difference, compile_scene
 from scenecc.plan import (
     BodyStructure,
     Box,
@@ -381,3 +381,14 @@ def test_what_seldom_differs_after_a_reset_is_seen() -> None:
     often = Chosen((1, 2), (0.97, 0.03), Key("entities", "ball", "pose.p"))
     (one,) = diff_plans(drawn(standing(1)), drawn(standing(often)))
     assert one.b == "[0, 0, 1] | [0, 0, 2] at reset"
+
+
+def test_a_friction_force_is_told_by_its_key() -> None:
+    def plan(force: float) -> ScenePlan:
+        joint = {"name": "slide", "type": "prismatic", "friction_force": force}
+        shapes = [{"type": "box", "half_size": [0.1, 0.1, 0.1]}]
+        root = {"name": "rail", "shapes": shapes, "children": [{"name": "cart", "shapes": shapes, "joint": joint}]}
+        return compile_scene({"scenecc": 1, "entities": {"rig": {"root": root}}})
+
+    (found,) = diff_plans(plan(5), plan(6))
+    assert (found.path, found.a, found.b) == ("links.cart.joint.friction_force", "5", "6")
