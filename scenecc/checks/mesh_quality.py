@@ -259,10 +259,8 @@ def _misfit(structure: BodyStructure, solid: Box, seen: Box, row: int, plan: Sce
 
 def _same_files(structure: BodyStructure) -> Iterator[tuple[CollisionShape, VisualShape]]:
     """Yields the collision shape and the visual of each mesh that has one of both."""
-    solid, seen = (
-        [shape for shape in group if isinstance(shape.geometry, MeshGeometry)]
-        for group in (structure.collisions, structure.visuals)
-    )
+    solid = [shape for shape in structure.collisions if isinstance(shape.geometry, MeshGeometry)]
+    seen = [shape for shape in structure.visuals if isinstance(shape.geometry, MeshGeometry)]
     uses = Counter(map(_file, solid)), Counter(map(_file, seen))
     for one in solid:
         if uses[0][_file(one)] == uses[1][_file(one)] == 1:

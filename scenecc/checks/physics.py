@@ -233,7 +233,8 @@ def _check_material_count(plan: ScenePlan, sink: Sink) -> None:
         hint = "build fewer scenes in one process (`--scenes 0:2048`)"
         if own:
             hint = f"draw friction and restitution from few values (`choice`), which are shared, or {hint}"
-        sink.report("SC586", message, plan_origin(plan) if first is None else first.origin, hint=hint)
+        place = None if first is None else first.origin
+        sink.report("SC586", message, place or plan_origin(plan), hint=hint)
 
 
 def _check_optional_sections(plan: ScenePlan, sink: Sink) -> None:
