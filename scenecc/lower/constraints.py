@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
@@ -112,7 +113,7 @@ def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer,
     target, linear, angular = None, None, None
     if written.drive is not None:
         drives = [_axis_drive(axis, written.drive, ("drive",), fields, origin), *drives]
-        _warn_beyond_limits(written.drive.target, limits, fields, origin.child("drive", "target"))
+        _warn_of_target(written.drive.target, limits, fields, origin.child("drive", "target"), turns=axis == "twist")
         target = _motor(written.drive, "target", axis, fields, origin)
         velocity = _motor(written.drive, "velocity_target", axis, fields, origin)
         linear, angular = (velocity, None) if axis == "x" else (None, velocity)
@@ -144,19 +145,29 @@ def _ball(written: BallConstraint, fields: FieldLowerer, origin: Origin) -> Driv
     return Drive(limits=tuple(AxisLimit(axis, one) for axis, one in each.items() if one is not None), drives=drives)
 
 
-def _warn_beyond_limits(target: Any, limits: Value | None, fields: FieldLowerer, origin: Origin) -> None:
-    """Warns of a target beyond the limits, as for articulation joints (SC523)."""
-    if target is None or limits is None:
+_HELD_ANGLE = 0.8
+"""Largest target of a hinge whose axis PhysX holds [rad]. With 1.0 it turned thin bodies about other axes."""
+
+
+def _warn_of_target(target: Any, limits: Value | None, fields: FieldLowerer, origin: Origin, *, turns: bool) -> None:
+    """Warns of a target beyond the limits, as for articulation joints (SC523), or too far for the axis (SC565)."""
+    if target is None:
         return
     place = field_place(origin)
     variation = VariationLowerer(fields, place.origin)
     value = fields.finish(variation.item(target, _NUMBER, place), variation, _NUMBER, place.origin, reset=True)
-    found = find_target_beyond_limits(limits, value)
+    found = None if limits is None else find_target_beyond_limits(limits, value)
     if found is not None:
         (_, at, low, high), certain = found
         pulls = "pulls" if certain else "may pull"
         message = f"the drive {pulls} to {at:g}, beyond the limits [{low:g}, {high:g}]"
         fields.sink.report("SC523", message, origin, hint="positions are radians, or metres for a slider")
+    far = max(map(abs, value.numbers()), default=0.0)
+    if turns and far > _HELD_ANGLE:
+        angle = f"{far:g} rad" if math.isfinite(far) else "any angle"
+        message = f"with a target of {angle}, PhysX does not hold the axis of a hinge, only up to {_HELD_ANGLE:g}"
+        hint = "turn `pose_in_parent` about the axis, so that the target is near 0, or use a `root` with a joint"
+        fields.sink.report("SC565", message, origin, hint=hint)
 
 
 def _motor(written: Any, key: str, axis: DriveAxis, fields: FieldLowerer, origin: Origin) -> Value | None:
