@@ -162,6 +162,7 @@ def _warn_of_target(target: Any, limits: Value | None, fields: FieldLowerer, ori
         pulls = "pulls" if certain else "may pull"
         message = f"the drive {pulls} to {at:g}, beyond the limits [{low:g}, {high:g}]"
         fields.sink.report("SC523", message, origin, hint="positions are radians, or metres for a slider")
+        return
     far = max(map(abs, value.numbers()), default=0.0)
     if turns and far > _HELD_ANGLE:
         angle = f"{far:g} rad" if math.isfinite(far) else "any angle"
