@@ -29,7 +29,8 @@ from scenecc.importers.model_files import ModelReader, NamedModel
 from scenecc.importers.numbers import Names
 from scenecc.importers.placed_entities import still_links
 from scenecc.importers.sdf import SdfViews
-from scenecc.importers.sdf_files import SdfFile, find_file
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, find_file
+from scenecc.importers.sdf_scopes import SEPARATOR
 from scenecc.importers.sdf_shapes import FRICTION
 from scenecc.importers.urdf import UNREAL_INERTIAS
 from scenecc.importers.writer import write_world
@@ -40,19 +41,14 @@ from scenecc.robots.world import DescribedPhysics, DescribedWorld, RobotFile
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-SEPARATOR: Final = "::"
-
 _MAX_DEPTH: Final = 20
 
 _MAX_FILES: Final = 500
 
-_SHORTEST: Final = 1e-9
-"""Smallest length of a direction."""
-
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """A frame: the link that carries it, and its pose in the link; in the world for `IN_WORLD`."""
+    """A frame: the link that carries it (or `IN_WORLD`), and its pose in the link."""
 
     link: LinkName
     pose: Pose7
@@ -125,8 +121,8 @@ class _DirectivesReader:
         try:
             items = _required(top, top.entries("directives"), "directives").items()
         except ValueFault as fault:
-            hint = "a file of Drake's model directives starts with `directives:`"
-            self._context.sink.report("SC433", fault.message, fault.place, hint=fault.hint or hint)
+            hint = fault.hint or "a file of Drake's model directives starts with `directives:`"
+            self._context.sink.report("SC433", fault.message, fault.place, hint=hint)
             return
         for item in items:
             self._read_directive(item, scope)
@@ -150,7 +146,8 @@ class _DirectivesReader:
     # --- directives
 
     def _add_model(self, value: YamlValue, scope: _Scope) -> None:
-        keys = value.entries("name", "file", "default_joint_positions", "default_free_body_pose")
+        known = ("name", "file", "default_joint_positions", "default_free_body_pose")
+        keys = value.entries(*known)
         name, uri = scope.full(_required(value, keys, "name").text()), _required(value, keys, "file")
         if name in self._models or name in self._instances or name in self._missing or name == "world":
             raise keys["name"].fault(f"a second model has the name `{cut(name)}`")
@@ -163,21 +160,19 @@ class _DirectivesReader:
             return
         self._missing.discard(name)
         self._models[name] = model
-        if "default_joint_positions" in keys:
-            for joint, row in keys["default_joint_positions"].entries().items():
-                items = row.items()
-                if items:
-                    self._reader.set_joint(model, joint, row, row.numbers(len(items)))
-        if "default_free_body_pose" in keys:
-            for frame, row in keys["default_free_body_pose"].entries().items():
-                base, pose = _transform(row)
-                parent = self._frame("world", row, scope) if base is None else self._frame(base.text(), base, scope)
-                child = self._frame_of(model, frame, row)
-                if child.pose == IDENTITY_POSE and not self._reader.placed.is_root(child.link):
-                    words = f"the free pose of `{cut(frame)}`, which a joint carries and Drake does not move"
-                    self._losses.append(Loss("settings", words, row.location))
-                    continue
-                self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, row, welds=False))
+        positions, poses = (keys[key].entries() if key in keys else {} for key in known[2:])
+        for joint, row in positions.items():
+            if items := row.items():
+                self._reader.set_joint(model, joint, row, row.numbers(len(items)))
+        for frame, row in poses.items():
+            base, pose = _transform(row)
+            parent = self._frame("world" if base is None else base.text(), base or row, scope)
+            child = self._frame_of(model, frame, row)
+            if child.pose == IDENTITY_POSE and not self._reader.placed.is_root(child.link):
+                words = f"the free pose of `{cut(frame)}`, which a joint carries and Drake does not move"
+                self._losses.append(Loss("settings", words, row.location))
+                continue
+            self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, row, welds=False))
 
     def _add_instance(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("name")
@@ -214,18 +209,15 @@ class _DirectivesReader:
         self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, value, welds=True))
 
     def _add_group(self, value: YamlValue, scope: _Scope) -> None:
-        ignored = "ignored_collision_filter_groups"
-        keys = value.entries("name", "members", "member_groups", ignored, "model_namespace")
+        known = ("name", "members", "member_groups", "ignored_collision_filter_groups", "model_namespace")
+        keys = value.entries(*known)
         if "model_namespace" in keys:
             scope = replace(scope, namespace=scope.full(keys["model_namespace"].text()) + SEPARATOR)
         name = scope.full(_required(value, keys, "name").text())
-        members = keys["members"].items() if "members" in keys else []
+        members, groups, others = (keys[key].items() if key in keys else [] for key in known[1:4])
         links = {self._frame(each.text(), each, scope).link for each in members} - {IN_WORLD}
-        for each in keys["member_groups"].items() if "member_groups" in keys else ():
-            links |= self._group(scope.full(each.text()), each)
-        self._groups[name] = links
-        for each in keys[ignored].items() if ignored in keys else ():
-            self._ignored.append((name, scope.full(each.text()), each))
+        self._groups[name] = links.union(*(self._group(scope.full(each.text()), each) for each in groups))
+        self._ignored += [(name, scope.full(each.text()), each) for each in others]
 
     def _group(self, name: str, value: YamlValue) -> set[LinkName]:
         if name not in self._groups:
@@ -300,9 +292,8 @@ class _DirectivesReader:
             tie = next((one for one in pending if (one.parent.link[0] in done) != (one.child.link[0] in done)), None)
             closing = [one for one in pending if one.parent.link[0] in done and one.child.link[0] in done]
             for one in closing:
-                kind = "add_weld" if one.welds else "default_free_body_pose"
                 loss = "" if one.welds else "settings"
-                self._report(one.value.fault(f"`{kind}` moves a model that is placed already", loss=loss))
+                self._report(one.value.fault("{} moves a model that is placed already", loss=loss))
                 pending.remove(one)
             if tie is not None:
                 self._join(tie, is_child_placed=tie.child.link[0] in done)
@@ -339,12 +330,10 @@ class _DirectivesReader:
         for full, built in parts.links.items():
             if built.link is not None:
                 views.add_link(full, built, built.link)
+        place, ignored = Location(str(path)), self._ignored_pairs()
         if not parts.entities and not self._losses:
-            self._context.sink.report(
-                "SC433", "there is nothing to import: the file adds no model", Location(str(path))
-            )
+            self._context.sink.report("SC433", "there is nothing to import: the file adds no model", place)
             return None
-        ignored = self._ignored_pairs()
         world = DescribedWorld(
             Names().new(path.name.partition(".")[0]),
             self._reader.placed.entities(),
@@ -354,10 +343,9 @@ class _DirectivesReader:
             tuple(views.cameras),
             ignored,
         )
-        written, place = write_world(world), Location(str(path))
-        self._losses += [
-            Loss("collision-filters", f"`{a}` and `{b}` would collide", place) for a, b in written.unwritten
-        ]
+        written = write_world(world)
+        both = [f"`{a}` and `{b}` would collide" for a, b in written.unwritten]
+        self._losses += [Loss("collision-filters", words, place) for words in both]
         content = written.document, tuple(self._losses), written.bodies
         return ImportedScene(*content, places=written.places, codes_of_losses=UNREAL_INERTIAS | {"SC448"})
 
@@ -409,7 +397,7 @@ def _rotation(value: YamlValue) -> Quat:
     if kind == "!AngleAxis":
         keys = value.entries("angle_deg", "axis")
         axis = to_vector(_required(value, keys, "axis").numbers(3))
-        if math.hypot(*axis) < _SHORTEST:
+        if math.hypot(*axis) < SMALLEST:
             raise keys["axis"].fault("{} has length 0")
         return from_axis_angle(axis, math.radians(_required(value, keys, "angle_deg").number()))
     raise value.fault(f"the rotation `{cut(kind)}` is random or unknown", "write `!Rpy` or `!AngleAxis`")

@@ -51,7 +51,7 @@ def import_layout(path: Path, context: ImportContext) -> ImportedScene | None:
         layout = _Layout(top, found.path.parent, context)
     except ValueFault as fault:
         hint = "a layout of EmbodiedGen has the keys `tree`, `relation`, `assets`, `objs_mapping` and `position`"
-        context.sink.report("SC430", f"it is no layout of EmbodiedGen: {fault.message}", fault.place, hint=hint)
+        context.sink.report("SC430", f"it is not a layout of EmbodiedGen: {fault.message}", fault.place, hint=hint)
         return None
     entities = layout.entities()
     if context.sink.failed:
