@@ -143,8 +143,6 @@ class _DirectivesReader:
         else:
             self._context.sink.report("SC433", fault.message, fault.place, hint=fault.hint)
 
-    # --- directives
-
     def _add_model(self, value: YamlValue, scope: _Scope) -> None:
         known = ("name", "file", "default_joint_positions", "default_free_body_pose")
         keys = value.entries(*known)
@@ -238,8 +236,6 @@ class _DirectivesReader:
         namespace = scope.namespace if inner is None else scope.full(inner.text()) + SEPARATOR
         self.read_file(found, str(found), namespace, scope.chain)
 
-    # --- frames
-
     def _knows(self, name: str) -> bool:
         model, rest = self._owner(name)
         return name in self._frames or (model is not None and model.knows(rest))
@@ -290,10 +286,9 @@ class _DirectivesReader:
         done = {IN_WORLD[0], *(entity.name for entity in reader.parts.entities if still_links(entity))}
         while pending:
             tie = next((one for one in pending if (one.parent.link[0] in done) != (one.child.link[0] in done)), None)
-            closing = [one for one in pending if one.parent.link[0] in done and one.child.link[0] in done]
-            for one in closing:
-                loss = "" if one.welds else "settings"
-                self._report(one.value.fault("{} moves a model that is placed already", loss=loss))
+            for one in [one for one in pending if one.parent.link[0] in done and one.child.link[0] in done]:
+                words = "{} moves a model that is placed already"
+                self._report(one.value.fault(words, loss="" if one.welds else "settings"))
                 pending.remove(one)
             if tie is not None:
                 self._join(tie, is_child_placed=tie.child.link[0] in done)
