@@ -50,8 +50,9 @@ def import_(
 ) -> None:
     """Convert a world or robot in another format to a scene file.
 
-    The formats are SDF (.sdf, .world), USD (.usd, .usda, .usdc), MJCF (.mjcf, .xml) and URDF (.urdf). Files that
-    the scene cannot reference by a relative path, pkg:// or asset:// are copied to the folder SCENE_assets beside it.
+    The formats are SDF (.sdf, .world), USD (.usd, .usda, .usdc), MJCF (.mjcf, .xml), URDF (.urdf), Drake's model
+    directives (.dmd.yaml) and EmbodiedGen's layouts (layout.json). Files that the scene cannot reference by a
+    relative path, pkg:// or asset:// are copied to the folder SCENE_assets beside it.
 
     For several files, or the files in a folder, each scene is written to the folder OUTPUT, under the name of its file.
 
@@ -69,6 +70,8 @@ def import_(
       scenecc import world.xml -o scene.yaml
       scenecc import robot.xml -o scene.yaml --keep-file
       scenecc import robot.urdf -o scene.yaml
+      scenecc import room.dmd.yaml -o room.yaml --asset-root ~/drake_models
+      scenecc import layout.json -o room.yaml
       scenecc import worlds robots/*.urdf -o scenes --jobs 2
     """
     _check_arguments(paths, output, allow or ())

@@ -196,7 +196,8 @@ def _targets(files: Sequence[str], output: str, suffix: str, faults: list[Diagno
     if STDIN in files:
         faults.append(usage_error("SC901", "standard input cannot be combined with other files", file=STDIN))
     top = os.path.commonpath([os.path.abspath(Path(file).parent) for file in files]) if files else ""  # noqa: PTH100 - keeps links
-    targets = {file: str(Path(output, os.path.relpath(file, top)).with_suffix(suffix)) for file in files}
+    plain = {file: re.sub(r"\.dmd(?=\.ya?ml$)", "", os.path.relpath(file, top), flags=re.IGNORECASE) for file in files}
+    targets = {file: str(Path(output, name).with_suffix(suffix)) for file, name in plain.items()}
     first: dict[str, str] = {}
     for file, target in targets.items():
         if first.setdefault(target, file) != file:

@@ -24,11 +24,12 @@ from scenecc.geometry.rotations import (
     invert,
     to_vector,
 )
-from scenecc.importers.dmd_models import DmdModel, ModelReader, still_links
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
+from scenecc.importers.model_files import ModelReader, NamedModel
 from scenecc.importers.numbers import Names
+from scenecc.importers.placed_entities import still_links
 from scenecc.importers.sdf import SdfViews
-from scenecc.importers.sdf_files import SdfFile, find_file
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, find_file
 from scenecc.importers.sdf_scopes import SEPARATOR
 from scenecc.importers.sdf_shapes import FRICTION
 from scenecc.importers.urdf import UNREAL_INERTIAS
@@ -41,17 +42,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _MAX_DEPTH: Final = 20
+
 _MAX_FILES: Final = 500
-
-_SHORTEST: Final = 1e-9
-"""Smallest length of a direction."""
-
-_RANDOM: Final = frozenset({"!Uniform", "!Gaussian", "!UniformDiscrete", "!UniformVector", "!GaussianVector"})
 
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """A frame: the link that carries it, and its pose in the link; in the world for `IN_WORLD`."""
+    """A frame: the link that carries it (or `IN_WORLD`), and its pose in the link."""
 
     link: LinkName
     pose: Pose7
@@ -97,7 +94,7 @@ class _DirectivesReader:
     def __init__(self, context: ImportContext) -> None:
         self._context = context
         self._losses: list[Loss] = []
-        self._models: dict[str, DmdModel] = {}
+        self._models: dict[str, NamedModel] = {}
         self._missing: set[str] = set()
         self._instances: set[str] = set()
         self._frames: dict[str, _Frame] = {}
@@ -124,8 +121,8 @@ class _DirectivesReader:
         try:
             items = _required(top, top.entries("directives"), "directives").items()
         except ValueFault as fault:
-            hint = "a file of Drake's model directives starts with `directives:`"
-            self._context.sink.report("SC433", fault.message, fault.place, hint=fault.hint or hint)
+            hint = fault.hint or "a file of Drake's model directives starts with `directives:`"
+            self._context.sink.report("SC433", fault.message, fault.place, hint=hint)
             return
         for item in items:
             self._read_directive(item, scope)
@@ -133,11 +130,10 @@ class _DirectivesReader:
     def _read_directive(self, item: YamlValue, scope: _Scope) -> None:
         try:
             entries = item.entries(*self._read)
-            ((name, value),) = entries.items() if len(entries) == 1 else (("", item),)
-            if not name:
+            for name, value in entries.items() if len(entries) == 1 else ():
+                self._read[name](value, scope)
+            if len(entries) != 1:
                 self._report(item.fault("{} must be one directive, such as `add_model`"))
-                return
-            self._read[name](value, scope)
         except ValueFault as fault:
             self._report(fault)
 
@@ -147,32 +143,34 @@ class _DirectivesReader:
         else:
             self._context.sink.report("SC433", fault.message, fault.place, hint=fault.hint)
 
-    # --- directives
-
     def _add_model(self, value: YamlValue, scope: _Scope) -> None:
-        keys = value.entries("name", "file", "default_joint_positions", "default_free_body_pose")
+        known = ("name", "file", "default_joint_positions", "default_free_body_pose")
+        keys = value.entries(*known)
         name, uri = scope.full(_required(value, keys, "name").text()), _required(value, keys, "file")
         if name in self._models or name in self._instances or name in self._missing or name == "world":
             raise keys["name"].fault(f"a second model has the name `{cut(name)}`")
         self._count += 1
         if self._count > _MAX_FILES:
             raise value.fault(f"more than {_MAX_FILES} models")
+        self._missing.add(name)
         model = self._reader.read(name, uri, scope.file)
         if model is None:
-            self._missing.add(name)
             return
+        self._missing.discard(name)
         self._models[name] = model
-        if "default_joint_positions" in keys:
-            for joint, row in keys["default_joint_positions"].entries().items():
-                items = row.items()
-                if items:
-                    self._reader.set_joint(model, joint, row, row.numbers(len(items)))
-        if "default_free_body_pose" in keys:
-            for frame, row in keys["default_free_body_pose"].entries().items():
-                base, pose = _transform(row)
-                parent = self._frame("world", row, scope) if base is None else self._frame(base.text(), base, scope)
-                child = self._frame_of(model, frame, row)
-                self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, row, welds=False))
+        positions, poses = (keys[key].entries() if key in keys else {} for key in known[2:])
+        for joint, row in positions.items():
+            if items := row.items():
+                self._reader.set_joint(model, joint, row, row.numbers(len(items)))
+        for frame, row in poses.items():
+            base, pose = _transform(row)
+            parent = self._frame("world" if base is None else base.text(), base or row, scope)
+            child = self._frame_of(model, frame, row)
+            if child.pose == IDENTITY_POSE and not self._reader.placed.is_root(child.link):
+                words = f"the free pose of `{cut(frame)}`, which a joint carries and Drake does not move"
+                self._losses.append(Loss("settings", words, row.location))
+                continue
+            self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, row, welds=False))
 
     def _add_instance(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("name")
@@ -186,11 +184,16 @@ class _DirectivesReader:
             raise keys["X_PF"].fault("{} needs a `base_frame`")
         owner = name.rpartition(SEPARATOR)[0]
         own = f"{owner}{SEPARATOR}{base.text()}"
-        is_own = SEPARATOR not in base.text() and own.removeprefix(scope.namespace) != base.text() and self._knows(own)
+        is_own = SEPARATOR not in base.text() and self._knows(own)
         parent = self._frame(own.removeprefix(scope.namespace) if is_own else base.text(), base, scope)
         if self._knows(name):
             raise keys["name"].fault(f"a second frame has the name `{cut(name)}`")
-        self._frames[name] = _Frame(parent.link, compose(parent.pose, pose))
+        frame = self._frames[name] = _Frame(parent.link, compose(parent.pose, pose))
+        if name == scope.full(name.rpartition(SEPARATOR)[2]) and parent.link != IN_WORLD:
+            # A frame without a model belongs to that of its base.
+            self._frames.setdefault(
+                f"{self._reader.model_of(parent.link)}{SEPARATOR}{name.rpartition(SEPARATOR)[2]}", frame
+            )
 
     def _add_weld(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("parent", "child", "X_PC")
@@ -209,13 +212,10 @@ class _DirectivesReader:
         if "model_namespace" in keys:
             scope = replace(scope, namespace=scope.full(keys["model_namespace"].text()) + SEPARATOR)
         name = scope.full(_required(value, keys, "name").text())
-        members = keys["members"].items() if "members" in keys else []
+        members, groups, others = (keys[key].items() if key in keys else [] for key in known[1:4])
         links = {self._frame(each.text(), each, scope).link for each in members} - {IN_WORLD}
-        for each in keys["member_groups"].items() if "member_groups" in keys else ():
-            links |= self._group(scope.full(each.text()), each)
-        self._groups[name] = links
-        others = keys["ignored_collision_filter_groups"]
-        self._ignored += [(name, scope.full(each.text()), each) for each in others.items()]
+        self._groups[name] = links.union(*(self._group(scope.full(each.text()), each) for each in groups))
+        self._ignored += [(name, scope.full(each.text()), each) for each in others]
 
     def _group(self, name: str, value: YamlValue) -> set[LinkName]:
         if name not in self._groups:
@@ -236,13 +236,11 @@ class _DirectivesReader:
         namespace = scope.namespace if inner is None else scope.full(inner.text()) + SEPARATOR
         self.read_file(found, str(found), namespace, scope.chain)
 
-    # --- frames
-
     def _knows(self, name: str) -> bool:
         model, rest = self._owner(name)
         return name in self._frames or (model is not None and model.knows(rest))
 
-    def _owner(self, name: str) -> tuple[DmdModel | None, str]:
+    def _owner(self, name: str) -> tuple[NamedModel | None, str]:
         """Returns the model whose name begins a frame's name, and the rest of the name."""
         parts = name.split(SEPARATOR)
         for count in range(len(parts) - 1, 0, -1):
@@ -264,17 +262,16 @@ class _DirectivesReader:
         if any(full.startswith(missing + SEPARATOR) for missing in self._missing):
             raise value.fault(f"`{cut(name)}` belongs to a missing model", loss="joints")
         if SEPARATOR not in name:
-            own = [frame for key, frame in self._frames.items() if key.rpartition(SEPARATOR)[2] == name]
+            own = [*{frame for key, frame in self._frames.items() if key.rpartition(SEPARATOR)[2] == name}]
             holders = [model for model in self._models.values() if model.knows(name)]
             if len(own) + len(holders) > 1:
                 raise value.fault(f"several models have a frame `{cut(name)}`", "write MODEL::FRAME")
             if own or holders:
                 return own[0] if own else self._frame_of(holders[0], name, value)
         near = nearest(full, [*self._models, *self._frames])
-        hint = f"the nearest name is `{near}`" if near else f"the models are {', '.join(self._models) or 'none'}"
-        raise value.fault(f"there is no frame `{cut(name)}`", hint)
+        raise value.fault(f"there is no frame `{cut(name)}`", f"the nearest name is `{near}`" if near else None)
 
-    def _frame_of(self, model: DmdModel, name: str, value: YamlValue) -> _Frame:
+    def _frame_of(self, model: NamedModel, name: str, value: YamlValue) -> _Frame:
         found = model.frame(name)
         if found is None:
             known = ", ".join(f"`{each}`" for each in model.names()[:8])
@@ -289,11 +286,9 @@ class _DirectivesReader:
         done = {IN_WORLD[0], *(entity.name for entity in reader.parts.entities if still_links(entity))}
         while pending:
             tie = next((one for one in pending if (one.parent.link[0] in done) != (one.child.link[0] in done)), None)
-            closing = [one for one in pending if one.parent.link[0] in done and one.child.link[0] in done]
-            for one in closing:
-                kind = "add_weld" if one.welds else "default_free_body_pose"
-                loss = "" if one.welds else "settings"
-                self._report(one.value.fault(f"`{kind}` moves a model that is placed already", loss=loss))
+            for one in [one for one in pending if one.parent.link[0] in done and one.child.link[0] in done]:
+                words = "{} moves a model that is placed already"
+                self._report(one.value.fault(words, loss="" if one.welds else "settings"))
                 pending.remove(one)
             if tie is not None:
                 self._join(tie, is_child_placed=tie.child.link[0] in done)
@@ -305,19 +300,22 @@ class _DirectivesReader:
                 done.add(next(roots, pending[0].parent.link[0]))
 
     def _join(self, tie: _Tie, *, is_child_placed: bool) -> None:
-        reader = self._reader
+        placed = self._reader.placed
         still, moved = (tie.child, tie.parent) if is_child_placed else (tie.parent, tie.child)
-        target = compose(reader.pose_of(still.link), still.pose)
-        reader.move(moved.link, compose(target, invert(compose(reader.pose_of(moved.link), moved.pose))))
+        target = compose(placed.pose_of(still.link), still.pose)
+        placed.move(moved.link, compose(target, invert(compose(placed.pose_of(moved.link), moved.pose))))
         if not tie.welds:
             return
-        if reader.is_still(still.link) and reader.is_root(moved.link):
-            reader.fix(moved.link)
+        if placed.is_still(still.link) and placed.is_root(moved.link):
+            placed.fix(moved.link)
             return
-        parent, child = (tie.parent, tie.child) if reader.is_moved(tie.child.link) else (tie.child, tie.parent)
-        name = f"{parent.link[1]}_{child.link[1]}"
+        pose = compose(still.pose, invert(moved.pose))
+        if still is tie.parent and placed.attach(still.link, moved.link, pose, tie.value.location):
+            return
+        parent, child = (tie.child, tie.parent) if placed.is_still(tie.child.link) else (tie.parent, tie.child)
+        name = f"{parent.link[1] or parent.link[0]}_{child.link[1]}"
         rows = (name, "weld", parent.link, child.link, parent.pose, child.pose, tie.value.location)
-        reader.parts.constraints.append(DescribedConstraint(*rows))
+        self._reader.parts.constraints.append(DescribedConstraint(*rows))
 
     # --- the scene
 
@@ -327,13 +325,13 @@ class _DirectivesReader:
         for full, built in parts.links.items():
             if built.link is not None:
                 views.add_link(full, built, built.link)
+        place, ignored = Location(str(path)), self._ignored_pairs()
         if not parts.entities and not self._losses:
-            self._context.sink.report("SC433", "there is nothing to import: the file adds no model", _top(path))
+            self._context.sink.report("SC433", "there is nothing to import: the file adds no model", place)
             return None
-        ignored = self._ignored_pairs()
         world = DescribedWorld(
             Names().new(path.name.partition(".")[0]),
-            tuple(self._reader.named_entities()),
+            self._reader.placed.entities(),
             DescribedPhysics(friction=FRICTION),
             tuple(parts.constraints),
             tuple(views.lights),
@@ -341,11 +339,9 @@ class _DirectivesReader:
             ignored,
         )
         written = write_world(world)
-        place = _top(path)
         self._losses += written.lost_filters(place)
-        codes = UNREAL_INERTIAS | {"SC448"}
-        losses = tuple(self._losses)
-        return ImportedScene(written.document, losses, written.bodies, places=written.places, codes_of_losses=codes)
+        content = written.document, tuple(self._losses), written.bodies
+        return ImportedScene(*content, places=written.places, codes_of_losses=UNREAL_INERTIAS | {"SC448"})
 
     def _ignored_pairs(self) -> frozenset[frozenset[LinkName]]:
         """Returns the pairs that the collision filter groups separate. Shapes of files cannot be separated: a loss."""
@@ -361,14 +357,10 @@ class _DirectivesReader:
             kept = {pair for pair in pairs if any(isinstance(entities[name].content, RobotFile) for name, _ in pair)}
             found |= pairs - kept
             if kept:
-                names = " and ".join(sorted(SEPARATOR.join(link) for link in min(kept, key=sorted)))
-                words = f"{names} would collide, since the scene names their files"
+                rows = sorted(f"`{self._reader.model_of(link)}{SEPARATOR}{link[1]}`" for link in min(kept, key=sorted))
+                words = f"{' and '.join(rows)} would collide, since the scene names their files"
                 self._losses.append(Loss("collision-filters", words, value.location))
         return frozenset(found)
-
-
-def _top(path: Path) -> Location:
-    return Location(str(path))
 
 
 def _required(value: YamlValue, keys: dict[str, YamlValue], key: str) -> YamlValue:
@@ -380,10 +372,6 @@ def _required(value: YamlValue, keys: dict[str, YamlValue], key: str) -> YamlVal
 def _transform(value: YamlValue) -> tuple[YamlValue | None, Pose7]:
     """Returns the base frame of a transform, if it names one, and the pose in it."""
     keys = value.entries("base_frame", "translation", "rotation")
-    for key in ("translation", "rotation"):
-        if key in keys and keys[key].tag in _RANDOM:
-            hint = "write the value that is meant; a scene draws poses itself"
-            raise keys[key].fault(f"`{key}` is drawn at random (`{keys[key].tag}`), which is not imported", hint)
     p = to_vector(keys["translation"].numbers(3)) if "translation" in keys else (0.0, 0.0, 0.0)
     q = _rotation(keys["rotation"]) if "rotation" in keys else IDENTITY
     return keys.get("base_frame"), (*p, *q)
@@ -398,19 +386,12 @@ def _rotation(value: YamlValue) -> Quat:
         return IDENTITY
     if kind == "!Rpy":
         keys = value.entries("deg")
-        angles = _fixed(_required(value, keys, "deg"))
-        roll, pitch, yaw = map(math.radians, angles.numbers(3))
+        roll, pitch, yaw = map(math.radians, _required(value, keys, "deg").numbers(3))
         return from_rpy(roll, pitch, yaw)
     if kind == "!AngleAxis":
         keys = value.entries("angle_deg", "axis")
-        axis = to_vector(_fixed(_required(value, keys, "axis")).numbers(3))
-        if math.hypot(*axis) < _SHORTEST:
+        axis = to_vector(_required(value, keys, "axis").numbers(3))
+        if math.hypot(*axis) < SMALLEST:
             raise keys["axis"].fault("{} has length 0")
-        return from_axis_angle(axis, math.radians(_fixed(_required(value, keys, "angle_deg")).number()))
-    raise value.fault(f"`{cut(kind)}` is no rotation of Drake's", "the tags are `!Rpy` and `!AngleAxis`")
-
-
-def _fixed(value: YamlValue) -> YamlValue:
-    if value.tag in _RANDOM:
-        raise value.fault(f"{{}} is drawn at random (`{value.tag}`), which is not imported")
-    return value
+        return from_axis_angle(axis, math.radians(_required(value, keys, "angle_deg").number()))
+    raise value.fault(f"the rotation `{cut(kind)}` is random or unknown", "write `!Rpy` or `!AngleAxis`")

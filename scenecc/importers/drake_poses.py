@@ -11,6 +11,7 @@ import json
 import resource
 import sys
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -30,6 +31,10 @@ def main() -> None:
     packages = parser.package_map()
     for name in packages.GetPackageNames():
         packages.Remove(name)  # one of them would be downloaded
+    # Like scenecc, it finds the package that contains the file.
+    above = next((each for each in Path(asked["file"]).parents if (each / "package.xml").is_file()), None)
+    if above is not None:
+        packages.AddPackageXml(str(above / "package.xml"))
     for root in asked["roots"]:
         packages.PopulateFromFolder(root)
     try:

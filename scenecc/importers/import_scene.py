@@ -78,7 +78,7 @@ def import_scene(
     """Writes a scene file from a file of another format, builds it and compares it with the source.
 
     Args:
-        file: an SDF world or model, a USD stage, an MJCF or a URDF.
+        file: an SDF world or model, a USD stage, an MJCF, a URDF, a `.dmd.yaml` of Drake or a layout of EmbodiedGen.
         output: the scene file. Files that it cannot reference by a relative path, `pkg://` or `asset://` are copied to
             the folder `NAME_assets` beside it.
         allow: losses that may change the dynamics; keys of `scenecc.importers.imported_scene.LOSSES`, or `all`.

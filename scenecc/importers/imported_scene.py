@@ -106,6 +106,7 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "collision-filters": LossKind("collision filters", changes_machine=True),
     "swing-limits": LossKind("swing limits of joints", changes_machine=True),
     # Of Drake's directives and EmbodiedGen's layouts.
+    "robots": LossKind("robots"),
     "joint-positions": LossKind("joint positions beyond their limits", changes_machine=True),
     "joint-frames": LossKind("joints whose frames do not coincide at the start"),
 }

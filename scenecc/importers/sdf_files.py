@@ -250,5 +250,21 @@ def _paths(scheme: str, inner: str, file: SdfFile) -> Iterator[Path]:
     if scheme in {"model", "package"}:
         for above in (folder, *folder.parents):
             yield above / inner
-            if above.name == name and rest:
+            if rest and (above.name == name or _package_name(above, file) == name):
                 yield above / rest
+        for root in file.context.scope.asset_roots:
+            if rest and (root.absolute().name == name or _package_name(root.absolute(), file) == name):
+                yield root.absolute() / rest
+
+
+_PACKAGE_NAME: Final = re.compile(rb"<name>\s*([^<\s]{1,200})\s*</name>")
+
+
+def _package_name(folder: Path, file: SdfFile) -> str:
+    """Returns the name of a folder's ROS package, from its package.xml; "" without one in the import's scope."""
+    found = resolve_path(str(folder / "package.xml"), base=folder, scope=file.context.scope)
+    if isinstance(found, Refusal):
+        return ""
+    data = read_robot_bytes(found.path, found.uri, FileReport(file.context.sink.another()), XmlBounds().size)
+    name = _PACKAGE_NAME.search(data or b"")
+    return name[1].decode("utf-8", "replace") if name else ""

@@ -22,7 +22,7 @@ What a scene cannot express is the reader's loss; the writer reports only `Writt
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -159,24 +159,33 @@ class _WorldWriter:
     def _entity(self, name: str, entity: DescribedEntity, index: int) -> Node:
         content = entity.content
         if isinstance(content, RobotFile):
-            self._note_file(name, entity.name, content)
-            return {
-                content.format: Asset(content.path.name, content.path),
-                **dict(content.keys),
-                **pose_key(clean_pose(content.pose)),
-            }
+            return self._file(name, entity.name, content)
         if content.body_type is None:
             return self._articulation(name, entity.name, content, index)
         return self._body(name, entity.name, content, index)
+
+    def _file(self, name: str, wish: str, file: RobotFile) -> Node:
+        self._note_file(name, wish, file)
+        node: Node = {file.format: Asset(file.path.name, file.path), **dict(file.keys)}
+        node |= pose_key(clean_pose(file.pose))
+        free, parts = Names(), dict[str, Node]()
+        for part in file.parts:
+            own = free.new(part.name)
+            self.places[f"{name}/{own}"] = part.location
+            to = self.names[part.to].removeprefix(f"{name}/")
+            inner = self._file(f"{name}/{own}", part.name, replace(part.file, pose=part.pose))
+            parts[own] = {"to": to, **inner}
+        return {**node, "attach": parts} if parts else node
 
     def _note_file(self, name: str, wish: str, file: RobotFile) -> None:
         """Records the names of links in a file, which become several entities if the file has several robots."""
         is_one = len(file.robots) == 1
         for robot in file.robots:
-            root = robot.links[0].name
+            root, is_part = robot.links[0].name, "/" in name
             entity = name if is_one else f"{name}/{root}"
             for link in robot.links:
-                self._note((wish, link.name), link, entity if robot.body_type else f"{entity}/{link.name}")
+                is_body = robot.body_type is not None and not is_part
+                self._note((wish, link.name), link, entity if is_body else f"{entity}/{link.name}")
 
     def _note(self, link_name: LinkName, link: DescribedLink, name: str) -> None:
         self.names[link_name] = name

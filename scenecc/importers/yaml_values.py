@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 
 _MAX_NUMBER = 1e30
 """Larger numbers count as infinite, since the engine has single precision."""
+
+_RANDOM = frozenset({"!Uniform", "!Gaussian", "!UniformDiscrete", "!UniformVector", "!GaussianVector"})
+"""Drake's tags of values that are drawn."""
 
 _CORE_TAG = "tag:yaml.org,2002:"
 
@@ -61,6 +65,12 @@ class YamlValue:
         tag = self.node.tag or ""
         return "" if tag.startswith(_CORE_TAG) else tag
 
+    def _refuse_tag(self) -> None:
+        if self.tag:
+            hint = "write a value; a scene draws values itself"
+            what = "random value" if self.tag in _RANDOM else "tag"
+            raise self.fault(f"{{}} has the {what} `{cut(self.tag)}`, which is not read", hint)
+
     def fault(self, message: str, hint: str | None = None, loss: str = "") -> ValueFault:
         """Returns an error at this value; `{}` in the message becomes its name."""
         return ValueFault(
@@ -94,14 +104,16 @@ class YamlValue:
 
     def text(self) -> str:
         """Returns a string that is not empty."""
-        if not isinstance(self.node, yaml.ScalarNode) or self.tag or not self.node.value:
+        self._refuse_tag()
+        if not isinstance(self.node, yaml.ScalarNode) or not self.node.value:
             raise self.fault("{} must be a string")
         return str(self.node.value)
 
     def number(self) -> float:
         """Returns a finite number."""
+        self._refuse_tag()
         value: Any = None
-        if isinstance(self.node, yaml.ScalarNode) and not self.node.style and not self.tag:
+        if isinstance(self.node, yaml.ScalarNode) and not self.node.style:
             try:
                 value = resolve_scalar(self.node.value)
             except OverflowError:
@@ -112,18 +124,37 @@ class YamlValue:
 
     def numbers(self, count: int) -> tuple[float, ...]:
         """Returns a list of `count` finite numbers."""
+        self._refuse_tag()
         items = self.items()
-        if len(items) != count or self.tag:
+        if len(items) != count:
             raise self.fault(f"{{}} must be a list of {count} number{'s' if count > 1 else ''}")
         return tuple(item.number() for item in items)
 
 
-def read_yaml_value(path: Path, shown: str, context: ImportContext) -> YamlValue | None:
-    """Returns the top value of a file; None after an error. `shown`: its name in messages."""
+_JSON_ESCAPE = re.compile(r"\\(?:u(d[89ab][0-9a-f]{2})\\u(d[c-f][0-9a-f]{2})|.)", re.IGNORECASE | re.DOTALL)
+
+
+def _plain_escape(match: re.Match[str]) -> str:
+    """Returns an escape of JSON as YAML has it: a character beyond U+FFFF itself instead of two halves."""
+    if match[1] is None:
+        return "/" if match[0] == "\\/" else match[0]
+    return chr(0x10000 + ((int(match[1], 16) - 0xD800) << 10) + int(match[2], 16) - 0xDC00)
+
+
+def read_yaml_value(path: Path, shown: str, context: ImportContext, *, is_json: bool = False) -> YamlValue | None:
+    """Returns the top value of a file; None after an error.
+
+    Args:
+        path: of the file.
+        shown: its name in messages.
+        context: of the import.
+        is_json: whether the file is JSON, which differs from YAML in two escapes.
+    """
     content = read_bytes(str(path), context.sink, context.limits)
     text = None if content is None else decode_text(content, shown, context.sink, context.limits)
     if text is None or not check_value_count(text, shown, context.sink, context.limits):
         return None
+    text = _JSON_ESCAPE.sub(_plain_escape, text) if is_json else text
     lines = TextLines(shown, text)
     try:
         node: Any = yaml.compose(text, yaml.CSafeLoader if yaml.__with_libyaml__ else yaml.SafeLoader)

@@ -28,6 +28,7 @@ class RobotFile:
         pose: of its root, in the world.
         keys: further keys of the entity, such as `repair`.
         robots: content of the file, for the names of its links; empty: nothing refers to them.
+        parts: files that are attached to its links; a part may be attached to an earlier one.
     """
 
     format: Literal["urdf", "mjcf"]
@@ -35,6 +36,25 @@ class RobotFile:
     pose: Pose7 = IDENTITY_POSE
     keys: tuple[tuple[str, Any], ...] = ()
     robots: tuple[DescribedRobot, ...] = ()
+    parts: tuple[FilePart, ...] = ()
+
+
+@frozen
+class FilePart:
+    """A robot's file that is attached to a robot.
+
+    Attributes:
+        name: first part of the `LinkName`s of its links.
+        to: the link that carries it.
+        pose: of its root, in `to`.
+        file: its own pose and parts are not used.
+    """
+
+    name: str
+    to: LinkName
+    pose: Pose7
+    file: RobotFile
+    location: Location
 
 
 @frozen
