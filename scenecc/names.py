@@ -1,6 +1,14 @@
-"""Unique names."""
+"""Valid and unique names."""
 
 from __future__ import annotations
+
+import re
+
+
+def valid_name(wish: str) -> str:
+    """Returns the nearest name that a scene file takes: invalid characters become `_`."""
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", wish)
+    return name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}"
 
 
 class UniqueNames:

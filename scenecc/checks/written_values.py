@@ -211,6 +211,7 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
             hint = f"angles are in radians; `{key}_deg` takes degrees"
             if key in {"qpos", "target"}:
                 hint = f"positions are radians or metres: for {found[0]:g}° write {math.radians(found[0]):.4g}"
+                hint += "; if it is intended, `# scenecc: ignore SC526`"
             sink.report("SC526", message, origin.child(key), hint=hint)
     for key in _SPEED_KEYS.intersection(mapping):
         found = [number for number in _numbers(mapping[key], names) if number in SPEEDS]

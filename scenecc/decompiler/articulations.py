@@ -16,6 +16,7 @@ from scenecc.names import UniqueNames
 from scenecc.plan.articulation import BRAKE_DAMPING
 from scenecc.plan.properties import properties_of
 from scenecc.scene_file.patterns import group_by_pattern
+from scenecc.scene_file.shared_keys import move_up
 
 if TYPE_CHECKING:
     from scenecc.decompiler.names import SceneNames
@@ -142,10 +143,8 @@ class ArticulationReader:
             if keys:
                 links[other.name] = keys
         node: Node = {}
-        if links and all(keys.get("gravity") is False for keys in links.values()) and len(links) == len(names):
-            node["gravity"] = False
-            for keys in links.values():
-                del keys["gravity"]
+        if len(links) == len(names):
+            move_up(node, list(links.values()), "gravity")
         links = {link: keys for link, keys in links.items() if keys}
         return {**node, "links": group_by_pattern(links, names)} if links else node
 
@@ -245,10 +244,7 @@ class ArticulationReader:
             nodes[link.index] = self._tree_link(name, link)
         for link in links[1:]:
             nodes[link.parent.index].setdefault("children", []).append(nodes[link.index])
-        if all(each.get("gravity") is False for each in nodes.values()):
-            node["gravity"] = False
-            for each in nodes.values():
-                del each["gravity"]
+        move_up(node, list(nodes.values()), "gravity")
         node |= self._state(articulation, None)
         settings: dict[str, Node] = {}
         drives: dict[str, Node] = {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from functools import cache, lru_cache
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
@@ -29,6 +30,7 @@ from scenecc.plan.body import PhysicalMaterial, VisualMaterial
 from scenecc.plan.geometry import Box, Capsule, Cylinder, Sphere
 from scenecc.plan.properties import DEFAULT_DENSITY, properties_of
 from scenecc.plan.schema import type_name
+from scenecc.scene_file.shared_keys import form_of, merge_shapes, move_shape_keys_up
 from scenecc.spec.body import MOTION_AXES
 
 if TYPE_CHECKING:
@@ -195,21 +197,17 @@ class LiveBodyReader:
         """Returns `shapes`, `collisions` and `visuals`, and the keys that they share."""
         collisions = self._collisions(name, component) if component is not None else []
         visuals = [self._visual(name, shape) for shape in look.render_shapes] if look is not None else []
-        both: list[Node] = []
         if component is not None and look is not None and len(collisions) == len(component.collision_shapes):
             pairs = zip(component.collision_shapes, look.render_shapes, strict=False)
             for number, (shape, seen) in enumerate(pairs):
                 if _same_place(shape.local_pose, seen.local_pose):
                     place = {key: value for key, value in collisions[number].items() if key in _PLACE}
                     visuals[number] = {k: v for k, v in visuals[number].items() if k not in _PLACE} | place
-        for collision, visual in zip(collisions, visuals, strict=False):
-            merged = merge_shapes(collision, visual)
-            if merged is None:
-                break
-            both.append(merged)
+        pairs = zip(collisions, visuals, strict=False)
+        both = [merge_shapes(*pair) for pair in takewhile(lambda pair: form_of(pair[0]) == form_of(pair[1]), pairs)]
         lists = {"shapes": both, "collisions": collisions[len(both) :], "visuals": visuals[len(both) :]}
-        colored = not isinstance(component, physx.PhysxArticulationLinkComponent)
-        node = common_keys({key: items for key, items in lists.items() if items}, colored=colored)
+        node: Node = {key: items for key, items in lists.items() if items}
+        move_shape_keys_up(node, is_link=isinstance(component, physx.PhysxArticulationLinkComponent), least=2)
         if look is not None:
             fresh = untouched()["look"]
             looks = {key: plain_value(getattr(look, key)) for key in RENDER_PROPERTIES.by_field}
@@ -440,8 +438,6 @@ def _looks_of_file(filename: str, files: FileNamer) -> list[Node]:
     return [visual_material(part.material, files) for part in mesh.parts]
 
 
-_OF_BOTH: Final = ("pose", "axis", "half_size", "radius", "half_length", "normal", "offset", "file", "scale")
-
 _PLACE: Final = frozenset(("pose", "axis", "normal", "offset"))
 
 
@@ -452,42 +448,3 @@ def _same_place(first: Any, second: Any) -> bool:
 
 
 _NEAR: Final = 1e-6
-
-_LIKE: Final = {"convex_mesh": "mesh", "convex_parts": "mesh", "triangle_mesh": "mesh"}
-
-
-def merge_shapes(collision: Node, visual: Node) -> Node | None:
-    """Merges a collision shape and a visual shape into one; None if their geometry differs."""
-    if _LIKE.get(collision["type"], collision["type"]) != visual["type"]:
-        return None
-    plane = collision["type"] == "plane"
-    if any(collision.get(key) != visual.get(key) for key in _OF_BOTH if not (plane and key == "half_size")):
-        return None
-    material = {**collision.get("material", {}), **visual.get("material", {})}
-    merged = {**visual, **collision}
-    return {**merged, "material": material} if material else merged
-
-
-_LISTS: Final = {
-    "material": ("shapes", "collisions", "visuals"),
-    "color": ("shapes", "visuals"),
-    "density": ("shapes", "collisions"),
-    "collision_bits": ("shapes", "collisions"),
-}
-
-
-def common_keys(node: Node, *, colored: bool) -> Node:
-    """Moves values that all shapes of a body share to the body. `colored`: False for a link, which has no `color`."""
-    for key, lists in _LISTS.items():
-        if key == "color" and not colored:
-            continue
-        items = [item for name in lists for item in node.get(name, [])]
-        values = [item.get(key) for item in items]
-        if not items or values[0] is None or any(value != values[0] for value in values):
-            continue
-        if key in ("color", "density") and len(items) == 1:
-            continue
-        for item in items:
-            del item[key]
-        node[key] = values[0]
-    return node

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterable
 from importlib import util
 from pathlib import Path
@@ -11,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY, from_rpy, looking, normalized, rotate, shortest_from_x
+from scenecc.geometry.rotations import IDENTITY, from_rpy, looking, normalized, rotate, shortest_from_x, to_rpy
+from scenecc.names import valid_name
 from scenecc.scene_file import Node, is_mapping_node
-
-_NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
 def to_number(value: Any) -> float:
@@ -59,11 +57,7 @@ def rotation_value(q: list[float], same: Same = same_single) -> Node:
 
     PhysX normalizes quaternions of collision shapes again, so these are written with length 1.
     """
-    w, x, y, z = q
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    a, b, c = (float(round(math.degrees(angle))) for angle in (roll, pitch, yaw))
+    a, b, c = (float(round(math.degrees(angle))) for angle in to_rpy((q[0], q[1], q[2], q[3])))
     for turns in ((a, b, c), (0.0, b, c - a), (a - c, b, 0.0)):
         for shift in (0.0, 360.0, -360.0):
             candidate = (turns[0], turns[1], turns[2] + shift)
@@ -149,9 +143,9 @@ def language_name(name: str, *, local: bool = False) -> str:
 
     `local`: of a link or joint, which may be named `world`.
     """
-    plain = _NOT_IN_NAMES.sub("_", name)
-    reserved = plain.startswith("x-") or (plain == "world" and not local)
-    return plain if not plain or (not reserved and (plain[0].isalpha() or plain[0] == "_")) else f"_{plain}"
+    if name == "world" and not local:
+        return "_world"
+    return valid_name(name) if name else ""
 
 
 class FileNamer:

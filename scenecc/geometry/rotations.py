@@ -102,6 +102,21 @@ def from_half_angles(cosines: Vec3, sines: Vec3) -> Quat:
     )
 
 
+def to_rpy(q: Quat) -> Vec3:
+    """Returns the angles of `from_rpy` [rad], with pitch in [-π/2, π/2]; straight up or down without roll."""
+    w, x, y, z = q
+    sine = 2 * (w * y - x * z)
+    roll_x, roll_y = 1 - 2 * (x * x + y * y), 2 * (w * x + y * z)
+    if math.hypot(roll_x, roll_y) < _VERTICAL:
+        return 0.0, math.copysign(math.pi / 2, sine), -2 * math.copysign(1.0, sine) * math.atan2(x, w)
+    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return math.atan2(roll_y, roll_x), math.asin(max(-1.0, min(1.0, sine))), yaw
+
+
+_VERTICAL: Final = 1e-6
+"""Cosine of a pitch that single precision cannot tell from ±90°."""
+
+
 def from_axis_angle(axis: Vec3, angle: float) -> Quat:
     """Returns a rotation about a nonzero axis by an angle [rad]."""
     length = math.hypot(*axis)

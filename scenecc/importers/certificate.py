@@ -40,7 +40,7 @@ class Certificate:
         bodies: number of bodies built.
         mass: total of all dynamic bodies and links [kg].
         engine: name of the reference engine or library; "" if there is none.
-        why_no_engine: why an installed engine was not used; "" if none is installed.
+        why_no_engine: why an engine that reads the file was not used; "" if there is none.
         compared: number of bodies in both.
         not_compared: names in the scene of the source's bodies that the engine does not have.
         position: largest position difference [m].
@@ -64,7 +64,7 @@ class Certificate:
         """Returns the result as text."""
         lines = [f"built {_body_count_text(self.bodies)}; total moving mass {self.mass:.6g} kg"]
         if not self.engine:
-            why = self.why_no_engine or "no engine that reads the file is installed"
+            why = self.why_no_engine or "no other engine reads such files"
             return [*lines, f"not compared with another engine: {why}"]
         if not self.compared:
             why = f"none of the bodies has the name of a body in {self.engine}"
@@ -90,7 +90,9 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
         built = _bodies(measure_bodies(batch))
     certificate = Certificate(len(built), math.fsum(body.mass or 0.0 for body in built.values()))
     engine, reference = found.engine, dict(found.reference)
-    if not engine and find_spec("pydrake") is not None and suffix_of(source) in _READ_BY_DRAKE:
+    if not engine and suffix_of(source) in _READ_BY_DRAKE:
+        if find_spec("pydrake") is None:
+            return replace(certificate, why_no_engine="Drake is not installed (`pip install drake`)")
         engine = "Drake"
         answer = _ask_drake(source, found, options)
         if isinstance(answer, str):

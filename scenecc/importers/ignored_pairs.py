@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 from scenecc.importers.numbers import Names
 from scenecc.robots.ignored_sets import MAX_SETS, cover_pairs, order_pair
+from scenecc.scene_file.shared_keys import move_up
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from scenecc.robots.ignored_sets import Pairs
     from scenecc.scene_file import Node
@@ -95,15 +96,27 @@ class IgnoredPairs:
 
     def _all_collide(self) -> bool:
         """Returns whether no pair is ignored, from the distinct bits only."""
+        return self._all_bits_collide() and not self.named and not any(each.ignore_bits for each in self.colliders)
+
+    def _all_bits_collide(self) -> bool:
         bits = {each for collider in self.colliders for each in collider.bits}
-        ignoring = self.named or any(collider.ignore_bits for collider in self.colliders)
-        return not ignoring and all(a[0] & b[1] or b[0] & a[1] for a in bits for b in bits)
+        return all(a[0] & b[1] or b[0] & a[1] for a in bits for b in bits)
+
+    def _candidates(self) -> Iterable[tuple[int, int]]:
+        """Returns the pairs that may be ignored, the lower index first: few of a large world whose bits collide."""
+        if not self._all_bits_collide():
+            return combinations(range(len(self.colliders)), 2)
+        marked = [number for number, each in enumerate(self.colliders) if each.ignore_bits]
+        numbers = {each.name: number for number, each in enumerate(self.colliders)}
+        named = (sorted(numbers[name] for name in pair) for pair in self.named if pair <= numbers.keys())
+        return {*combinations(marked, 2), *((pair[0], pair[1]) for pair in named if len(pair) > 1)}
 
     def _pairs(self) -> tuple[Pairs, bool]:
         """Returns the ignored pairs that PhysX would test, and whether bits separate only some shapes of a pair."""
         ignored: Pairs = set()
         mixed = False
-        for (i, first), (j, second) in combinations(enumerate(self.colliders), 2):
+        for i, j in self._candidates():
+            first, second = self.colliders[i], self.colliders[j]
             if first.is_never_tested(second) or (first.entity == second.entity and first.entity in self.closed):
                 continue
             touches = first.touches(second)
@@ -122,12 +135,14 @@ class IgnoredPairs:
 
     def _within_entities(self, ignored: Pairs) -> Pairs:
         """Returns the pairs without those of entities whose links all ignore one another."""
-        tested: dict[int, set[tuple[int, int]]] = {}
-        for (i, first), (j, second) in combinations(enumerate(self.colliders), 2):
-            if first.entity == second.entity and not first.is_never_tested(second):
-                tested.setdefault(first.entity, set()).add((i, j))
-        for index, pairs in tested.items():
-            if pairs <= ignored and index not in self.closed:
+        members: dict[int, list[int]] = {}
+        for number, collider in enumerate(self.colliders):
+            members.setdefault(collider.entity, []).append(number)
+        for index, numbers in members.items():
+            pairs = {
+                (i, j) for i, j in combinations(numbers, 2) if not self.colliders[i].is_never_tested(self.colliders[j])
+            }
+            if pairs and pairs <= ignored and index not in self.closed:
                 self.entities[index]["disable_self_collisions"] = True
                 ignored = ignored - pairs
         return ignored
@@ -201,11 +216,9 @@ class IgnoredPairs:
             self.entities[index].pop("disable_self_collisions", None)
         for number, collider in enumerate(self.colliders):
             rows = [[*bits, *last[number]] for bits in collider.bits]
-            if all(row == rows[0] for row in rows):
-                collider.node["collision_bits"] = rows[0]
-                continue
             for entry, row in zip(collider.shapes, rows, strict=True):
                 entry["collision_bits"] = row
+            move_up(collider.node, collider.shapes, "collision_bits")
 
 
 def _connected(pairs: Pairs) -> list[set[int]]:

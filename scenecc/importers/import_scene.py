@@ -118,7 +118,7 @@ def import_scene(
     compiled, silenced = _compile(found, source, context, options)
     _report_progress(progress, 2)
     names = AssetNames(target, scope, _companions(compiled), _folders_passed(compiled))
-    files, prefabs = _encode_files(found, source, target, names, _silencing_comments(found, silenced, context))
+    files, prefabs = _encode_files(found, source, target, names, _silencing_comments(found, silenced))
     found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
     stale = check_output_files(target, files)
     with _write_files(target, files) as paths:
@@ -134,15 +134,20 @@ def _report_progress(progress: Callable[[int, int], None] | None, done: int) -> 
         progress(done, _STEPS)
 
 
-def _silencing_comments(found: ImportedScene, codes: Collection[str], context: ImportContext) -> Comments:
+def _silencing_comments(found: ImportedScene, codes: Collection[str]) -> Comments:
     """Returns the comment at the scene's only robot file that silences what the import has listed as losses."""
     entities = found.document.get("entities", {})
     robots = [(name, key) for name, keys in entities.items() for key in ("mjcf", "urdf") if key in keys]
     if not codes or len(robots) != 1:
         return {}
-    kinds = dict.fromkeys(loss.kind for loss in found.losses if LOSSES[loss.kind].changes_machine)
-    allowed = f"; allowed: {', '.join(kind for kind in kinds if kind in context.allow)}" if kinds else ""
+    kinds = _allowed_kinds(found)
+    allowed = f"; allowed: {', '.join(kinds)}" if kinds else ""
     return {("entities", *robots[0]): f"{MARKER} {', '.join(sorted(codes))} -- listed by the import{allowed}"}
+
+
+def _allowed_kinds(found: ImportedScene) -> list[str]:
+    """Returns the kinds of losses that `--allow` has accepted; others would have been errors."""
+    return [*dict.fromkeys(loss.kind for loss in found.losses if LOSSES[loss.kind].changes_machine)]
 
 
 def _encode_files(
@@ -153,7 +158,9 @@ def _encode_files(
     taken = (Path(path).stem for path in names.copies if path.endswith(".yaml"))
     prefabs = find_prefabs(document, taken, lambda name: f"{_FILE_MARK}{assets_of(target).name}/{name}.yaml")
     head = {(): f"{IMPORTED_FROM} {source.name} by scenecc."}
-    texts = {target.name: scene_text(_resolve_marks(prefabs.document, "."), comments={**head, **comments})}
+    kinds = _allowed_kinds(found)
+    more = {(): f"{head[()]}\nNot as in the file, accepted by --allow: {', '.join(kinds)}."} if kinds else {}
+    texts = {target.name: scene_text(_resolve_marks(prefabs.document, "."), comments={**head, **more, **comments})}
     for path, content in prefabs.files.items():
         name = path.removeprefix(_FILE_MARK)
         texts[name] = scene_text(_resolve_marks(content, str(Path(name).parent)), comments=head)

@@ -68,6 +68,8 @@ _KINDS: Final = {
     "parent": "parent-contacts",
     "inactive": "inactive-equalities",
     "actuator": "actuators",
+    "extension": "plugins",
+    "rest": "settings",
     "sensor": "sensors",
     "site": "sites",
     "softness": "softness",
@@ -207,11 +209,14 @@ class _Importer:
     def _entity(self, robot: DescribedRobot) -> DescribedEntity:
         """Returns a robot or body as an entity.
 
-        It has the name of its first body. A prefix that all its names share (`PREFIX/`) becomes the entity's name.
+        It has the name of its first body, not of an added link. A prefix that all its names share (`PREFIX/`) becomes
+        the entity's name.
         """
         root, *others = robot.links
-        is_added = bool(others) and root.name not in self._model.names("body")
+        bodies = {self._model.body_name(body) for body in range(len(self._model["body_mass"]))}
+        is_added = bool(others) and root.name not in bodies
         own = others if is_added else robot.links
+        first = next((link.name for link in own if link.name in bodies), own[0].name)
         prefix, slash, _ = own[0].name.partition("/")
         shared = prefix + slash
         is_shared = bool(slash) and bool(others) and all(link.name.startswith(shared) for link in own)
@@ -223,7 +228,7 @@ class _Importer:
             shapes = [tuple(map(self._plain_mesh, each)) for each in (link.collisions, link.visuals)]
             made = replace(link, name=name, source=link.name, collisions=shapes[0], visuals=shapes[1])
             links.append(replace(made, joint=_without_prefix(link.joint, shared)) if is_shared and link.joint else made)
-        wish = prefix if is_shared else own[0].name
+        wish = prefix if is_shared else first
         return DescribedEntity(root.name, replace(robot, links=tuple(links)), robot.location or root.location, wish)
 
     def _plain_mesh(self, shape: Any) -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Final
 
@@ -21,7 +20,7 @@ from scenecc.geometry.rotations import (
     rotate,
     shortest_from_x,
 )
-from scenecc.names import UniqueNames
+from scenecc.names import UniqueNames, valid_name
 from scenecc.robots.rules import default_position
 
 if TYPE_CHECKING:
@@ -64,11 +63,7 @@ def plain_pose(pose: Pose7) -> Any:
 
 def clean_pose(pose: Pose7) -> Pose7:
     """Returns a pose without the rounding errors of single precision: whole degrees where it is that near to them."""
-    w, x, y, z = pose[3:]
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    near = from_rpy(*(math.radians(round(math.degrees(angle))) for angle in (roll, pitch, yaw)))
+    near = from_rpy(*map(math.radians, _whole_degrees(pose[3:])))
     sign = math.copysign(1.0, sum(a * b for a, b in zip(near, pose[3:], strict=True)))
     near = (near[0] * sign, near[1] * sign, near[2] * sign, near[3] * sign)
     is_near = max(abs(a - b) for a, b in zip(near, pose[3:], strict=True)) < SINGLE
@@ -101,14 +96,39 @@ def pose_key(pose: Pose7, key: str = "pose") -> dict[str, Any]:
 
 def _plain_rotation(q: Quat, rotation: list[float]) -> dict[str, Any]:
     """Returns roll, pitch and yaw if they are whole degrees; else the quaternion `rotation`."""
+    whole = _whole_degrees(q)
+    near = from_rpy(*map(math.radians, whole))
+    off = min(max(abs(a - sign * b) for a, b in zip(near, q, strict=True)) for sign in (1, -1))
+    return {"rpy_deg": whole} if off < _SAME else {"q": rotation}
+
+
+def _whole_degrees(q: Quat) -> list[int]:
+    """Returns roll, pitch and yaw of a rotation, rounded to whole degrees; at a pitch of ±90°, the roll is 0."""
     w, x, y, z = q
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    degrees = [math.degrees(angle) for angle in (roll, pitch, yaw)]
-    whole = [round(angle) for angle in degrees]
-    is_whole = all(abs(a - b) < 1e-9 for a, b in zip(degrees, whole, strict=True)) and abs(whole[1]) < 90
-    return {"rpy_deg": whole} if is_whole else {"q": rotation}
+    sine = 2 * (w * y - z * x)
+    if abs(sine) > _POLE:
+        yaw = math.remainder(2 * math.atan2(z, w), math.tau)
+        return [0, round(math.copysign(90, sine)), _within_half_turn(round(math.degrees(yaw)))]
+    roll = math.degrees(math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)))
+    pitch = math.degrees(math.asin(sine))
+    yaw = math.degrees(math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+    if abs(roll) > 90 and abs(yaw) > 90:
+        # The same rotation: [0, 135, 0] instead of [180, 45, 180].
+        roll, yaw = (angle - math.copysign(180, angle) for angle in (roll, yaw))
+        pitch = math.copysign(180, pitch) - pitch
+    return [_within_half_turn(round(angle)) for angle in (roll, pitch, yaw)]
+
+
+def _within_half_turn(angle: int) -> int:
+    """Returns the same angle from -179 to 180 [degrees]."""
+    return 180 - (180 - angle) % 360
+
+
+_SAME: Final = 1e-11
+"""Rounding error of a quaternion in double precision."""
+
+_POLE: Final = 1 - 1e-6
+"""Sine of a pitch that is ±90° in single precision."""
 
 
 def plain_axis(axis: Vec3) -> Any:
@@ -130,9 +150,8 @@ def light_place(kind: str, position: Iterable[float], direction: Iterable[float]
 
 
 def plain_name(wish: str) -> str:
-    """Returns the nearest valid name: invalid characters become `_`."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", wish.replace("::", "."))
-    return name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}"
+    """Returns the nearest valid name. Names of nested models are joined by dots."""
+    return valid_name(wish.replace("::", "."))
 
 
 class Names(UniqueNames):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final
 
@@ -20,6 +21,7 @@ from scenecc.robots.description import (
     PlaneGeometry,
     SolidGeometry,
 )
+from scenecc.scene_file.shared_keys import SHAPE_LISTS, form_of, merge_shapes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,7 +31,9 @@ if TYPE_CHECKING:
 
 _LETTERS: Final[dict[str, Vec3]] = {"x": (1.0, 0.0, 0.0), "z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
 
-_LISTS: Final = ("shapes", "collisions", "visuals")
+_FRICTION_KEYS: Final = ("static_friction", "dynamic_friction", "restitution")
+
+_HALF_TURNS: Final[tuple[Quat, ...]] = (IDENTITY, (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 _USUAL_LOOK: Final = {"specular": 0.0, "roughness": 1.0, "metallic": 0.0}
 """SAPIEN's defaults, which are not written."""
@@ -62,10 +66,14 @@ class NamedMaterials:
 
     def replace_in(self, node: Node) -> None:
         """Replaces the materials of a body or link and of its shapes by their names."""
-        for entry in (node, *(entry for key in _LISTS for entry in node.get(key, ()))):
+        for entry in (node, *(entry for key in SHAPE_LISTS for entry in node.get(key, ()))):
             name = self._name_of(entry["material"]) if "material" in entry else None
             if name is not None:
                 entry["material"] = name
+
+    def is_look(self, material: Any) -> bool:
+        """Returns whether a material, or that of a name, has a look."""
+        return "visual" in (self.named[material] if isinstance(material, str) else material or ())
 
     def _name_of(self, content: Node) -> str | None:
         return next((name for name, other in self.named.items() if other == content), None)
@@ -88,75 +96,30 @@ def shape_lists(
         materials: receives the materials with a name.
         weighs: whether the mass follows from the densities.
     """
-    left: dict[Any, list[DescribedVisual]] = {}
-    for visual in visuals:
-        left.setdefault(_form(visual), []).append(visual)
-    found: dict[str, list[Node]] = {key: [] for key in _LISTS}
+    seen = [_visual_entry(visual) for visual in visuals]
+    left: dict[Any, list[int]] = {}
+    for number, entry in enumerate(seen):
+        left.setdefault(form_of(entry), []).append(number)
+    found: dict[str, list[Node]] = {key: [] for key in SHAPE_LISTS}
     entries: list[Node] = []
-    shared: set[int] = set()
     for collision in collisions:
-        twins = left.get(_form(collision), [])
-        twin = twins.pop(0) if twins else None
-        if twin is not None:
-            shared.add(id(twin))
-        entry = _collision_entry(collision, twin, friction, weighs=weighs)
-        look = None if twin is None else twin.look
-        materials.note(entry.get("material", {}), "" if look is None else look.name, collision.material)
+        entry = _collision_entry(collision, friction, weighs=weighs)
+        names, key = [collision.material], "collisions"
+        if twins := left.get(form_of(entry)):
+            twin = twins.pop(0)
+            entry, key = merge_shapes(entry, seen[twin]), "shapes"
+            names.insert(0, _look_name(visuals[twin]))
+        materials.note(entry.get("material", {}), *names)
         entries.append(entry)
-        found["collisions" if twin is None else "shapes"].append(entry)
-    for visual in visuals:
-        if id(visual) not in shared:
-            entry = _geometry_keys(visual.geometry, visual.pose, {"type": "mesh"})
-            entry |= _visual_keys(visual, {})
-            materials.note(entry.get("material", {}), "" if visual.look is None else visual.look.name)
-            found["visuals"].append(entry)
+        found[key].append(entry)
+    for number in sorted(chain.from_iterable(left.values())):
+        materials.note(seen[number].get("material", {}), _look_name(visuals[number]))
+        found["visuals"].append(seen[number])
     return {key: value for key, value in found.items() if value}, entries
 
 
-def move_up(node: Node, entries: Sequence[Node], *, is_link: bool) -> Node:
-    """Moves keys that all shapes share to their body or link.
-
-    Args:
-        node: with lists of shapes.
-        entries: its shapes that collide.
-        is_link: of an articulation, which has no key `color`.
-    """
-    visible = [entry for key in ("shapes", "visuals") for entry in node.get(key, ())]
-    shared: Node = {}
-    for key, owners in (("material", entries), ("density", entries), ("color", () if is_link else visible)):
-        value = owners[0].get(key) if owners else None
-        if value is None or any(entry.get(key) != value for entry in owners):
-            continue
-        others = [entry for entry in visible if all(entry is not one for one in owners)]
-        if key == "material" and (others or "visual" in value):
-            # A material of the body would also be that of its visual shapes.
-            continue
-        shared[key] = value
-        for entry in owners:
-            del entry[key]
-    return {**node, **shared}
-
-
-def _form(shape: DescribedCollision | DescribedVisual) -> Any:
-    """Returns what a collision and a visual of one shape have in common."""
-    geometry = shape.geometry
-    if isinstance(geometry, PlaneGeometry):
-        geometry = PlaneGeometry()
-    elif isinstance(geometry, MeshGeometry):
-        geometry = replace(geometry, collision=None, optional_names=False)
-    return geometry, shape.pose
-
-
-def _collision_entry(
-    shape: DescribedCollision,
-    twin: DescribedVisual | None,
-    friction: tuple[float, float, float] | None,
-    *,
-    weighs: bool,
-) -> Node:
-    geometry = shape.geometry
-    if isinstance(geometry, PlaneGeometry):
-        geometry = PlaneGeometry() if twin is None else twin.geometry
+def _collision_entry(shape: DescribedCollision, friction: tuple[float, float, float] | None, *, weighs: bool) -> Node:
+    geometry = PlaneGeometry() if isinstance(shape.geometry, PlaneGeometry) else shape.geometry
     kind = geometry.collision or "hull" if isinstance(geometry, MeshGeometry) else "hull"
     entry = _geometry_keys(geometry, shape.pose, _MESH_TYPES[kind])
     if shape.density is not None and weighs:
@@ -164,30 +127,29 @@ def _collision_entry(
     for key in ("contact_offset", "rest_offset"):
         if (offset := getattr(shape, key)) is not None:
             entry[key] = plain_number(offset)
-    physical: Node = {}
     if shape.friction is not None and shape.friction != friction:
-        physical = {"physical": friction_keys(shape.friction)}
-    if twin is not None:
-        return entry | _visual_keys(twin, physical)
-    return {**entry, "material": physical} if physical else entry
+        entry["material"] = {"physical": friction_keys(shape.friction)}
+    return entry
 
 
 def friction_keys(friction: tuple[float, float, float]) -> Node:
     """Returns static friction, dynamic friction and restitution as keys of a physical material."""
-    names = ("static_friction", "dynamic_friction", "restitution")
-    return dict(zip(names, plain_numbers(friction), strict=True))
+    return dict(zip(_FRICTION_KEYS, plain_numbers(friction), strict=True))
 
 
-def _visual_keys(visual: DescribedVisual, physical: Node) -> Node:
-    """Returns name, colour and material of a visible shape. `physical`: a material to merge with."""
-    keys: Node = {"name": visual.name} if visual.name else {}
+def _visual_entry(visual: DescribedVisual) -> Node:
+    entry = _geometry_keys(visual.geometry, visual.pose, {"type": "mesh"})
+    entry |= {"name": visual.name} if visual.name else {}
     look = None if visual.look is None else _look_keys(visual.look)
-    is_named = visual.look is not None and bool(visual.look.name)
-    if look is not None and set(look) == {"base_color"} and not is_named:
-        keys["color"] = look["base_color"]
+    if look is not None and set(look) == {"base_color"} and not _look_name(visual):
+        entry["color"] = look["base_color"]
     elif look or (look is not None and isinstance(visual.geometry, MeshGeometry)):
-        physical = {**physical, "visual": look}
-    return {**keys, "material": physical} if physical else keys
+        entry["material"] = {"visual": look}
+    return entry
+
+
+def _look_name(visual: DescribedVisual) -> str:
+    return "" if visual.look is None else visual.look.name
 
 
 def _look_keys(look: DescribedMaterial) -> Node:
@@ -254,9 +216,10 @@ def _solid_keys(solid: SolidGeometry, pose: Pose7) -> Node:
 def lying_axis(pose: Pose7, *, is_symmetric: bool) -> tuple[str, Pose7]:
     """Returns the axis and the pose of a round solid along x of `pose`: those with the plainest rotation.
 
-    `is_symmetric`: whether both ends are alike, so that it may be turned over.
+    It may be turned by 180° about its axis, and if `is_symmetric` also over, since both ends are then alike.
     """
-    ways = [pose, _unturned(pose, (0.0, 0.0, 1.0, 0.0))] if is_symmetric else [pose]
+    # Half a turn about its axis changes nothing.
+    ways = [_unturned(pose, turn) for turn in _HALF_TURNS[: 4 if is_symmetric else 2]]
     places = [
         (name, clean_pose(_unturned(way, shortest_from_x(axis)))) for way in ways for name, axis in _LETTERS.items()
     ]
@@ -297,4 +260,6 @@ def _complexity(pose: Pose7) -> int:
     q = pose[3:]
     if max(abs(abs(a) - b) for a, b in zip(q, IDENTITY, strict=True)) < SINGLE:
         return 0
-    return 1 if "rpy_deg" in pose_key(pose)["pose"] else 2
+    turn = pose_key(pose)["pose"]
+    # Fewer angles are plainer, positive ones before negative ones.
+    return sum(2 + (angle < 0) for angle in turn["rpy_deg"] if angle) if "rpy_deg" in turn else 10

@@ -190,7 +190,9 @@ class ArticulationReader:
         read, collide = self._stage.authored, True
         if tree.prim is not None:
             counts = (read(tree.prim, f"physxArticulation:solver{name}IterationCount") for name in _ITERATIONS)
-            position, velocity = (None if count is None else int(count) for count in counts)
+            position, velocity = (
+                int(count) if count is not None and math.isfinite(count) else None for count in counts
+            )
             given = dynamics or DescribedDynamics()
             dynamics = replace(given, solver_position_iterations=position, solver_velocity_iterations=velocity)
             collide = read(tree.prim, "physxArticulation:enabledSelfCollisions") is not False

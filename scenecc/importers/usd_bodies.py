@@ -303,8 +303,7 @@ class UsdBodyReader:
     def _locked_axes(self, prim: Prim) -> tuple[MotionAxis, ...]:
         """Returns the locked axes. PhysX's bits are x, y, z from the lowest, in the stage's axes."""
         names: set[str] = set()
-        for attribute, prefix in (("lockedPosAxis", ""), ("lockedRotAxis", "r")):
-            bits = int(self._stage.authored(prim, f"physxRigidBody:{attribute}") or 0)
+        for prefix, bits in self._read_settings(prim, _LOCKS).items():
             for k, unit in enumerate(UNITS.values()):
                 if bits >> k & 1:
                     world = self._stage.frames.direction(unit)
@@ -336,6 +335,9 @@ _DYNAMICS: Final = {
     "solver_velocity_iterations": ("solverVelocityIterationCount", "count"),
 }
 """Field of `DescribedDynamics` → attribute of PhysX's schema, and its unit."""
+
+_LOCKS: Final = {"": ("lockedPosAxis", "count"), "r": ("lockedRotAxis", "count")}
+"""Prefix of `_MOTION_AXES` → attribute of PhysX's schema."""
 
 _NO_MASS: Final = SolidMass(0.0, np.zeros(3), np.zeros((3, 3)))
 

@@ -41,19 +41,13 @@ from scenecc.importers.numbers import (
     pose_key,
     short_number,
 )
-from scenecc.importers.shape_entries import (
-    NamedMaterials,
-    axis_frames,
-    friction_keys,
-    move_up,
-    shape_lists,
-    texture_value,
-)
+from scenecc.importers.shape_entries import NamedMaterials, axis_frames, friction_keys, shape_lists, texture_value
 from scenecc.importers.tree_entries import drive_keys, joint_names, tree_of
 from scenecc.robots.description import IN_WORLD, LinkName
 from scenecc.robots.solids import follows_from_shapes
 from scenecc.robots.world import RobotFile
 from scenecc.scene_file import Node
+from scenecc.scene_file.shared_keys import SHAPE_LISTS, move_shape_keys_up, move_up
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -203,7 +197,7 @@ class _WorldWriter:
             node |= _given(robot.dynamics)
         node |= self._link_keys(link, moves=moves)
         node = self._with_shapes(node, link, name, index, 0, is_link=False, moves=moves, is_static=kind == "static")
-        if not any(node.get(key) for key in ("shapes", "collisions", "visuals")):
+        if not any(node.get(key) for key in SHAPE_LISTS):
             node["shapes"] = []
         return node
 
@@ -216,16 +210,11 @@ class _WorldWriter:
             self._note((wish, link.name), link, f"{name}/{own}")
             keys: Node = {"name": own, **self._link_keys(link, moves=True)}
             links.append(self._with_shapes(keys, link, f"{name}/{own}", index, number, is_link=True))
-        colliding = [keys for keys, link in zip(links, robot.links, strict=True) if link.collisions]
-        materials = [keys.get("material") for keys in colliding]
-        if len(materials) > 1 and materials[0] is not None and all(one == materials[0] for one in materials):
-            entity["material"] = materials[0]
-            for keys in colliding:
-                del keys["material"]
-        if all(link.disable_gravity for link in robot.links):
-            entity["gravity"] = False
-            for keys in links:
-                del keys["gravity"]
+        # The look of a material would also be that of links that do not collide.
+        owners = [keys for keys, link in zip(links, robot.links, strict=True) if link.collisions]
+        if not any(self.materials.is_look(keys.get("material")) for keys in owners):
+            move_up(entity, owners, "material", 2)
+        move_up(entity, links, "gravity")
         return entity | tree_of(robot, links, joint_names(robot))
 
     def _link_keys(self, link: DescribedLink, *, moves: bool) -> Node:
@@ -256,7 +245,8 @@ class _WorldWriter:
         weighs = moves and (inertial is None or inertial.inertia is None)
         friction, materials = self.world.physics.friction, self.materials
         lists, entries = shape_lists(link.collisions, link.visuals, friction, materials, weighs=weighs)
-        made = move_up({**node, **lists}, entries, is_link=is_link)
+        made = {**node, **lists}
+        move_shape_keys_up(made, is_link=is_link)
         materials.replace_in(made)
         if link.collisions:
             bits = tuple(shape.bits or _DEFAULT_BITS for shape in link.collisions)
@@ -346,6 +336,8 @@ def _mass_keys(inertial: DescribedInertial, *, plain: bool) -> Node:
     `plain`: whether the inertia follows from the shapes with one density.
     """
     mass = short_number(inertial.mass)
+    if inertial.inertia is None and inertial.keeps_com:
+        return {"mass": mass, "com": plain_numbers(inertial.com[:3])}
     if inertial.inertia is None or plain:
         return {"mass": mass}
     com, inertia = clean_pose(inertial.com), inertial.inertia

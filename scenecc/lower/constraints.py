@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
@@ -27,7 +28,7 @@ from scenecc.plan import (
     literal,
 )
 from scenecc.plan.body import Mount
-from scenecc.plan.constraint import WELD_SWING, DriveAxis, LimitAxis, colliding_constraints
+from scenecc.plan.constraint import WELD_SWING, DriveAxis, LimitAxis
 from scenecc.plan.link_poses import PoseStep, steps_to_link
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.spec.constraint import (
@@ -47,7 +48,7 @@ from scenecc.spec.references import WORLD, NameScopes, qualified_name
 from scenecc.variation.nodes import NODE_TYPES, AffineClamp, Stacked
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
@@ -112,7 +113,7 @@ def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer,
     target, linear, angular = None, None, None
     if written.drive is not None:
         drives = [_axis_drive(axis, written.drive, ("drive",), fields, origin), *drives]
-        _warn_beyond_limits(written.drive.target, limits, fields, origin.child("drive", "target"))
+        _warn_of_target(written.drive.target, limits, fields, origin.child("drive", "target"), turns=axis == "twist")
         target = _motor(written.drive, "target", axis, fields, origin)
         velocity = _motor(written.drive, "velocity_target", axis, fields, origin)
         linear, angular = (velocity, None) if axis == "x" else (None, velocity)
@@ -144,19 +145,29 @@ def _ball(written: BallConstraint, fields: FieldLowerer, origin: Origin) -> Driv
     return Drive(limits=tuple(AxisLimit(axis, one) for axis, one in each.items() if one is not None), drives=drives)
 
 
-def _warn_beyond_limits(target: Any, limits: Value | None, fields: FieldLowerer, origin: Origin) -> None:
-    """Warns of a target beyond the limits, as for articulation joints (SC523)."""
-    if target is None or limits is None:
+_HELD_ANGLE = 0.8
+"""Largest target of a hinge whose axis PhysX holds [rad]. With 1.0 it turned thin bodies about other axes."""
+
+
+def _warn_of_target(target: Any, limits: Value | None, fields: FieldLowerer, origin: Origin, *, turns: bool) -> None:
+    """Warns of a target beyond the limits, as for articulation joints (SC523), or too far for the axis (SC565)."""
+    if target is None:
         return
     place = field_place(origin)
     variation = VariationLowerer(fields, place.origin)
     value = fields.finish(variation.item(target, _NUMBER, place), variation, _NUMBER, place.origin, reset=True)
-    found = find_target_beyond_limits(limits, value)
+    found = None if limits is None else find_target_beyond_limits(limits, value)
     if found is not None:
         (_, at, low, high), certain = found
         pulls = "pulls" if certain else "may pull"
         message = f"the drive {pulls} to {at:g}, beyond the limits [{low:g}, {high:g}]"
         fields.sink.report("SC523", message, origin, hint="positions are radians, or metres for a slider")
+    far = max(map(abs, value.numbers()), default=0.0)
+    if turns and far > _HELD_ANGLE:
+        angle = f"{far:g} rad" if math.isfinite(far) else "any angle"
+        message = f"with a target of {angle}, PhysX does not hold the axis of a hinge, only up to {_HELD_ANGLE:g}"
+        hint = "turn `pose_in_parent` about the axis, so that the target is near 0, or use a `root` with a joint"
+        fields.sink.report("SC565", message, origin, hint=hint)
 
 
 def _motor(written: Any, key: str, axis: DriveAxis, fields: FieldLowerer, origin: Origin) -> Value | None:
@@ -278,19 +289,23 @@ class ConstraintLowerer:
         """The constraints of the plan, without those with errors. `origin`: of `constraints`."""
         found = [self._constraint(name, one, origin.child(name)) for name, one in written.items()]
         made = tuple(one for one in found if one is not None)
-        colliding = colliding_constraints(made)
-        for one in made:
-            others = [each for each in made if {each.child, each.parent} == {one.child, one.parent}]
-            if one.collide and others[-1].name not in colliding and one.origin is not None:
-                other = next(each.name for each in others if not each.collide)
-                where = f"beside `{cut(other)}`, which connects the same bodies without it"
-                report_unused_key("collide", where, one.origin, self._sink, hint="write `collide: true` there too")
+        self._report_unused_collide(made)
         if self._sampling.resets and not self._sink.failed:
             from scenecc.lower.resets import check_constraint_resets  # noqa: PLC0415 - loaded where something varies
 
             left_out = tuple(one for one in made if written[one.name].pose_in_parent is None)
             check_constraint_resets(left_out, self._sampling, self._entities.frames)
         return made
+
+    def _report_unused_collide(self, made: Sequence[Constraint]) -> None:
+        """Reports `collide` of constraints whose bodies another one keeps apart in all of their scenes."""
+        for one in made:
+            if not one.collide or one.parent is None or one.origin is None:
+                continue
+            apart = [each for each in made if not each.collide and {each.child, each.parent} == {one.child, one.parent}]
+            if apart and {*one.scene_idxs} <= {index for each in apart for index in each.scene_idxs}:
+                where = f"beside `{cut(apart[0].name)}`, which connects the same bodies without it"
+                report_unused_key("collide", where, one.origin, self._sink, hint="write `collide: true` there too")
 
     def describe(self) -> tuple[Constraint, ...]:
         """Makes the constraints from robot files."""

@@ -123,7 +123,10 @@ class PlacementLowerer:
         if turn not in ROTATIONS:
             self._upright.add(name)
         if kind is None:
-            self._sink.report("SC102", "`place` lacks the key `on`, `inside` or `above`", origin, at="key")
+            hint = (
+                None if place.next_to is None else "`next_to` places it sideways: add what it stands on, `on: ENTITY`"
+            )
+            self._sink.report("SC102", "`place` lacks the key `on`, `inside` or `above`", origin, at="key", hint=hint)
             return None
         target = self._mount(getattr(place, kind), name, fields, origin.child(kind))
         if target is None or not self._collides(target, origin.child(kind)):

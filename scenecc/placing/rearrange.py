@@ -49,8 +49,10 @@ def rearrange(placer: Placer, trial: Trial, found: Floats, left: Indices) -> Flo
         Its poses (B, 7).
 
     Raises:
-        PlacingError: it also fits nowhere if the others are drawn again.
+        PlacingError: it also fits nowhere if the others are drawn again, or no other can be.
     """
+    if all(map(_is_constant, placer.moves_with(trial.placement))):
+        raise _error(placer, trial, left, [])
     found, start = found.copy(), 0
     moved: dict[str, Floats] = {}
     while start < len(left):

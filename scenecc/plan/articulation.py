@@ -24,9 +24,6 @@ LIGHT_DAMPING = 0.1
 """Ratio of damping to friction force up to which a joint that has both gets the friction: a tenth of the force at 1 m/s
 or 1 rad/s is lost. PhysX has one drive for each joint."""
 
-TENDON_STIFFNESS = 1e5
-"""SAPIEN's value [N/m, N·m/rad]. A mimicking link of a few kg stays within 1e-3 rad of its target."""
-
 
 class TendonPull(NamedTuple):
     """Coefficients of the two joints, and the rest length of the tendon."""
@@ -91,7 +88,7 @@ def is_sibling_tendon(links: tuple[int, ...], structure: ArticulationStructure) 
 
 
 def soft_mimics(structure: ArticulationStructure) -> list[Mimic]:
-    """Mimics whose joints hang on different links: their tendons are made by `soft_tendon`."""
+    """Mimics whose joints hang on different links: the reaction of their tendons has to be moved."""
     possible = [mimic for mimic in structure.mimics if why_no_tendon(structure, mimic) is None]
     return [mimic for mimic in possible if not is_sibling_tendon(tendon_links(structure, mimic), structure)]
 

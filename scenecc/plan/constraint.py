@@ -142,10 +142,21 @@ class Constraint:
     origin: Origin | None = field(default=None, compare=False)
 
 
-def colliding_constraints(constraints: Iterable[Constraint]) -> tuple[str, ...]:
-    """Returns the last constraint of each two bodies that collide: all constraints between them have `collide`."""
+def colliding_constraints(constraints: Iterable[Constraint]) -> dict[str, frozenset[int]]:
+    """Returns where two bodies collide that constraints connect: where all of these that exist have `collide`.
+
+    By the name of the constraint that is the last between both in these scenes.
+    """
     found: dict[frozenset[Mount], list[Constraint]] = {}
     for each in constraints:
         if each.parent is not None:
             found.setdefault(frozenset((each.child, each.parent)), []).append(each)
-    return tuple(ones[-1].name for ones in found.values() if all(one.collide for one in ones))
+    colliding: dict[str, frozenset[int]] = {}
+    for ones in found.values():
+        done = frozenset(index for one in ones if not one.collide for index in one.scene_idxs)
+        for one in reversed(ones):
+            scenes = frozenset(one.scene_idxs) - done
+            if scenes:
+                colliding[one.name] = scenes
+                done |= scenes
+    return colliding

@@ -1,8 +1,10 @@
-"""The tendon of a mimic joint whose source is on another link: a spring with the forces of virtual work.
+"""The tendon of a mimic joint: a spring with the forces of virtual work.
 
 PhysX divides what a tendon does to a joint by 1 + substep² · stiffness · response of the joint, so a stiff tendon
-pulls its joints in the ratio of their inertias, not in that of their coefficients. It also acts back on the link above
-the source instead of the follower's own parent. Both are made up for here, from the inertia of the built links.
+pulls its joints in the ratio of their inertias, not in that of their coefficients. If source and follower are on
+different links, it also acts back on the link above the source instead of the follower's own parent. Both are made up
+for here, from the inertia of the built links. Only two joints on one link with equal responses need nothing, and have
+SAPIEN's stiff tendon.
 """
 
 from __future__ import annotations
@@ -17,8 +19,9 @@ def soft_tendon(
 ) -> tuple[list[float], float]:
     """Returns the reciprocal coefficients of a fixed tendon, and its stiffness [N/m or N·m/rad].
 
-    Each joint then feels the tendon's force times its coefficient, as virtual work has it. The stiffness is the largest
-    that a substep integrates well: the stretch of the tendon falls by 0.3 of itself in a substep.
+    Each joint then feels the tendon's force times its coefficient, as virtual work has it. The
+    stiffness is the largest that a substep integrates well: the stretch of the tendon falls by 0.3
+    of itself in a substep.
 
     Args:
         links: all links of the articulation, parents first, with their masses and armatures.
@@ -27,15 +30,17 @@ def soft_tendon(
         timestep: [s].
         temporal: whether the solver is temporal Gauss-Seidel: each iteration is a substep.
     """
-    # Without substeps, the iterations converge on the implicit step only up to about this stiffness.
+    # Without substeps, the iterations converge on the implicit step up to about this stiffness.
     substep = timestep / (links[0].articulation.solver_position_iterations if temporal else 4)
     moving = [number for number, link in enumerate(links[1:], 1) if link.joint.type != "fixed"]
     base = 0 if links[0].joint.type == "fixed" else 6
     column = {number: base + index for index, number in enumerate(moving)}
     parents = [0, *(links.index(link.parent) for link in links[1:])]
     frames: list[Any] = []  # of the links at the zero position, in the root's frame
-    jacobians: list[Any] = []  # (6, degrees of freedom): angular velocity, linear velocity at the origin
-    wrenches: list[Any] = []  # (6,) of a unit force of the joint: moment about the origin, force
+    # (6, degrees of freedom): angular velocity, linear velocity at the origin
+    jacobians: list[Any] = []
+    # (6,) of a unit force of the joint: moment about the origin, force
+    wrenches: list[Any] = []
     inertia = np.zeros((base + len(moving), base + len(moving)))
     for number, link in enumerate(links):
         frame, jacobian, wrench = np.eye(4), np.zeros((6, len(inertia))), np.zeros(6)
@@ -62,14 +67,26 @@ def soft_tendon(
     def branch(number: int) -> int:
         return number if parents[number] == path[0] else branch(parents[number])
 
-    # PhysX pushes the joint's link, and back on the first link of the path, about the axis of the branch's first joint.
-    pushes = np.array([jacobians[n].T @ wrenches[n] - jacobians[path[0]].T @ wrenches[branch(n)] for n in path[1:]])
+    # PhysX pushes the joint's link, and back on the first link of the path, about the axis of the
+    # branch's first joint.
+    back = jacobians[path[0]].T
+    pushes = np.array([jacobians[n].T @ wrenches[n] - back @ wrenches[branch(n)] for n in path[1:]])
     columns = [column[number] for number in path[1:]]
     shares = np.linalg.solve(pushes[:, columns].T, coefficients[1:])
     whole = np.zeros(len(inertia))
     whole[columns] = coefficients[1:]
     responses = np.einsum("ij,ij->i", pushes, np.linalg.solve(inertia, pushes.T).T)
-    gain = max(whole @ np.linalg.solve(inertia, whole) / (0.3 * len(columns)), responses.max() / 0.5)
+    gain = whole @ np.linalg.solve(inertia, whole) / (0.3 * len(columns))
+    divided = responses.max() / 0.5
+    if all(parents[number] == path[0] for number in path[1:]):
+        stiff = 1 + substep**2 * 1e5 * responses
+        if stiff.max() < 1.02 * stiff.min():
+            return coefficients, 1e5
+        # Of stiffness times share, only the stiffness counts in PhysX's division: little of it,
+        # and large shares.
+        divided = max(gain, responses.max() / 0.05)
+        shares *= divided / gain
+    gain = max(gain, divided)
     if temporal:
         shares *= 1 + responses / gain
     return [0.0, *shares.tolist()], float(1 / gain / substep**2)

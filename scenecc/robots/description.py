@@ -152,13 +152,15 @@ class DescribedVisual:
 class DescribedInertial:
     """Mass [kg], centre of mass with principal axes, principal moments [kg·m²].
 
-    `inertia` None: inertia and centre of mass come from the link's collision shapes, scaled to the mass.
+    `inertia` None: inertia and centre of mass come from the link's collision shapes, scaled to the mass; with
+    `keeps_com`, the centre of mass is nevertheless that of `com`.
     """
 
     mass: float
     com: Pose7
     inertia: Vec3 | None
     location: Location
+    keeps_com: bool = False
 
 
 def ball_moment(mass: float) -> float:

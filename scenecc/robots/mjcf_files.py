@@ -96,7 +96,7 @@ class MjcfFiles:
         bounds = XmlBounds()
         self._included.add(path)
         data = read_robot_bytes(path, name, findings, min(bounds.size, self.limits.asset_bytes))
-        root = None if data is None else parse_xml(data, name, findings, bounds)
+        root = None if data is None else parse_xml(data, name, findings, bounds, self._ignore_rest)
         if data is None or root is None:
             return None
         self._size += len(data)
@@ -105,6 +105,9 @@ class MjcfFiles:
             return None
         self._expand(root, chain, depth)
         return root
+
+    def _ignore_rest(self, place: Location) -> None:
+        self.report.leave_out("rest", "what follows the end of the root element is ignored", place)
 
     def _expand(self, root: SourceElement, chain: int, depth: int) -> None:
         """Replaces each `include` by the file's content. `depth`: of the root in the whole tree."""

@@ -264,7 +264,7 @@ def _inertial_from_shapes(
     repaired: tuple[str, int],
     findings: FileReport,
 ) -> DescribedInertial:
-    """Returns the mass with the inertia of the link's collision shapes, or of a water sphere if none (SC488).
+    """Returns mass and centre of mass with the inertia of the collision shapes, or of a water sphere if none (SC488).
 
     `repaired`: the link's name and number of collision shapes.
     """
@@ -277,7 +277,7 @@ def _inertial_from_shapes(
         moments, source = (moment, moment, moment), f"of a sphere of water of {mass:.4g} kg, {moment:.4g} kg·m²"
     message = f"{why}: the inertia of `{name}` becomes that {source}"
     findings.report("SC488", message, element.location)
-    return DescribedInertial(mass, pose, moments, element.location)
+    return DescribedInertial(mass, pose, moments, element.location, keeps_com=True)
 
 
 _INERTIA_KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")

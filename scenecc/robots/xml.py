@@ -21,7 +21,7 @@ from scenecc.source.comments import find_xml_silencings
 from scenecc.source.text import TextLines
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from scenecc.diagnostics.diagnostic import Location
     from scenecc.geometry.rotations import Vec3
@@ -150,6 +150,12 @@ class _TreeBuilder:
         no_more = errors.codes[errors.XML_ERROR_NO_ELEMENTS] == error.code
         return f"the file ends before <{cut(self._open[-1].tag)}> is closed" if no_more and self._open else None
 
+    def is_after_root(self, error: ExpatError) -> bool:
+        """Returns whether an error is a closing tag after the end of the root."""
+        token = errors.codes[errors.XML_ERROR_INVALID_TOKEN] == error.code
+        at = self.parser.ErrorByteIndex
+        return token and self.root is not None and not self._open and self._text.data[at - 1 : at + 1] == b"</"
+
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         parser = self.parser
         element = SourceElement(
@@ -201,7 +207,13 @@ def element_at(lines: TextLines, place: Location, tag: str, text: str = "", **at
     return SourceElement(tag, attributes, line, column, 0, _XmlText(b"", lines), characters=[text])
 
 
-def parse_xml(data: bytes, file: str, findings: FileReport, bounds: XmlBounds | None = None) -> SourceElement | None:
+def parse_xml(
+    data: bytes,
+    file: str,
+    findings: FileReport,
+    bounds: XmlBounds | None = None,
+    ignore_rest: Callable[[Location], None] | None = None,
+) -> SourceElement | None:
     """Returns the root element of a document; None after an error.
 
     Args:
@@ -209,6 +221,7 @@ def parse_xml(data: bytes, file: str, findings: FileReport, bounds: XmlBounds | 
         file: displayed file name.
         findings: receives the errors: SC450 (not XML), SC451 (a document type), SC452 (beyond the bounds).
         bounds: default: `XmlBounds()`.
+        ignore_rest: called with the place of a closing tag after the root, which ends the document; None: an error.
     """
     bounds = XmlBounds() if bounds is None else bounds
     data = data.removeprefix(b"\xef\xbb\xbf")
@@ -233,8 +246,10 @@ def parse_xml(data: bytes, file: str, findings: FileReport, bounds: XmlBounds | 
     except ExpatError as error:
         message = builder.ends_early(error) or str(error).rsplit(": line", 1)[0]
         place = text.lines.location(error.lineno - 1, error.offset, error.offset + 1)
-        findings.report("SC450", f"this is not well-formed XML: {message}", place)
-        return None
+        if ignore_rest is None or not builder.is_after_root(error):
+            findings.report("SC450", f"this is not well-formed XML: {message}", place)
+            return None
+        ignore_rest(place)
     findings.sink.silence(find_xml_silencings(text.lines))
     return builder.root
 

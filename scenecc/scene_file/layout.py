@@ -31,15 +31,15 @@ KEY_ORDER: Final[tuple[str, ...]] = tuple(
     p q rpy rpy_deg axis_angle look_at matrix anchor relative_to
     joint file size half_size radius half_length inner_radius outer_radius axis normal offset texture_repeat heights
     scale decomposition decomposition_params sdf position direction pose_in_parent pose_in_child origin
-    mass com inertia inertial density material color
+    mass com inertia inertial density material color collision_group collision_bits
     static_friction dynamic_friction restitution physical visual
-    root shapes collisions visuals children
+    root shapes collisions visuals
     qpos qvel beyond_limits linear_velocity angular_velocity
     links joints drives
     """,
     )
 )
-"""Order of keys in a mapping; other keys follow in document order."""
+"""Order of keys in a mapping; other keys follow in document order, and then `children`."""
 
 NAMED: Final = frozenset(
     re.findall(
@@ -206,7 +206,7 @@ def _order_entries(value: Mapping[str, Any], owner: str | int) -> list[tuple[str
     entries = list(value.items())
     if owner in NAMED:
         return entries
-    return sorted(entries, key=lambda entry: _RANK.get(entry[0], len(_RANK)))
+    return sorted(entries, key=lambda entry: (entry[0] == "children", _RANK.get(entry[0], len(_RANK))))
 
 
 def _is_mapping(value: object) -> TypeGuard[Mapping[str, Any]]:

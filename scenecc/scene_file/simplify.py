@@ -9,8 +9,7 @@ from typing import Any, Final
 
 from scenecc.names import UniqueNames
 from scenecc.scene_file import Node, is_list_node, is_mapping_node
-
-_SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
+from scenecc.scene_file.shared_keys import SHAPE_LISTS
 
 _LEAST_COPIES: Final = 3
 """Minimum number of items for a `repeat`."""
@@ -40,7 +39,7 @@ def _shape_lists(node: Any) -> Iterator[list[Node]]:
             yield from _shape_lists(item)
     elif is_mapping_node(node):
         for key, value in node.items():
-            if key in _SHAPE_LISTS and is_list_node(value):
+            if key in SHAPE_LISTS and is_list_node(value):
                 yield value
             else:
                 yield from _shape_lists(value)

@@ -137,8 +137,8 @@ class EnergyWatch:
             is_tied = part.entity in tied
             others = "what it touches and is attached to" if is_tied else "what it touches"
             hint = (
-                "lower `timestep`, raise `solver_position_iterations`, or replace `connection` with a `drive` whose "
-                "`limits` of x, y and z are [0, 0]"
+                "lower `timestep`, raise `solver_position_iterations`, replace a `connection` with a `ball`, or give a "
+                "constraint frames that are nearer to its bodies"
             )
             yield Finding(
                 "SC856", (part.entity,), part.scene, excess,

@@ -175,5 +175,5 @@ def _find_fallen(batch: SceneBatch, moving: list[MovingBody], seconds: float) ->
     """Yields bodies that lost their support. Bodies without support at the start are reported separately."""
     for found in unsupported_bodies(batch, moving):
         message = f"nothing is below `{found.names[0]}` after {seconds:g} s: it falls forever"
-        hint = "it rolls or slides off its support, or passes through it: `scenecc view` shows how"
+        hint = "it rolls or slides off its support, or passes through it"
         yield replace(found, message=message, amount=-math.inf, hint=hint)

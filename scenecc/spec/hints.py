@@ -116,6 +116,8 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("mount", "parent attached_to parent_link", "did you mean `mount`?"),
     ("locked_axes fix_root_link", "parent attached_to parent_link mount",
      "write `pose: {relative_to: NAME, p: […]}`, or connect them: `constraints: {NAME: {type: weld, …}}`"),
+    ("pose_in_child", "anchor pivot anchor1 anchor2",
+     "write `pose_in_child: [x, y, z]`, the place in the frame of the child; that in the parent follows from it"),
     ("pose_in_child", "parent attached_to parent_link child child_link",
      "write the link in the `children` of its parent, without this key"),
     ("locked_axes", "freejoint free_joint", "remove it: a body with `body_type: dynamic` moves freely"),

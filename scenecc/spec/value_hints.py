@@ -54,6 +54,8 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
         return MISSING_KEY_HINTS["inertia"]
     if path[-1:] in {("limits",), ("limits_deg",)}:
         return f"write `{path[-1]}: [low, high]`"
+    if path[-1:] == ("com",):
+        return "write `com: [x, y, z]`; the axes of an inertia are the `com` of `inertial`"
     if "xyz" in found and "axis" in path[-1:]:
         return "write its three numbers: `axis: [0, 0, 1]`"
     if expected == "a list" and FORM_KEYS.isdisjoint(found):
@@ -133,6 +135,7 @@ def _place_hint(path: Path, text: str) -> str | None:
         return f"to use another scene file write `{{use: {shown}}}`"
     hints = {
         "place": f"write `place: {{on: {shown}}}`",
+        "next_to": f"write `next_to: {{of: {shown}, side: right}}`",
         "mimic": f"write `mimic: {{joint: {shown}}}`",
         "repair": f"repairs are a list: `repair: [{shown}]`",
         "include": SYNTAX_HINTS["include"],

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from math import asin, atan2, copysign, degrees, hypot, pi
+from math import copysign, degrees, pi
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from scenecc.geometry.rotations import IDENTITY, compose, from_axis_angle, from_rpy, invert, normalized
+from scenecc.geometry.rotations import IDENTITY, compose, from_axis_angle, from_rpy, invert, normalized, to_rpy
 from scenecc.source.edits import EditError, TextEdits
 
 if TYPE_CHECKING:
@@ -148,9 +148,9 @@ def _turn(edits: TextEdits, path: Path, mapping: Mapping[str, Any], rotation: Qu
     if "axis_angle" in mapping:
         raise EditError("its rotation is written as `axis_angle`: edit it there, or use `q` or `rpy_deg`")
     if "rpy" in mapping:
-        _set_numbers(edits, (*path, "rpy"), mapping["rpy"], _digits(_to_rpy(rotation), 5))
+        _set_numbers(edits, (*path, "rpy"), mapping["rpy"], _digits(to_rpy(rotation), 5))
     elif "rpy_deg" in mapping:
-        _set_numbers(edits, (*path, "rpy_deg"), mapping["rpy_deg"], _digits(map(degrees, _to_rpy(rotation)), 3))
+        _set_numbers(edits, (*path, "rpy_deg"), mapping["rpy_deg"], _digits(map(degrees, to_rpy(rotation)), 3))
     elif "q" in mapping:
         _set_numbers(edits, (*path, "q"), mapping["q"], _digits(rotation, 6))
     else:
@@ -174,16 +174,6 @@ def _changed_rotation(new: Quat, old: Sequence[float]) -> Quat | None:
     sign = copysign(1.0, sum(a * b for a, b in zip(new, old, strict=True)))
     w, x, y, z = (sign * one for one in new)
     return None if max(abs(a - b) for a, b in zip((w, x, y, z), old, strict=True)) < _SAME_TURN else (w, x, y, z)
-
-
-def _to_rpy(q: Quat) -> tuple[float, float, float]:
-    """Returns rotations about the fixed axes x, then y, then z [rad]; if ambiguous, without roll."""
-    w, x, y, z = q
-    sine = 2 * (w * y - x * z)
-    roll_x, roll_y = 1 - 2 * (x * x + y * y), 2 * (w * x + y * z)
-    if hypot(roll_x, roll_y) < 1e-7:  # straight up or down
-        return 0.0, copysign(pi / 2, sine), -2 * copysign(1.0, sine) * atan2(x, w)
-    return atan2(roll_y, roll_x), asin(max(-1.0, min(1.0, sine))), atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def _digits(numbers: Any, digits: int) -> list[float]:

@@ -166,12 +166,9 @@ def test_mimic_is_a_tendon_before_the_articulation_is_in_the_scene(joint: str, s
             entities = build_entities(**options)
             every = [entity.find_component_by_type(sapien.physx.PhysxArticulationLinkComponent) for entity in entities]
             links = [every[i] for i in chains[joint, source]]
-            shares, stiffness = [0.0, -0.5, 1.0], 1e5
-            if joint == "slide":  # the slide hangs on the shoulder's link, and not beside it
-                shares, stiffness = soft_tendon(
-                    every, list(chains[joint, source]), shares, float(np.float32(0.01)), temporal=True
-                )
-            links[0].articulation.create_fixed_tendon(links, [0, -0.5, 1], shares, rest_length=0.1, stiffness=stiffness)
+            factors, timestep = [0.0, -0.5, 1.0], float(np.float32(0.01))
+            shares, stiffness = soft_tendon(every, list(chains[joint, source]), factors, timestep, temporal=True)
+            links[0].articulation.create_fixed_tendon(links, factors, shares, rest_length=0.1, stiffness=stiffness)
             return entities
 
         made.build_entities = with_tendon

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fidelity.compare import assert_same_scene, assert_same_trajectory
-from fidelity.test_articulations_urdf import ARM, POSE, QPOS, by_loader
+from fidelity.test_articulations_urdf import ARM, POSE, QPOS, by_loader, tell
 
 from scenecc import compile_scene, load_scene
 from scenecc.plan import ArticulationStructure, Box
@@ -17,12 +17,6 @@ if TYPE_CHECKING:
 
 PAIRS = '<robot name="arm"><disable_collisions link1="left" link2="right" reason="Default"/></robot>'
 LONG = ARM.replace('xyz="0.3 0 0"', 'xyz="0.5 0 0"')
-
-
-def tell(articulation: Any) -> None:
-    """What the file says and the loader drops."""
-    articulation.find_joint_by_name("shoulder").set_max_velocity(2.0)
-    articulation.find_joint_by_name("spin").set_friction(0.3)
 
 
 def document(path: Path, **keys: Any) -> dict[str, Any]:

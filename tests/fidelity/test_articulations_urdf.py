@@ -100,18 +100,19 @@ def assert_same(ours: list[Any], theirs: list[Any]) -> None:
     assert_same_trajectory(ours, theirs)
 
 
+def tell(articulation: Any) -> None:
+    """What `ARM` says and the loader drops, and its friction, which the loader takes for a ratio."""
+    articulation.find_joint_by_name("shoulder").set_max_velocity(2.0)
+    spin = articulation.find_joint_by_name("spin")
+    spin.set_friction(0)
+    spin.set_drive_properties(0, BRAKE_DAMPING, force_limit=0.3)
+
+
 @pytest.mark.parametrize("fixed", [True, False])
 @pytest.mark.parametrize("scale", [1.0, 0.5])
 def test_a_urdf_robot_equals_one_loaded_by_hand(tmp_path: Path, fixed: bool, scale: float) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text(ARM)
-
-    def tell(articulation: Any) -> None:
-        # What the file says and the loader drops.
-        articulation.find_joint_by_name("shoulder").set_max_velocity(2.0)
-        spin = articulation.find_joint_by_name("spin")
-        spin.set_friction(0)
-        spin.set_drive_properties(0, BRAKE_DAMPING, force_limit=0.3)
 
     entity = {"urdf": str(path), "qpos": QPOS, "fix_root_link": fixed, "scale": scale}
     loaded = by_loader(path, QPOS, tell, fix_root_link=fixed, scale=scale)

@@ -80,7 +80,6 @@ def arm_with_gripper(qpos: dict[str, float]) -> Any:
     found.mass, found.inertia = 0.05, found.inertia * factor
     for name, velocity in (("shoulder", 2), ("elbow", 3), ("gripper/left_slide", 0.2), ("gripper/right_slide", 0.2)):
         articulation.find_joint_by_name(name).set_max_velocity(velocity)
-    articulation.find_joint_by_name("shoulder").set_friction(0.1)
     articulation.qpos = [qpos[joint.name] for joint in articulation.active_joints]
     for name, effort in (("shoulder", 50), ("elbow", 20)):
         joint = articulation.find_joint_by_name(name)

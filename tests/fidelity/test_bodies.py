@@ -37,6 +37,11 @@ def scaled(component: Any, mass: float) -> None:
     component.inertia = inertia * (mass / before)
 
 
+def moved(component: Any, com: list[float]) -> None:
+    """A centre of mass; mass and inertia stay, and so do the principal axes."""
+    component.set_cmass_local_pose(Pose(com, component.cmass_local_pose.q))
+
+
 AXES = ["x", "y", "z", "rx", "ry", "rz"]
 
 
@@ -48,6 +53,7 @@ SPEEDS = [0.3, 1.0, 20.0]
 MOVING = [[1, 2, 3], [0, 0, 0], [-1, 0.5, 0]]
 KNOBS: dict[str, tuple[list[Any], Any]] = {
     "mass": ([0.3, 2.5, 11.0], scaled),
+    "com": ([[0.1, 0, -0.05], [0, 0, 0], [-0.02, 0.01, 0.3]], moved),
     "gravity": ([False, True, False], lambda c, pulls: c.set_disable_gravity(not pulls)),
     "locked_axes": (
         [["ry", "x", "z"], [], ["rx"]],

@@ -653,3 +653,17 @@ def test_emitted_scripts_let_the_same_bodies_collide() -> None:
         scene.step()
     (cart,) = (entity for entity in scene.entities if entity.name == "cart")
     assert cart.pose.p[0] == pytest.approx(0.4, abs=0.01)
+
+
+def test_bodies_collide_in_the_scenes_where_all_constraints_say_so() -> None:
+    ties = [COLLIDING | {"scene_idxs": [0, 2]}, FAR | {"scene_idxs": [1, 2]}, SLIDER | {"scene_idxs": [2, 3]}]
+    scene = railed(*ties, kind="kinematic") | {"num_scenes": 4}
+    space: dict[str, Any] = {"__name__": "emitted"}
+    exec(emit_scene(scene, "python"), space)
+    with load_scene(scene, render=False) as batch:
+        for made in (batch.scenes, space["build_scenes"]()):
+            for one in made:
+                for _ in range(100):
+                    one.step()
+            carts = [next(each for each in one.entities if each.name == "cart") for one in made]
+            assert [bool(cart.pose.p[0] < 0.41) for cart in carts] == [True, True, False, False]

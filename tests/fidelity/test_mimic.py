@@ -106,6 +106,51 @@ def test_the_source_feels_its_load() -> None:
     assert moved["jj"] == pytest.approx(0.5 * moved["js"], abs=2e-3)
 
 
+@pytest.mark.parametrize(
+    ("kinds", "masses", "multiplier", "stiffness"),
+    [
+        (("revolute", "revolute"), (0.05, 0.2), 1.0, 1.0),
+        (("revolute", "revolute"), (0.2, 0.05), -1.0, 1.0),
+        (("revolute", "revolute"), (0.2, 0.05), 2.0, 1.0),
+        (("prismatic", "prismatic"), (0.1, 0.5), 1.0, 100.0),
+        (("prismatic", "revolute"), (0.5, 0.05), 10.0, 200.0),
+        (("revolute", "prismatic"), (0.05, 0.5), 0.05, 2.0),
+    ],
+)
+@pytest.mark.parametrize("timestep", [0.01, 0.002])
+def test_joints_of_unequal_inertia_on_one_link_rest_where_virtual_work_has_them(
+    kinds: tuple[str, str], masses: tuple[float, float], multiplier: float, stiffness: float, timestep: float
+) -> None:
+    """The weights of both links are carried by the drive of the source."""
+    children = ""
+    for name, kind, mass, keys in zip(
+        "sf", kinds, masses, ("", f", mimic: {{joint: s, multiplier: {multiplier}}}"), strict=True
+    ):
+        axis, moment = "z" if kind == "prismatic" else "y", mass * 4e-4 + 1e-6
+        children += (
+            f"{{name: l{name}, joint: {{name: {name}, type: {kind}, axis: {axis}, friction: 0{keys}}},"
+            f" inertial: {{mass: {mass}, com: [0.03, 0, 0], inertia: [{moment}, {moment}, {moment}]}}}},"
+        )
+    batch = loaded(
+        f"{{scenecc: 1, physics: {{timestep: {timestep}}}, entities: {{hand: {{fix_root_link: true, root: {{name: base,"
+        f" shapes: [{{type: box, half_size: [0.01, 0.01, 0.01]}}], children: [{children}]}},"
+        f" drives: {{s: {{stiffness: {stiffness}, damping: {stiffness / 10}}}}}}}}}}}"
+    )
+    batch.step(round(6 / timestep))
+    hand = batch.articulations["hand"]
+    place = dict(zip(hand.active_joint_names, hand.qpos[0].tolist(), strict=True))
+
+    def load(kind: str, mass: float, position: float) -> float:
+        return mass * 9.81 * (-1 if kind == "prismatic" else 0.03 * np.cos(position))
+
+    expected = 0.0
+    for _ in range(100):
+        loads = [load(*one) for one in zip(kinds, masses, (expected, multiplier * expected), strict=True)]
+        expected += 0.5 * ((loads[0] + multiplier * loads[1]) / stiffness - expected)
+    assert place["s"] == pytest.approx(expected, abs=0.0025)
+    assert place["f"] == pytest.approx(multiplier * place["s"], abs=0.0025)
+
+
 def finger(
     joints: list[str], *, timestep: float = 0.01, free: bool = False, gravity: str = "0, 0, 0", drives: str = ""
 ) -> str:

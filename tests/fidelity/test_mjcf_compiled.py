@@ -148,9 +148,10 @@ TREE = f"""
         "",
         '<contact><exclude body1="base" body2="ball"/><exclude body1="three" body2="one"/></contact>',
         '<option><flag contact="disable"/></option>',
+        '<option><flag constraint="disable"/></option>',
         '<option><flag filterparent="disable"/></option>',
     ],
-    ids=["plain", "excludes", "no contacts", "no filter"],
+    ids=["plain", "excludes", "no contacts", "no constraints", "no filter"],
 )
 def test_colliding_pairs_are_those_of_mujoco(tmp_path: Path, rest: str) -> None:
     """All spheres are in one place, so that whoever may touch does."""
@@ -383,3 +384,30 @@ def test_welds_and_connections_hold_as_in_mujoco(tmp_path: Path, name: str) -> N
     wanted[:3, :3], wanted[:3, 3] = turn.reshape(3, 3), model.eq_data[1][3:6]
     # MuJoCo has the pose of the second body in the first, and its welds are softer than PhysX's.
     assert_allclose(between, wanted if name == "bodies" else np.linalg.inv(wanted), atol=0.02)
+
+
+@pytest.mark.parametrize("moved", ["", 'refpos="0.1 0 0" refquat="1 1 0 0" scale="1 2 1"'])
+def test_signed_distances_of_meshes_are_those_of_their_triangles(tmp_path: Path, moved: str) -> None:
+    vertices = "0 0 0  0.3 0 0  0 0.2 0  0 0 0.4  0.3 0.2 0"
+    faces = "0 2 1  1 2 4  0 1 3  0 3 2  1 4 3  2 3 4"
+    geom = '<geom type="sdf" mesh="wedge" pos="0.1 0.2 0.3" euler="40 0 10"/>'
+    model, batch = load(
+        tmp_path,
+        mujoco_of(
+            f'<body name="free" euler="10 20 30"><freejoint/>{geom}</body><body name="still" pos="1 0 0">{geom}</body>'
+            f'<body name="arm" pos="2 0 0"><joint axis="1 0 0"/>{geom}</body>',
+            f'<asset><mesh name="wedge" vertex="{vertices}" face="{faces}" {moved}/></asset>',
+        ),
+    )
+    assert_same_machine(mujoco, model, batch)
+    mujoco.mj_kinematics(model, data := mujoco.MjData(model))
+    arm = robot_of(batch).objs[0]
+    arm.qpos = np.zeros(1)
+    bodies = [batch.entities["robot/free"].objs[0], batch.entities["robot/still"].objs[0]]
+    for geom, entity in enumerate([*bodies, arm.links[-1].entity]):
+        (shape,) = (shape for part in entity.components for shape in getattr(part, "collision_shapes", ()))
+        assert type(shape).__name__ == "PhysxCollisionShapeTriangleMesh"
+        pose = (entity.pose * shape.local_pose).to_transformation_matrix()
+        built = np.asarray(shape.vertices) * shape.scale @ pose[:3, :3].T + pose[:3, 3]
+        wanted = model.mesh_vert @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+        assert np.linalg.norm(built[:, None] - wanted, axis=2).min(axis=0).max() < 1e-5

@@ -175,7 +175,7 @@ def _joint(joint: DescribedJoint) -> tuple[Any, ...]:
         _bits(joint.pose_in_parent),
         _bits(joint.pose_in_child),
         tuple(_double(x) for x in joint.limits or ()),
-        joint.friction or 0,
+        joint.friction_force or 0,  # the loader takes the force for a ratio
         joint.damping,
     )
 

@@ -190,6 +190,24 @@ def files(document: Node, random: Random) -> None:
             entity["load_multiple_collisions"] = True
 
 
+def single_bodies(document: Node, random: Random) -> None:
+    """What is one body has no key of an articulation that moves, nor any link of its own to name."""
+    for entity in articulations(document):
+        if "attach" in entity:
+            drop(entity, "body_type")
+        if "body_type" in entity:
+            drop(entity, *_OF_MOVING)
+            for link, _ in links(entity):
+                drop(link, "visibility")
+
+
+_OF_MOVING = (
+    *("qvel", "drives", "fix_root_link", "linear_velocity", "angular_velocity", "gravity", "sleep_threshold"),
+    *("solver_position_iterations", "solver_velocity_iterations", "disable_self_collisions", "sapien_bits"),
+    *("links", "joints"),
+)
+
+
 def link_bodies(document: Node, random: Random) -> None:
     """No plane moves, what moves weighs something, and no key of a link means nothing."""
     for entity in units(document):
@@ -223,7 +241,7 @@ def _link_keys(link: Node) -> None:
     if not shapes(link, *SHAPE_LISTS):
         drop(link, "material")
     if not _weighs(link):
-        drop(link, "mass")
+        drop(link, "mass", "com")
 
 
 def whole(document: Node, random: Random) -> None:
@@ -265,7 +283,7 @@ def patterns(document: Node, random: Random) -> None:
         heavy = _heavy(entity)
         for pattern, keys in entity.get("links", {}).items():
             if any(re.fullmatch(pattern, name) and name not in heavy for name in robot.links):
-                drop(keys, "mass")
+                drop(keys, "mass", "com")
         for pattern, keys in entity.get("joints", {}).items():
             keep_one(keys, random, ("limits",), ("limits_deg",))
             slide = any(not joint.is_hinge and re.fullmatch(pattern, joint.name) for joint in robot.joints)

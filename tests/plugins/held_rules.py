@@ -34,6 +34,9 @@ def _ends(document: Node) -> list[_End]:
             continue
         robot = robot_of(entity)
         root = robot.links[0]
+        if "body_type" in entity:
+            found.append(_End(name, (name, root), scenes, entity["body_type"]))
+            continue
         still = "fixed root" if entity.get("fix_root_link", "root" not in entity) else "dynamic"
         found.append(_End(name, (name, root), scenes, still))
         for link in robot.links:
@@ -123,6 +126,8 @@ def constraints(document: Node, random: Random) -> None:
         for pose in ("pose_in_parent", "pose_in_child", "target"):
             for node in nodes(constraint.get(pose)):
                 drop(node, "relative_to")
+        if parent is None or len(kept) > 1:  # another one may keep the bodies apart
+            drop(constraint, "collide")
         _typed(constraint, random)
 
 

@@ -94,4 +94,5 @@ def _assert_body(model: Any, data: Any, body: int, component: Any, place: Any) -
         centre = component.cmass_local_pose.p
         assert_allclose(centre, model.body_ipos[body], rtol=0, atol=_LENGTH * max(model.stat.extent, 1), err_msg=name)
         assert_allclose(component.mass, model.body_mass[body], rtol=_WEIGHT, err_msg=name)
-        assert_allclose(component.inertia, model.body_inertia[body], rtol=_WEIGHT, err_msg=name)
+        has = model.body_inertia[body] > 0  # PhysX cannot represent a moment of 0, which is told (SC580)
+        assert_allclose(component.inertia[has], model.body_inertia[body][has], rtol=_WEIGHT, err_msg=name)

@@ -465,7 +465,7 @@ def _masses(document: dict[str, Any], random: Random) -> None:
     """What moves weighs something, and a mass has nothing beside it."""
     for node in nodes(document.get("entities", {})):
         if "inertial" in node:
-            drop(node, "mass")
+            drop(node, "mass", "com")
     if articulations(document) or any("inertial" not in body for body in _moving(document)):
         for node in nodes(document):
             if "density" in node:
@@ -564,6 +564,7 @@ RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     articulation_rules.tree_links,
     articulation_rules.attachments,
     articulation_rules.files,
+    articulation_rules.single_bodies,
     held_rules.mounts,
     _relations,
     _references,

@@ -39,8 +39,6 @@ from scenecc.backends.sapien.properties import (
 )
 from scenecc.plan.articulation import (
     MAX_LINKS,
-    TENDON_STIFFNESS,
-    is_sibling_tendon,
     tendon_coefficients,
     tendon_links,
     tendon_pull,
@@ -159,7 +157,6 @@ def _prepare_tendon(
     numbers = np.broadcast_arrays(select_rows(mimic.multiplier, rows), select_rows(mimic.offset, rows))
     pulls = [tendon_pull(*pair) for pair in zip(*(column.tolist() for column in numbers), strict=True)]
     made = [(tendon_coefficients(structure, mimic, over, ends), ends.rest_length) for ends in pulls]
-    is_stiff = is_sibling_tendon(over, structure)
     known: dict[tuple[float, ...], tuple[list[float], float]] | None = {} if _has_one_inertia(structure) else None
 
     def soften(links: list[Any], coefficients: list[float]) -> tuple[list[float], float]:
@@ -173,7 +170,7 @@ def _prepare_tendon(
 
     def bind(articulation: Any, links: list[Any], row: int) -> None:
         coefficients, rest_length = row_item(made, row)
-        shares, stiffness = (coefficients, TENDON_STIFFNESS) if is_stiff else soften(links, coefficients)
+        shares, stiffness = soften(links, coefficients)
         articulation.create_fixed_tendon(
             [links[number] for number in over], coefficients, shares, rest_length=rest_length, stiffness=stiffness
         )

@@ -286,8 +286,8 @@ class ConstraintSet:
         SAPIEN has no setter for it. PhysX has a table of the pairs whose joints prevent contacts. The end of any joint
         between two bodies removes their pair, until they enter a simulation again.
         """
-        for name in self._colliding:
-            component = self.batches[name].in_scene(scene_idx)
+        for name, scenes in self._colliding.items():
+            component = self.batches[name].in_scene(scene_idx) if scene_idx in scenes else None
             if component is not None:
                 own = next(
                     each for each in component.entity.components if isinstance(each, physx.PhysxRigidBodyComponent)

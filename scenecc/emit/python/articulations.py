@@ -27,15 +27,12 @@ from scenecc.emit.python.context import (
     present_fields,
     write_properties,
 )
-from scenecc.emit.python.source import Group, SourceNode, SourceWriter, call, list_of, number_literal, string
+from scenecc.emit.python.source import Group, SourceNode, SourceWriter, call, list_of, string
 from scenecc.plan import ArticulationStructure, constant
 from scenecc.plan.articulation import (
-    TENDON_STIFFNESS,
     VELOCITY_FIELDS,
     breadth_first_order,
     friction_force,
-    is_sibling_tendon,
-    soft_mimics,
     tendon_coefficients,
     tendon_links,
     tendon_pull,
@@ -53,7 +50,7 @@ if TYPE_CHECKING:
 
 def needs_soft_tendons(structure: BodyStructure | ArticulationStructure) -> bool:
     """Whether a tendon depends on the masses of the links."""
-    return isinstance(structure, ArticulationStructure) and bool(soft_mimics(structure))
+    return isinstance(structure, ArticulationStructure) and bool(structure.mimics)
 
 
 def write_tendons(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
@@ -65,24 +62,19 @@ def write_tendons(source: SourceWriter, structure: ArticulationStructure, column
         coefficients = np.array([tendon_coefficients(structure, mimic, over, ends) for ends in pulls])
         shares = columns.of_block(coefficients, "coefficients", numbers_literal)
         rest = columns.of_block(np.array([ends.rest_length for ends in pulls]), "rest_length", numbers_literal)
-        recip, stiffness = shares, number_literal(TENDON_STIFFNESS)
-        if is_sibling_tendon(over, structure):
-            source.comment(f"{mimic.joint} follows {mimic.source}: SAPIEN's own mimic joints invert it.")
-        else:
-            source.comment(f"{mimic.joint} follows {mimic.source}: SAPIEN's own mimic joints act on the wrong links.")
-            source.statement(shares, assign="coefficients")
-            path, temporal = list_of([str(index) for index in over]), "physx.get_scene_config().enable_tgs"
-            soft = call("soft_tendon", "links", path, "coefficients", "scene.timestep", temporal=temporal)
-            source.statement(soft, assign="shares, stiffness")
-            shares, recip, stiffness = "coefficients", "shares", "stiffness"
+        source.comment(f"{mimic.joint} follows {mimic.source}: SAPIEN's own mimic joints pull with wrong forces.")
+        source.statement(shares, assign="coefficients")
+        path, temporal = list_of([str(index) for index in over]), "physx.get_scene_config().enable_tgs"
+        soft = call("soft_tendon", "links", path, "coefficients", "scene.timestep", temporal=temporal)
+        source.statement(soft, assign="shares, stiffness")
         source.statement(
             call(
                 "articulation.create_fixed_tendon",
                 list_of([f"links[{index}]" for index in over]),
-                shares,
-                recip,
+                "coefficients",
+                "shares",
                 rest_length=rest,
-                stiffness=stiffness,
+                stiffness="stiffness",
             )
         )
 

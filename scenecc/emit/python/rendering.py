@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from scenecc.emit.python.context import frame_expression, pose_call, scene_block, texture_call, write_properties
 from scenecc.emit.python.source import SourceNode, call, number_literal, string
@@ -51,9 +54,7 @@ def write_sections(source: SourceWriter, plan: ScenePlan, tables: ScriptContext)
     def write(source: SourceWriter, constraint: Constraint, columns: SceneValues, tables: ScriptContext) -> None:
         _write_constraint(source, constraint, columns, tables)
         if constraint.name in colliding:
-            source.comment("A joint prevents contacts of its bodies, until another joint between them ends.")
-            source.line(f"own = {_VARIABLE}.entity.find_component_by_type(sapien.physx.PhysxRigidBodyComponent)")
-            source.line(f"sapien.physx.PhysxDistanceJointComponent(own).set_parent({_VARIABLE}.parent)")
+            _write_collisions(source, [index in colliding[constraint.name] for index in constraint.scene_idxs], columns)
 
     _write_objects(source, plan.constraints, write, plan.num_scenes, tables)
     for objects, write_object in rendered:
@@ -207,6 +208,17 @@ def _write_enabled(source: SourceWriter, enabled: Value, columns: SceneValues) -
             source.line(f"{_VARIABLE}.disable()")
     elif not enabled.numbers()[0]:
         source.line(f"{_VARIABLE}.disable()")
+
+
+def _write_collisions(source: SourceWriter, collide: list[bool], columns: SceneValues) -> None:
+    """Writes what lets both bodies of a constraint collide in some of its scenes."""
+    source.comment("A joint prevents contacts of its bodies, until another joint between them ends.")
+    chosen = nullcontext()
+    if not all(collide):
+        chosen = source.block(f"if {columns.of_block(np.array(collide), 'collide')}:")
+    with chosen:
+        source.line(f"own = {_VARIABLE}.entity.find_component_by_type(sapien.physx.PhysxRigidBodyComponent)")
+        source.line(f"sapien.physx.PhysxDistanceJointComponent(own).set_parent({_VARIABLE}.parent)")
 
 
 def _write_drive(source: SourceWriter, drive: Drive, columns: SceneValues) -> None:

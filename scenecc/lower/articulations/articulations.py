@@ -470,8 +470,8 @@ class ArticulationLowerer:
                 body, body_type=body_type, inertial=None if body.inertial is link.inertial else body.inertial
             )
         # A robot file may have a mass without shapes.
-        meant = not body.collisions and not body.visuals and body.inertial is not None
-        return replace(body, body_type=body_type, shapeless=meant or None, **self._solver_values(work, fixed=False))
+        shapeless = (not body.collisions and not body.visuals and body.inertial is not None) or None
+        return replace(body, body_type=body_type, shapeless=shapeless, **self._solver_values(work, fixed=False))
 
     def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure | ArticulationStructure:
         """Lowers a robot: an articulation, or one body of all its links if the entity has a `body_type`."""
@@ -507,7 +507,8 @@ class ArticulationLowerer:
                 drives = work.layers("drives", joint.name, index, draft) if joint.moves else ()
                 made = lower_joint(joint, drives, starts.get(index, (None, None)), values, work.targets)
                 made, without = with_friction_force(made, joint, drives)
-                lost += [] if without is None else [without]
+                # A body of all links has no joints.
+                lost += [] if without is None or whole[0].body_type is not None else [without]
                 made = with_counted_turns(made, is_coupled=joint.name in coupled)
             links.append(Link(link.name, body, link.parent, made, link.file))
         _report_lost_forces(lost, self._sink)
@@ -627,7 +628,7 @@ def _report_lost_forces(lost: Sequence[LostForce], sink: Sink) -> None:
     for code in dict.fromkeys(code for code, _, _ in lost):
         (message, place), *others = [(message, place) for other, message, place in lost if other == code]
         more = f" (and those of {len(others)} other joint{'s' if len(others) > 1 else ''})" if others else ""
-        hint = "PhysX has one drive for each joint: a spring, a damper, an actuator or a friction force"
+        hint = "PhysX has one drive for each joint: a spring, a damper, an actuator or a friction; keep one"
         sink.report(code, message + more, place, hint=hint)
 
 

@@ -111,7 +111,7 @@ class DraftLink:
         parent: number of its parent link, which comes before it; None: it is the root.
         own: its own keys, which have precedence over patterns; None: it has none.
         inertial: mass properties from its file.
-        mass: from a file without an inertia: the inertia of the shapes is scaled to it.
+        mass, com: from a file without an inertia: the inertia of the shapes is scaled to the mass.
         ignore_bits, disable_gravity: see `DescribedLink`.
         collides: whether it has collision shapes.
         file: (·,) index of its file, in an articulation of several.
@@ -126,6 +126,7 @@ class DraftLink:
     inertial: Inertial | None = None
     ignore_bits: int = 0
     mass: Value | None = None
+    com: Value | None = None
     disable_gravity: bool = False
     collides: bool = False
     file: Value | None = None

@@ -87,7 +87,7 @@ class LinkLowerer:
             properties["collision_groups"] = bits
         mass, inertial = self._weight(link, layers, values, dense=bool(collisions))
         center = nearest_override(layers, "com", "inertial")
-        com = None
+        com = link.com if center is None else None
         if center is not None and center[0].com is not None:
             com = values.of(center, "com", BODY_FIELDS["com"][1])
             if not collisions and inertial is None:

@@ -75,11 +75,12 @@ class RobotDrafter:
             collisions = tuple(self._collision(shape, meshes, contact, origin, fields) for shape in link.collisions)
             return collisions, tuple(self._visual(shape, contact, origin, fields) for shape in link.visuals)
 
-        weight, inertial, mass = link.inertial, None, None
+        weight, inertial, mass, com = link.inertial, None, None, None
         if weight is not None and weight.inertia is not None:
             inertial = Inertial(literal(weight.mass), literal(weight.com), literal(weight.inertia))
         elif weight is not None:
             mass = literal(weight.mass)
+            com = literal(weight.com[:3]) if weight.keeps_com else None
         joint = link.joint and _joint(link.joint, origin)
         return DraftLink(
             link.name,
@@ -90,6 +91,7 @@ class RobotDrafter:
             inertial=inertial,
             ignore_bits=link.ignore_bits,
             mass=mass,
+            com=com,
             disable_gravity=link.disable_gravity,
             collides=bool(link.collisions),
         )
@@ -145,6 +147,8 @@ class RobotDrafter:
         if isinstance(geometry, robots.MeshGeometry):
             file = self._mesh_file(geometry, place)
             scale = self._tables.size(geometry.scale)
+            if geometry.collision == "sdf":
+                return plan.TriangleMesh(file, scale, sdf=True)
             parts = meshes.parts if geometry.collision is None else geometry.collision == "parts"
             return plan.ConvexParts(file, scale, meshes.coacd) if parts else plan.ConvexMesh(file, scale)
         if isinstance(geometry, robots.PlaneGeometry):

@@ -50,7 +50,7 @@ def find_ignore_bits(
 
     It has none after an error (SC483: too many sets).
     """
-    if "CONTACT" in model.header["disabled"]:
+    if {"CONTACT", "CONSTRAINT"} & {*model.header["disabled"]}:
         return {link.key: 1 for link in links}, False
     wanted, free = _pairs(links, model)
     sets = cover_pairs(wanted, free, len(links))

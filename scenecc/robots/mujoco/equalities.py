@@ -40,9 +40,14 @@ def read_constraints(
             )
         elif kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
             (first, in_first), (second, in_second) = equality_frames(model, number, kind)
+            if _has_no_effect(model, first, second):
+                message = (
+                    f"{_what(model, number, kind)} is not built: no force moves one of its bodies against the other"
+                )
+                report.note_elsewhere("inactive/fixed", message, place)
+                continue
             if first not in links or second not in links or first == second:
-                message = "an equality with the world is built only if it involves a fixed robot of the file"
-                report.leave_out(WORLD_EQUALITY, message, place)
+                report.leave_out(WORLD_EQUALITY, _unbuilt(model, kind, first, second, links), place)
                 continue
             name = model.name("eq", number) or f"equality_{number}"
             word = "weld" if kind == WELD_EQUALITY else "connection"
@@ -53,6 +58,23 @@ def read_constraints(
         elif kind != JOINT_EQUALITY:
             report.leave_out("equality/other", "equalities of tendons, flexes or distances are not built", place)
     return made
+
+
+def _has_no_effect(model: CompiledModel, first: int, second: int) -> bool:
+    """Returns whether no force moves one body against another: they are fixed together, or to the world or mocaps."""
+    groups = {int(model["body_weldid"][body]) for body in (first, second)}
+    return len(groups) == 1 or all(group == WORLD or model["body_mocapid"][group] >= 0 for group in groups)
+
+
+def _unbuilt(model: CompiledModel, kind: int, first: int, second: int, links: Mapping[int, LinkName]) -> str:
+    empty = next((body for body in (first, second) if body not in links and body != WORLD), None)
+    if empty is None:
+        return "an equality with the world is built only if it involves a fixed robot of the file"
+    other = second if empty == first else first
+    what = f"the {'weld' if kind == WELD_EQUALITY else 'connection'} of `{model.body_name(other)}`"
+    reason = "which has no shapes and no joints, so the scene does not have it"
+    mocap = "mocap " if model["body_mocapid"][empty] >= 0 else ""
+    return f"{what} to the {mocap}body `{model.body_name(empty)}`, {reason}"
 
 
 def _what(model: CompiledModel, number: int, kind: int) -> str:

@@ -167,7 +167,8 @@ class MjcfJointReader:
             self._report.leave_out("flag/override", message, self._model.source.first("flag").location)
         for flag in ("CONSTRAINT", "LIMIT", "EQUALITY", "ACTUATION", "SPRING", "DAMPER"):
             if flag in self._model.header["disabled"]:
-                message = f'`<flag {flag.lower()}="disable"/>` is ignored: what it disables stays on'
+                what = "limits and equalities stay" if flag == "CONSTRAINT" else "what it disables stays"
+                message = f'`<flag {flag.lower()}="disable"/>` is ignored: {what} on'
                 self._report.leave_out(f"flag/{flag}", message, self._model.source.first("flag").location)
 
     # --- equalities of two joints

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -33,6 +34,7 @@ from scenecc.robots.mujoco.model import (
     HFIELD,
     MESH,
     PLANE,
+    SDF,
     SPHERE,
     CompiledModel,
     invert_pose,
@@ -176,6 +178,10 @@ class MjcfShapeReader:
             made = PlaneGeometry(half), compose_poses(pose, _X_TO_Z)
         elif kind == MESH:
             made = self._mesh(geom, pose)
+        elif kind == SDF:
+            # Those of plugins are refused before, so this is the distance from the mesh itself.
+            mesh, moved = self._mesh(geom, pose)
+            made = replace(mesh, collision="sdf"), moved
         elif kind == HFIELD:
             field = self._height_field(int(model["geom_dataid"][geom]))
             made = None if field is None else (field, pose)
@@ -184,10 +190,10 @@ class MjcfShapeReader:
             self._report.leave_out("ellipsoid", words, place)
             made = self._numeric_mesh("ellipsoid", place, *ellipsoid_surface(size)), pose
         else:
-            self._report.error("SC483", "a geom with a signed distance field cannot be built", place)
+            self._report.error("SC483", f"a geom of type {kind} cannot be built", place)
         return made
 
-    def _mesh(self, geom: int, pose: Pose7) -> tuple[Geometry, Pose7]:
+    def _mesh(self, geom: int, pose: Pose7) -> tuple[MeshGeometry, Pose7]:
         """Returns a mesh in its file's frame. MuJoCo moves meshes to their centre of mass and principal axes."""
         model = self._model
         mesh = int(model["geom_dataid"][geom])
@@ -269,6 +275,8 @@ class MjcfShapeReader:
             base_color_texture=None if file is None else DescribedTexture(file.uri, file.path),
             emission=(color[0] * emission, color[1] * emission, color[2] * emission, 1.0) if emission else None,
             specular=specular,
-            roughness=roughness if roughness >= 0 else 1 - shininess,
+            # Single precision would give 0.19999999.
+            roughness=roughness if roughness >= 0 else round(1 - shininess, 6),
             metallic=max(metallic, 0.0),
+            name=model.name("mat", material),
         )

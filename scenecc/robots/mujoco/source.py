@@ -34,7 +34,6 @@ _OF_PICTURES = (*_PICTURES, "content_type", "gridsize", "gridlayout", "hflip", "
 
 _REFUSED = {
     "plugin": "plugins are code, which is not run",
-    "extension": "plugins are code, which is not run",
     "flexcomp": "soft bodies are not built",
     "flex": "soft bodies are not built",
     "deformable": "soft bodies are not built",
@@ -56,6 +55,7 @@ _ELSEWHERE = {
     "sensor": "sensors are read from the live scene",
     "site": "sites are not links: declare a frame, or mount on the link",
     "custom": "user data is not read",
+    "extension": "plugins are code, which is not run",
     "visual": "settings of MuJoCo's viewer are not read",
     "statistic": "settings of MuJoCo's viewer are not read",
     "softness": "contacts and limits of PhysX are stiff: `solref`, `margin` and the like are not built",
@@ -69,8 +69,17 @@ _LEFT_OUT = {
     "tendon": ("tendons are not built", "use an `<equality>` of joints for a joint that follows another"),
     "pair": ("contact pairs are not built: use `contype` and `conaffinity`", None),
     "skin": ("skins are not shown", None),
+    "actuator/plugin": ("actuators of plugins are not built: they drive no joint", "use `drives` in the scene"),
 }
 """Warnings: these change the mechanism."""
+
+_NO_DRIVE = {"gaintype": "fixed", "biastype": "none", "dyntype": "none"}
+"""Attributes of the motor that replaces the actuator of a plugin, so that controls of keyframes keep their places."""
+
+_TRANSMISSION = frozenset(
+    ["name", "joint", "jointinparent", "tendon", "cranksite", "slidersite", "site", "refsite", "body", "cranklength"]
+)
+"""Attributes of such an actuator that the motor keeps: MuJoCo checks what it acts on."""
 
 _SOFTNESS = """
 solref solimp solmix margin gap priority solreflimit solimplimit solreffriction solimpfriction torquescale
@@ -151,6 +160,7 @@ class SourceBuilder:
     _folders: dict[str, str] = field(default_factory=dict[str, str])
     _known: dict[Path, str] = field(default_factory=dict[Path, str])
     _cells: int = 0
+    _has_unknown_states: bool = False
     _unbuilt: dict[str, tuple[SourceElement, int]] = field(default_factory=dict[str, "tuple[SourceElement, int]"])
 
     def build(self, root: SourceElement) -> MujocoSource | None:
@@ -169,6 +179,8 @@ class SourceBuilder:
 
     def read(self, root: SourceElement) -> float:
         """Reads the attached models; returns the number of elements of this one."""
+        # Only a plugin knows the number of its states, which keyframes list.
+        self._has_unknown_states = any(each.find("plugin") is not None for each in root.all("actuator"))
         for compiler in root.all("compiler"):
             self._folders.update((name, value) for name, value in compiler.attributes.items())
         for asset in root.all("asset"):
@@ -220,14 +232,17 @@ class SourceBuilder:
         counts = map(parse_number, element.attributes.get("count", "1").split())
         return inner * math.prod(max(1.0, count) for count in counts if count is not None and math.isfinite(count))
 
-    def write(self, element: SourceElement) -> None:
-        """Appends the lines of an element."""
+    def write(self, element: SourceElement, above: str = "") -> None:
+        """Appends the lines of an element. `above`: tag of its parent."""
+        if element.tag == "plugin" and above in {"actuator", "sensor"}:
+            self._write_plugin(element, above)
+            return
         reason = _REFUSED.get(element.tag)
         if reason is not None:
             self.report.error("SC483", f"`<{element.tag}>` cannot be built: {reason}", element.location)
             return
         self._note(element)
-        if element.tag == "skin":
+        if element.tag in {"skin", "extension"}:
             return
         self._check_cells(element)
         attributes = dict(element.attributes)
@@ -235,20 +250,32 @@ class SourceBuilder:
         attributes = {name: value for name, value in attributes.items() if name not in dropped}
         if element.tag in {"mesh", "hfield", "texture"} and not attributes.get("name") and "file" in attributes:
             attributes["name"] = Path(attributes["file"]).stem
+        if element.tag == "key" and self._has_unknown_states:
+            attributes.pop("act", None)
         if element.tag == "texture":
             attributes = self._texture(element, attributes)
         elif element.tag in {"mesh", "hfield", "model"} and "file" in attributes:
             attributes["file"] = self._asset(element)
         self.source.elements.append(element)
-        words = "".join(f" {name}={quoteattr(value, {chr(10): ' '})}" for name, value in attributes.items())
+        words = _written(attributes)
         if not element.children:
             self.source.lines.append(f"<{element.tag}{words}/>")
             return
         self.source.lines.append(f"<{element.tag}{words}>")
         for child in element.children:
-            self.write(child)
+            self.write(child, element.tag)
         self.source.elements.append(element)
         self.source.lines.append(f"</{element.tag}>")
+
+    def _write_plugin(self, plugin: SourceElement, above: str) -> None:
+        """Replaces an actuator's plugin by a motor, and leaves a sensor's out, which is noted with all sensors."""
+        if above == "sensor":
+            return
+        first, before = self._unbuilt.get("actuator/plugin", (plugin, 0))
+        self._unbuilt["actuator/plugin"] = first, before + 1
+        kept = {name: value for name, value in plugin.attributes.items() if name in _TRANSMISSION}
+        self.source.elements.append(plugin)
+        self.source.lines.append(f"<general{_written(kept | _NO_DRIVE)}/>")
 
     def _note(self, element: SourceElement) -> None:
         kind, count = element.tag, int("site" not in element.attributes)
@@ -332,3 +359,8 @@ class SourceBuilder:
         folder = self._folders.get(own, self._folders.get("assetdir", ""))
         path = self._relative_path(posixpath.join(folder, written) if written else "")
         return self.files.find(path, element.at(attribute))
+
+
+def _written(attributes: dict[str, str]) -> str:
+    """Returns attributes as XML, each after a space."""
+    return "".join(f" {name}={quoteattr(value, {chr(10): ' '})}" for name, value in attributes.items())

@@ -56,6 +56,16 @@ def test_from_rpy_at_quarter_turns(angles: tuple[float, float, float]) -> None:
     assert_same_rotation(rotations.from_rpy(*angles), transformations.quaternion_from_euler(*angles, "sxyz"))
 
 
+@given(quaternions())
+@example((0.5**0.5, 0.0, -(0.5**0.5), 0.0))
+@example((0.5, 0.5, 0.5, -0.5))
+@example((0.6532815, 0.27059805, 0.6532815, -0.27059805))
+def test_rpy_and_back(q: Any) -> None:
+    roll, pitch, yaw = rotations.to_rpy(q)
+    assert_same_rotation(rotations.from_rpy(roll, pitch, yaw), q, 1e-6)
+    assert roll == 0 or abs(pitch) < math.pi / 2
+
+
 @given(VECTORS, ANGLES)
 def test_from_axis_angle(axis: tuple[float, float, float], angle: float) -> None:
     assume(np.linalg.norm(axis) > 1e-3)

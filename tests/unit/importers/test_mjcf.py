@@ -171,6 +171,7 @@ def test_what_the_import_lists_is_silenced_in_the_scene(folder: Path, allow: Any
     assert scenecc.validate(folder / "written.yaml") == []
     import_scene(folder / "arm.xml", folder / "arm.yaml", allow=allow, keep_file=True)
     text = (folder / "arm.yaml").read_text()
+    assert "# Not as in the file, accepted by --allow: tendons.\n" in text
     assert "# scenecc: ignore SC484, SC490 -- listed by the import; allowed: tendons\n" in text
     assert "qpos: {j: 0.5235988}" in text
     assert scenecc.validate(folder / "arm.yaml") == []
@@ -185,3 +186,25 @@ def test_absolute_paths_lead_to_the_copies(folder: Path, folder_key: str) -> Non
     import_scene(folder / "in/rock.xml", folder / "out/rock.yaml", asset_roots=[folder / "private"], keep_file=True)
     (folder / "private/rock.obj").unlink()
     assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]
+
+
+PLANAR = """<mujoco><asset><material name="steel" rgba="0.5 0.5 0.5 1" shininess="0.8"/></asset><worldbody>
+<body name="puck" pos="0 0 0.1"><joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
+<geom type="capsule" fromto="0 0 0 0 0 -0.1" size="0.02" material="steel"/>
+<body name="pin" euler="0 90 0"><geom size="0.01"/></body></body>
+<body name="hand" mocap="true"/></worldbody>
+<equality><weld body1="hand" body2="pin"/></equality></mujoco>"""
+
+
+def test_a_robot_has_the_name_of_its_first_body_and_plain_rotations(folder: Path) -> None:
+    (folder / "table.xml").write_text(PLANAR)
+    with pytest.raises(
+        SceneError, match="the weld of `pin` to the mocap body `hand`, which has no shapes and no joints"
+    ):
+        import_scene(folder / "table.xml", folder / "table.yaml")
+    import_scene(folder / "table.xml", folder / "table.yaml", allow="loops")
+    text = (folder / "table.yaml").read_text()
+    assert "\n  puck:\n" in text
+    assert "rpy_deg: [0, 90, 0]" in text
+    assert "  steel: {visual: {base_color: [0.5, 0.5, 0.5], specular: 0.5, roughness: 0.2}}\n" in text
+    assert "{type: capsule, pose: [0, 0, -0.05], radius: 0.02, half_length: 0.05, axis: z" in " ".join(text.split())

@@ -75,10 +75,10 @@ def test_a_box_of_a_stage_in_centimetres_with_y_up(tmp_path: Path) -> None:
     assert box["mass"] == 2
 
 
-@pytest.mark.parametrize(("up", "q"), [("X", [0.5**0.5, 0, -(0.5**0.5), 0]), ("Z", None)])
-def test_other_up_axes(tmp_path: Path, up: str, q: list[float] | None) -> None:
+@pytest.mark.parametrize(("up", "turn"), [("X", {"rpy_deg": [0, -90, 0]}), ("Z", {})])
+def test_other_up_axes(tmp_path: Path, up: str, turn: dict[str, list[int]]) -> None:
     found = read(tmp_path, f'def Sphere "a" ({BODY})\n{{\n}}', head=f'upAxis = "{up}"\nmetersPerUnit = 1')
-    assert entities(found)["a"].get("pose", {}).get("q") == (None if q is None else pytest.approx(q))
+    assert entities(found)["a"].get("pose", {}) == turn
 
 
 def test_forces_and_masses_are_converted_to_si_units(tmp_path: Path) -> None:
@@ -350,6 +350,14 @@ def test_a_collider_and_a_visual_of_equal_geometry_become_one_shape(tmp_path: Pa
     cubes = f'def Cube "hull" ({COLLIDER})\n{{\nuniform token purpose = "guide"\n}}\ndef Cube "look"\n{{\n}}\n'
     found = entities(read(tmp_path, f'def Xform "a" ({RIGID})\n{{\nfloat physics:density = 5\n{cubes}}}'))
     assert found["a"] == {"density": 5, "shapes": [{"type": "box", "half_size": [1, 1, 1]}]}
+
+
+def test_locked_axes_are_turned_with_the_stage(tmp_path: Path) -> None:
+    locks = ("int physxRigidBody:lockedPosAxis = 2", "float physxRigidBody:lockedRotAxis = inf")
+    text = f'def Cube "a" ({BODY})\n{{\n{locks[0]}\n{locks[1]}\n}}\n'
+    assert entities(read(tmp_path, text))["a"]["locked_axes"] == ["y"]
+    found = read(tmp_path, text, head='upAxis = "Y"\nmetersPerUnit = 1')
+    assert entities(found)["a"]["locked_axes"] == ["z"]
 
 
 def test_kinematic_and_disabled_bodies_are_imported(tmp_path: Path) -> None:

@@ -127,3 +127,10 @@ def test_a_planes_surface_needs_no_region_beside_a_neighbour() -> None:
     floor = {"body_type": "static", "shapes": [{"type": "plane"}]}
     can = {"place": {**beside(), "on": "floor"}, "shapes": CAN}
     assert np.allclose(poses(scene(floor=floor, can=can))["can"][0, 2], 0.101)
+
+
+def test_a_neighbour_without_a_surface_is_told_to_name_one() -> None:
+    place = beside()
+    del place["on"]
+    (found,) = [one for one in validate(scene(second={"place": place, "shapes": CAN})) if one.severity == "error"]
+    assert (found.code, found.hint) == ("SC102", "`next_to` places it sideways: add what it stands on, `on: ENTITY`")

@@ -224,3 +224,56 @@ def test_a_free_body_with_a_mass_and_no_shape_is_built(tmp_path: Path) -> None:
     with scenecc.load_scene(scene, render=False) as batch:
         body: Any = batch.entities["r"].objs[0].components[-1]
         assert body.mass == 2
+
+
+def test_actuators_of_plugins_keep_the_places_of_controls_in_keyframes(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text(
+        f"""<mujoco><extension><plugin plugin="a.b"><instance name="i"/></plugin></extension>
+        <default><general gainprm="9" biasprm="0 -9" biastype="affine" dyntype="integrator"/></default>
+        <worldbody><body><joint name="j"/>{GEOM}<body pos="1 0 0"><joint name="k"/>{GEOM}</body></body></worldbody>
+        <actuator><plugin name="p" plugin="a.b" instance="i" joint="j" actdim="2" class="main"/>
+        <position name="q" joint="k" kp="8"/></actuator>
+        <sensor><actuatorpos actuator="p"/><plugin plugin="a.c" objtype="body" objname="x"/></sensor>
+        <keyframe><key name="up" ctrl="5 0.5" act="1 2"/></keyframe></mujoco>"""
+    )
+    found = read_mjcf(
+        ResolvedFile(path, path.name), scope=AssetScope(tmp_path), sink=(sink := Sink()), keyframe=("up", SCENE)
+    )
+    assert found is not None, sink.diagnostics()
+    drives = {link.joint.name: link.joint.drive for link in found.robots[0].links if link.joint is not None}
+    assert drives["j"] is None
+    assert drives["k"] is not None
+    assert (drives["k"].stiffness, drives["k"].target) == (8, 0.5)
+
+
+@pytest.mark.parametrize("ends", ["still other", "still post", "held still", "held part", "arm hand", "still", "held"])
+def test_equalities_that_move_nothing_are_noted_and_not_built(tmp_path: Path, ends: str) -> None:
+    first, _, second = ends.partition(" ")
+    path = tmp_path / "robot.xml"
+    path.write_text(
+        f"""<mujoco><worldbody><body name="still">{GEOM}<body name="post" pos="1 0 0">{GEOM}</body></body>
+        <body name="other" pos="2 0 0">{GEOM}</body>
+        <body name="held" mocap="true" pos="3 0 0">{GEOM}<body name="part" pos="0 0 1">{GEOM}</body></body>
+        <body name="arm" pos="4 0 0"><joint name="j"/>{GEOM}<body name="hand" pos="0 0 1">{GEOM}</body></body>
+        </worldbody><equality>
+        <weld name="w" body1="{first}" {f'body2="{second}"' * bool(second)}/></equality></mujoco>"""
+    )
+    found, told = read(path)
+    assert found is not None
+    assert not found.constraints
+    assert [(one.code, one.line, one.message) for one in told] == [
+        ("SC490", 6, "the equality `w` is not built: no force moves one of its bodies against the other")
+    ]
+
+
+def test_a_closing_tag_after_the_root_ends_the_file_as_in_mujoco(tmp_path: Path) -> None:
+    (tmp_path / "in.xml").write_text(f"<x><body>{GEOM}</body></x>\n</x><body/>")
+    path = tmp_path / "robot.xml"
+    path.write_text('<mujoco><worldbody><include file="in.xml"/></worldbody></mujoco>\n  </mujoco>\n')
+    found, told = read(path)
+    assert found is not None
+    message = "what follows the end of the root element is ignored"
+    assert [(one.code, one.file, one.line, one.message) for one in told] == [("SC484", "robot.xml", 2, message)]
+    path.write_text(f"<mujoco><worldbody>{GEOM}</worldbody></mujoco><worldbody/>")
+    assert read(path)[0] is None

@@ -94,6 +94,18 @@ TOLD = {
         model_of(rest=actuator('kp="3" timeconst="1"')),
         "SC484 5 actuators with a state of their own are not built (there are 1)",
     ),
+    "plugin": (
+        model_of(rest=actuator('plugin="a" instance="b" ctrlrange="0 1" actdim="3"', kind="plugin")),
+        "SC484 5 actuators of plugins are not built: they drive no joint",
+    ),
+    "extension": (
+        model_of(rest='<extension><plugin plugin="a"><instance name="b"/></plugin></extension>'),
+        "SC490 5 plugins are code, which is not run",
+    ),
+    "sensor plugin": (
+        model_of(rest='<sensor><plugin plugin="a" objtype="geom" objname="b"/></sensor>'),
+        "SC490 5 sensors are read from the live scene",
+    ),
     "several limits": (
         model_of(rest=actuator('kp="3" forcerange="-1 1"') + "\n" + actuator('kv="3"', kind="velocity")),
         "SC484 6 several actuators of a joint become one drive",

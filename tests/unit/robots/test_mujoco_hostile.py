@@ -50,7 +50,12 @@ def errors(folder: Path, text: str) -> list[str]:
         ('<mujoco><asset><texture type="cube" fileright="/etc/hostname"/></asset></mujoco>', "SC402"),
         ('<mujoco><asset><model name="m" file="/etc/hostname"/></asset></mujoco>', "SC402"),
         ('<mujoco><include file="/etc/hostname"/></mujoco>', "SC402"),
-        ('<mujoco><extension><plugin plugin="a"/></extension></mujoco>', "plugins are code"),
+        ('<mujoco><worldbody><body><plugin plugin="a"/></body></worldbody></mujoco>', "plugins are code"),
+        (
+            '<mujoco><worldbody><composite type="cable"><plugin plugin="a"/></composite></worldbody></mujoco>',
+            "SC483 `<plugin>` cannot be built: plugins are code",
+        ),
+        ('<mujoco><asset><mesh name="a"><plugin instance="a"/></mesh></asset></mujoco>', "plugins are code"),
         ('<mujoco><worldbody><flexcomp name="f"/></worldbody></mujoco>', "soft bodies"),
         (f'<mujoco><worldbody><replicate count="2000000">{BALL}</replicate></worldbody></mujoco>', "SC452"),
         (f'<mujoco><worldbody><replicate count="inf">{BALL}</replicate></worldbody></mujoco>', "SC"),
@@ -188,7 +193,7 @@ ATTACH = '<attach model="m" prefix="{}"/>'
         ('<mujoco>\n<asset><model name="x" file="robot.xml"/></asset></mujoco>', "2:30 SC486"),
         ('<mujoco>\n<worldbody><geom sise="1"/></worldbody></mujoco>', "2:12 SC481"),
         ('<mujoco>\n<worldbody><geom size="-1"/></worldbody></mujoco>', "2:12 SC481"),
-        ("<mujoco>\n<extension/></mujoco>", "2:1 SC483"),
+        ("<mujoco>\n<deformable/></mujoco>", "2:1 SC483"),
         ("<mujoco>\n<asset></mujoco>", "SC450"),
     ],
 )

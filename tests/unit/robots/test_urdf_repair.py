@@ -79,6 +79,16 @@ def test_an_impossible_inertia_is_computed_from_the_collision_shapes(tmp_path: P
     assert sorted(base.inertia) == pytest.approx(sorted(expected), rel=1e-5)
 
 
+def test_a_repaired_inertia_keeps_the_centre_of_mass(tmp_path: Path) -> None:
+    inertial = '<inertial><origin xyz="0.1 0 0.3" rpy="0 1 0"/><mass value="3"/></inertial>'
+    base = build(tmp_path, f'<link name="a">{inertial}{BOX}</link><link name="b"/>' + joint("fixed"), "inertia").links[
+        0
+    ]
+    assert base.mass == pytest.approx(3, rel=1e-6)
+    assert base.cmass_local_pose.p == pytest.approx([0.1, 0, 0.3])
+    assert sorted(base.inertia) == pytest.approx([0.3125, 1.0625, 1.25], rel=1e-5)
+
+
 def test_a_link_without_collision_shapes_gets_the_inertia_of_a_water_sphere(tmp_path: Path) -> None:
     inertial = '<inertial><origin xyz="0 0 0.3"/><mass value="2"/></inertial>'
     content = f'<link name="a">{BOX}</link><link name="b">{inertial}</link>' + joint("fixed")

@@ -165,3 +165,11 @@ lights:
   sun: {type: directional, direction: [0, 0, -1]}
 """
     )
+
+
+def test_the_children_of_a_link_are_its_last_key() -> None:
+    child = {"name": "arm", "joint": {"type": "fixed"}}
+    link = {"name": "base", "children": [child], "linear_damping": 0.1, "shapes": [], "collision_group": "robot"}
+    text = scene_text({"scenecc": 1, "entities": {"robot": {"root": link}}})
+    found = [text.index(key) for key in ("collision_group", "shapes", "linear_damping", "children")]
+    assert found == sorted(found)

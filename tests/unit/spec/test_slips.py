@@ -256,6 +256,9 @@ SLIPS = {
     "texture in a material": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1, 1, 1], material: {texture: t.png}}]\n", "SC101", "write it under `visual`: `material: {visual: {base_color_texture: …}}`"),
     "decomposition of a hull": Slip("entities:\n  cube:\n    shapes: [{type: convex_mesh, file: a.obj, decomposition: coacd}]\n", "SC101", "only `convex_parts` are decomposed: write `type: convex_parts`"),
     "pose of a variant": Slip("entities:\n  cube: {variants: [{shapes: [{type: box, half_size: [1,1,1]}], pose: [0,0,1]}, {shapes: [{type: sphere, radius: 1}]}], pick: {cycle: [0, 1]}}\n", "SC101", "write it beside `variants`, for all variants"),
+    "com as a pose": Slip("entities:\n  cube:\n    com: {p: [0, 0, 0.01]}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write `com: [x, y, z]`; the axes of an inertia are the `com` of `inertial`"),
+    "next_to a name": Slip("entities:\n  cube:\n    place: {on: table, next_to: cup}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write `next_to: {of: cup, side: right}`"),
+    "anchor of a ball": Slip("constraints:\n  pin: {type: ball, parent: a, child: b, anchor: [0, 0, 0.1]}\n", "SC101", "write `pose_in_child: [x, y, z]`, the place in the frame of the child; that in the parent follows from it"),
 }  # fmt: skip
 
 

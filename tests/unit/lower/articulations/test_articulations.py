@@ -390,3 +390,17 @@ def test_a_robot_of_one_body_may_have_another_file_in_each_scene(tmp_path: Path)
         ("BodyStructure", 1),
         ("BodyStructure", 2),
     ]
+
+
+def test_the_friction_of_a_robot_as_one_body_is_no_loss(tmp_path: Path) -> None:
+    file = tmp_path / "cabinet.urdf"
+    box = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+    joint = '<parent link="a"/><child link="b"/><axis xyz="1 0 0"/><dynamics friction="5" damping="10"/>'
+    joint += '<limit lower="0" upper="1" effort="1" velocity="1"/>'
+    links = f'<link name="a">{box}</link><link name="b">{box}</link>'
+    file.write_text(f'<robot name="cabinet">{links}<joint name="slide" type="prismatic">{joint}</joint></robot>')
+    for body_type, codes in (({}, ["SC494"]), ({"body_type": "static"}, [])):
+        found = validate(
+            {"scenecc": 1, "entities": {"cabinet": {"urdf": str(file), **body_type}}}, asset_roots=[tmp_path]
+        )
+        assert [one.code for one in found if one.code in {"SC494", "SC495"}] == codes
