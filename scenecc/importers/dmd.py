@@ -29,7 +29,7 @@ from scenecc.importers.model_files import ModelReader, NamedModel
 from scenecc.importers.numbers import Names
 from scenecc.importers.placed_entities import still_links
 from scenecc.importers.sdf import SdfViews
-from scenecc.importers.sdf_files import SdfFile, find_file
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, find_file
 from scenecc.importers.sdf_scopes import SEPARATOR
 from scenecc.importers.sdf_shapes import FRICTION
 from scenecc.importers.urdf import UNREAL_INERTIAS
@@ -45,13 +45,10 @@ _MAX_DEPTH: Final = 20
 
 _MAX_FILES: Final = 500
 
-_SHORTEST: Final = 1e-9
-"""Smallest length of a direction."""
-
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """A frame: the link that carries it, and its pose in the link; in the world for `IN_WORLD`."""
+    """A frame: the link that carries it (or `IN_WORLD`), and its pose in the link."""
 
     link: LinkName
     pose: Pose7
@@ -124,8 +121,8 @@ class _DirectivesReader:
         try:
             items = _required(top, top.entries("directives"), "directives").items()
         except ValueFault as fault:
-            hint = "a file of Drake's model directives starts with `directives:`"
-            self._context.sink.report("SC433", fault.message, fault.place, hint=fault.hint or hint)
+            hint = fault.hint or "a file of Drake's model directives starts with `directives:`"
+            self._context.sink.report("SC433", fault.message, fault.place, hint=hint)
             return
         for item in items:
             self._read_directive(item, scope)
@@ -146,10 +143,9 @@ class _DirectivesReader:
         else:
             self._context.sink.report("SC433", fault.message, fault.place, hint=fault.hint)
 
-    # --- directives
-
     def _add_model(self, value: YamlValue, scope: _Scope) -> None:
-        keys = value.entries("name", "file", "default_joint_positions", "default_free_body_pose")
+        known = ("name", "file", "default_joint_positions", "default_free_body_pose")
+        keys = value.entries(*known)
         name, uri = scope.full(_required(value, keys, "name").text()), _required(value, keys, "file")
         if name in self._models or name in self._instances or name in self._missing or name == "world":
             raise keys["name"].fault(f"a second model has the name `{cut(name)}`")
@@ -162,21 +158,19 @@ class _DirectivesReader:
             return
         self._missing.discard(name)
         self._models[name] = model
-        if "default_joint_positions" in keys:
-            for joint, row in keys["default_joint_positions"].entries().items():
-                items = row.items()
-                if items:
-                    self._reader.set_joint(model, joint, row, row.numbers(len(items)))
-        if "default_free_body_pose" in keys:
-            for frame, row in keys["default_free_body_pose"].entries().items():
-                base, pose = _transform(row)
-                parent = self._frame("world", row, scope) if base is None else self._frame(base.text(), base, scope)
-                child = self._frame_of(model, frame, row)
-                if child.pose == IDENTITY_POSE and not self._reader.placed.is_root(child.link):
-                    words = f"the free pose of `{cut(frame)}`, which a joint carries and Drake does not move"
-                    self._losses.append(Loss("settings", words, row.location))
-                    continue
-                self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, row, welds=False))
+        positions, poses = (keys[key].entries() if key in keys else {} for key in known[2:])
+        for joint, row in positions.items():
+            if items := row.items():
+                self._reader.set_joint(model, joint, row, row.numbers(len(items)))
+        for frame, row in poses.items():
+            base, pose = _transform(row)
+            parent = self._frame("world" if base is None else base.text(), base or row, scope)
+            child = self._frame_of(model, frame, row)
+            if child.pose == IDENTITY_POSE and not self._reader.placed.is_root(child.link):
+                words = f"the free pose of `{cut(frame)}`, which a joint carries and Drake does not move"
+                self._losses.append(Loss("settings", words, row.location))
+                continue
+            self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, row, welds=False))
 
     def _add_instance(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("name")
@@ -213,18 +207,15 @@ class _DirectivesReader:
         self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, value, welds=True))
 
     def _add_group(self, value: YamlValue, scope: _Scope) -> None:
-        ignored = "ignored_collision_filter_groups"
-        keys = value.entries("name", "members", "member_groups", ignored, "model_namespace")
+        known = ("name", "members", "member_groups", "ignored_collision_filter_groups", "model_namespace")
+        keys = value.entries(*known)
         if "model_namespace" in keys:
             scope = replace(scope, namespace=scope.full(keys["model_namespace"].text()) + SEPARATOR)
         name = scope.full(_required(value, keys, "name").text())
-        members = keys["members"].items() if "members" in keys else []
+        members, groups, others = (keys[key].items() if key in keys else [] for key in known[1:4])
         links = {self._frame(each.text(), each, scope).link for each in members} - {IN_WORLD}
-        for each in keys["member_groups"].items() if "member_groups" in keys else ():
-            links |= self._group(scope.full(each.text()), each)
-        self._groups[name] = links
-        for each in keys[ignored].items() if ignored in keys else ():
-            self._ignored.append((name, scope.full(each.text()), each))
+        self._groups[name] = links.union(*(self._group(scope.full(each.text()), each) for each in groups))
+        self._ignored += [(name, scope.full(each.text()), each) for each in others]
 
     def _group(self, name: str, value: YamlValue) -> set[LinkName]:
         if name not in self._groups:
@@ -244,8 +235,6 @@ class _DirectivesReader:
         inner = keys.get("model_namespace")
         namespace = scope.namespace if inner is None else scope.full(inner.text()) + SEPARATOR
         self.read_file(found, str(found), namespace, scope.chain)
-
-    # --- frames
 
     def _knows(self, name: str) -> bool:
         model, rest = self._owner(name)
@@ -280,9 +269,7 @@ class _DirectivesReader:
             if own or holders:
                 return own[0] if own else self._frame_of(holders[0], name, value)
         near = nearest(full, [*self._models, *self._frames])
-        known = f"the models are {', '.join(self._models)}" if self._models else "no model before it was read"
-        hint = f"the nearest name is `{near}`" if near else known
-        raise value.fault(f"there is no frame `{cut(name)}`", hint)
+        raise value.fault(f"there is no frame `{cut(name)}`", f"the nearest name is `{near}`" if near else None)
 
     def _frame_of(self, model: NamedModel, name: str, value: YamlValue) -> _Frame:
         found = model.frame(name)
@@ -299,11 +286,9 @@ class _DirectivesReader:
         done = {IN_WORLD[0], *(entity.name for entity in reader.parts.entities if still_links(entity))}
         while pending:
             tie = next((one for one in pending if (one.parent.link[0] in done) != (one.child.link[0] in done)), None)
-            closing = [one for one in pending if one.parent.link[0] in done and one.child.link[0] in done]
-            for one in closing:
-                kind = "add_weld" if one.welds else "default_free_body_pose"
-                loss = "" if one.welds else "settings"
-                self._report(one.value.fault(f"`{kind}` moves a model that is placed already", loss=loss))
+            for one in [one for one in pending if one.parent.link[0] in done and one.child.link[0] in done]:
+                words = "{} moves a model that is placed already"
+                self._report(one.value.fault(words, loss="" if one.welds else "settings"))
                 pending.remove(one)
             if tie is not None:
                 self._join(tie, is_child_placed=tie.child.link[0] in done)
@@ -340,12 +325,10 @@ class _DirectivesReader:
         for full, built in parts.links.items():
             if built.link is not None:
                 views.add_link(full, built, built.link)
+        place, ignored = Location(str(path)), self._ignored_pairs()
         if not parts.entities and not self._losses:
-            self._context.sink.report(
-                "SC433", "there is nothing to import: the file adds no model", Location(str(path))
-            )
+            self._context.sink.report("SC433", "there is nothing to import: the file adds no model", place)
             return None
-        ignored = self._ignored_pairs()
         world = DescribedWorld(
             Names().new(path.name.partition(".")[0]),
             self._reader.placed.entities(),
@@ -356,10 +339,9 @@ class _DirectivesReader:
             ignored,
         )
         written = write_world(world)
-        self._losses += written.lost_filters(Location(str(path)))
-        codes = UNREAL_INERTIAS | {"SC448"}
-        losses = tuple(self._losses)
-        return ImportedScene(written.document, losses, written.bodies, places=written.places, codes_of_losses=codes)
+        self._losses += written.lost_filters(place)
+        content = written.document, tuple(self._losses), written.bodies
+        return ImportedScene(*content, places=written.places, codes_of_losses=UNREAL_INERTIAS | {"SC448"})
 
     def _ignored_pairs(self) -> frozenset[frozenset[LinkName]]:
         """Returns the pairs that the collision filter groups separate. Shapes of files cannot be separated: a loss."""
@@ -409,7 +391,7 @@ def _rotation(value: YamlValue) -> Quat:
     if kind == "!AngleAxis":
         keys = value.entries("angle_deg", "axis")
         axis = to_vector(_required(value, keys, "axis").numbers(3))
-        if math.hypot(*axis) < _SHORTEST:
+        if math.hypot(*axis) < SMALLEST:
             raise keys["axis"].fault("{} has length 0")
         return from_axis_angle(axis, math.radians(_required(value, keys, "angle_deg").number()))
     raise value.fault(f"the rotation `{cut(kind)}` is random or unknown", "write `!Rpy` or `!AngleAxis`")

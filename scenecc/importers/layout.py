@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, normalized, to_vector
+from scenecc.geometry.rotations import Pose7, normalized, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, plain_name, starts_at_limits
 from scenecc.importers.urdf import UNREAL_INERTIAS, ReadUrdf, read_urdf
@@ -51,7 +51,7 @@ def import_layout(path: Path, context: ImportContext) -> ImportedScene | None:
         layout = _Layout(top, found.path.parent, context)
     except ValueFault as fault:
         hint = "a layout of EmbodiedGen has the keys `tree`, `relation`, `assets`, `objs_mapping` and `position`"
-        context.sink.report("SC430", f"this is not a layout of EmbodiedGen: {fault.message}", fault.place, hint=hint)
+        context.sink.report("SC430", f"it is not a layout of EmbodiedGen: {fault.message}", fault.place, hint=hint)
         return None
     entities = layout.entities()
     if context.sink.failed:
@@ -124,9 +124,8 @@ class _Layout:
             return
         robot = self._relation[_ROBOT]
         name = robot.text()
-        pose = self._pose(name, robot) if name in self._position else IDENTITY_POSE
-        p, q = (", ".join(f"{each:g}" for each in part) for part in (pose[:3], pose[3:]))
-        words = f"the robot `{cut(name)}`: add its file as an entity, `{{urdf: …, pose: {{p: [{p}], q: [{q}]}}}}`"
+        at = ", ".join(f"{each:g}" for each in self._pose(name, robot)) if name in self._position else "the origin"
+        words = f"the robot `{cut(name)}` at {at}; add its file as an entity with this `pose`"
         self.losses.append(Loss("robots", words, robot.location))
 
     def _pose(self, node: str, value: YamlValue) -> Pose7:
@@ -191,9 +190,9 @@ class _Layout:
 
 
 def _robot_file(asset: _Asset, read: ReadUrdf) -> RobotFile:
-    keys: dict[str, Any] = {"repair": [*read.repair]} if read.repair else {}
-    keys |= {} if asset.is_static else {"fix_root_link": False}
-    return RobotFile("urdf", read.path, asset.pose, (*{**keys, **starts_at_limits(read.robots)}.items(),), read.robots)
+    root = () if asset.is_static else (("fix_root_link", False),)
+    keys = (*read.keys, *root, *starts_at_limits(read.robots).items())
+    return RobotFile("urdf", read.path, asset.pose, keys, read.robots)
 
 
 def _friction(root: SourceElement | None) -> tuple[float, float, float] | None:

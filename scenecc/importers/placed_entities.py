@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, compose, from_axis_angle, invert
 from scenecc.importers.numbers import plain_number
 from scenecc.robots.description import IN_WORLD, DescribedJoint, DescribedRobot, LinkName
+from scenecc.robots.rules import default_position
 from scenecc.robots.world import DescribedEntity, FilePart, RobotFile
 
 if TYPE_CHECKING:
@@ -163,8 +164,7 @@ def still_links(entity: DescribedEntity) -> bool:
 
 def _motion(joint: DescribedJoint) -> Pose7:
     """Returns the motion of a joint at its start: along or about x of its frame."""
-    low, high = joint.limits or (0.0, 0.0)
-    q = joint.qpos if joint.qpos is not None else min(max(0.0, low), high)
+    q = default_position(joint) if joint.qpos is None else joint.qpos
     if joint.type == "fixed" or not q:
         return IDENTITY_POSE
     if joint.type == "prismatic":

@@ -67,7 +67,7 @@ class YamlValue:
 
     def _refuse_tag(self) -> None:
         if self.tag:
-            hint = "write the value that is intended; a scene draws values itself"
+            hint = "write a value; a scene draws values itself"
             what = "random value" if self.tag in _RANDOM else "tag"
             raise self.fault(f"{{}} has the {what} `{cut(self.tag)}`, which is not read", hint)
 

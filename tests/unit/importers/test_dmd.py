@@ -156,6 +156,20 @@ def test_a_package_above_the_file_is_found_by_its_name(folder: Path) -> None:
     assert found["a"]["urdf"].source == folder / "in/a.urdf"
 
 
+def test_an_mjcf_stays_a_file(folder: Path) -> None:
+    pytest.importorskip("mujoco")
+    body = '<body name="arm" pos="0 0 0.3"><joint name="h"/><geom size="0.1"/></body>'
+    world = f'<worldbody><body name="base" pos="0 0 0.5"><freejoint/><geom size="0.1"/>{body}</body></worldbody>'
+    (folder / "in/m.xml").write_text(f"<mujoco>{world}</mujoco>")
+    text = "\n- add_model: {name: m, file: m.xml}\n- add_weld: {parent: world, child: m::base}\n"
+    found, _ = read(folder, text)
+    assert found is not None
+    entity = found.document["entities"]["m"]
+    assert entity["fix_root_link"] is True
+    assert entity["pose"] == [0, 0, -0.5]
+    assert found.bodies == {"m/base": "m::base", "m/arm": "m::arm"}
+
+
 def test_a_mesh_is_a_body_of_water(folder: Path) -> None:
     corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
     faces = ["1 2 4", "1 4 3", "5 7 8", "5 8 6", "1 5 6", "1 6 2", "3 4 8", "3 8 7", "1 3 7", "1 7 5", "2 6 8", "2 8 4"]
