@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 _POSITION = field_type("Joint.qpos")
 _VELOCITY = field_type("Joint.qvel")
 
+_APART = 0.01
+"""Distance of a mimic joint from the position that its source gives it, from which it is reported [rad, 0.1 m]."""
+
 
 class InitialStateLowerer:
     """Finds the initial positions and velocities.
@@ -88,6 +91,8 @@ class InitialStateLowerer:
                 continue
             found[i], elsewhere = self._left_out(self._joints[i], found, told=bool(given))
             moved |= elsewhere
+        for i, one in given.items():
+            self._warn_apart(self._joints[i], found, i, one.origin)
         if not given and not moved and not all_of_them:
             return [None] * len(self._joints)
         return [found[i] for i in range(len(self._joints))]
@@ -214,6 +219,25 @@ class InitialStateLowerer:
                 value, reset.node, reset.variation, self._fields.scenes, limits, follows
             )
         return value
+
+    def _warn_apart(self, joint: DraftJoint, found: Mapping[int, Value], number: int, place: Origin) -> None:
+        """Warns of a given position that differs from the one that follows from the joint's source."""
+        mimic = joint.mimic
+        source = None if mimic is None else found.get(self._numbers.get(mimic.source, -1))
+        if mimic is None or source is None or self._beyond_limits:
+            return
+        limits = joint.limits
+        values = (source, mimic.multiplier, mimic.offset, found[number], *(() if limits is None else (limits,)))
+        if not all(one.is_constant for one in values):
+            return
+        (at,), (follows,) = found[number].numbers(), self._follow_source(mimic, limits, source).numbers()
+        if abs(at - follows) > (_APART / 10 if joint.type == "prismatic" else _APART):
+            message = (
+                f"`{cut(joint.name)}` starts at {at:g}, but its source `{cut(mimic.source)}` has it at {follows:g}"
+            )
+            hint = f"write {follows:g}, or only the source by name: `qpos: {{{mimic.source}: …}}`"
+            with self._sink.merge_repeats():
+                self._sink.report("SC566", message, place, hint=hint)
 
     def _warn_probable_degrees(self, joint: DraftJoint, position: Value, place: Origin) -> None:
         """Warns of a position that is probably in degrees, if the joint has no limits."""
