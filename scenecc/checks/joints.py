@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import isfinite, pi
+from math import ceil, hypot, inf, isfinite, pi
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.checks.value_queries import Row, find_reversed_limits, find_single_fault, report_fault
+from scenecc.checks.value_queries import Row, find_reversed_limits, find_single_fault, highest, report_fault
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import normalized, rotate
@@ -44,6 +44,7 @@ def apply_joint_rules(structure: ArticulationStructure, name: str, origin: Origi
     _check_mimics(structure, origin, sink)
     _check_tendons(structure, name, origin, sink)
     _check_masses(structure, name, origin, sink)
+    _check_speeds(structure, name, origin, sink)
 
 
 def _format_joint(joint: Joint) -> str:
@@ -76,6 +77,38 @@ def _check_joint_distance(joint: Joint, origin: Origin, sink: Sink) -> None:
             hint = "fix the coordinates: they are in metres"
             report_fault(sink, "SC512", f"{_format_joint(joint)} is {far}", joint.origin or origin, hint, found.sample)
             return
+
+
+def _check_speeds(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
+    """Warns of a motion at the start, or a target speed, above the maximum of its link."""
+    root, starts = structure.links[0], f"`{cut(name)}` starts"
+    motions = [
+        (root, True, "linear_velocity", starts, structure.linear_velocity),
+        (root, False, "angular_velocity", starts, structure.angular_velocity),
+    ]
+    for link in structure.links:
+        if (joint := link.joint) is not None:
+            slides, words = joint.type == "prismatic", _format_joint(joint)
+            motions.append((link, slides, "qvel", f"{words} starts", joint.qvel))
+            motions.append((link, slides, "drives", f"{words} is driven", joint.drive_velocity_target))
+    for link, slides, key, words, value in motions:
+        field, default, unit = _LINK_SPEEDS[slides]
+        limit = getattr(link.body, field)
+        most = default if limit is None else highest(limit)[0]
+
+        def find_fault(row: Row, most: float = most) -> float | None:
+            speed = hypot(*row)
+            return speed if most < speed < inf else None
+
+        found = value and find_single_fault(value, find_fault)
+        if found is not None:
+            message = f"{words} with {found.found:.4g} {unit}, but SAPIEN limits `{cut(link.name)}` to {most:g}"
+            hint = f"write `{field}: {ceil(found.found)}` for this link, and for those that it carries"
+            report_fault(sink, "SC567", message, origin.child(key), hint, found.sample, at="key")
+
+
+_LINK_SPEEDS = {True: ("max_linear_velocity", 10.0, "m/s"), False: ("max_angular_velocity", 50.0, "rad/s")}
+"""Key and SAPIEN's default of the maximum speed of a link along (True) and about an axis."""
 
 
 def _check_link_count(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:

@@ -99,6 +99,15 @@ def freedoms_of(joint: SdfJoint, above: Pose7, below: Pose7, *, is_reversed: boo
         below: pose of the other link.
         is_reversed: whether the link that carries the other is the joint's child.
     """
+    freedoms = _freedoms(joint, above, below, is_reversed=is_reversed)
+    for freedom in freedoms:
+        if words := lost_resistance(freedom):
+            joint.scope.file.lose("joint-friction", words, joint.element)
+    return tuple(map(with_one_resistance, freedoms))
+
+
+def _freedoms(joint: SdfJoint, above: Pose7, below: Pose7, *, is_reversed: bool) -> tuple[DescribedJoint, ...]:
+    """Returns what `freedoms_of` does, with all that the file says of friction and damping."""
     tags = _AXES_OF[joint.type]
     if not tags:
         frames = relative_pose(above, joint.pose), relative_pose(below, joint.pose)
@@ -132,7 +141,7 @@ def _freedom(joint: SdfJoint, tag: str, name: str, frames: tuple[Pose7, Pose7]) 
     stiffness = file.number(axis, "dynamics", "spring_stiffness", default=0)
     friction = max(min(file.number(axis, "dynamics", "friction", default=0), _UNLIMITED), 0.0)
     target = file.number(axis, "dynamics", "spring_reference", default=0)
-    freedom = DescribedJoint(
+    return DescribedJoint(
         name,
         "prismatic" if joint.type == "prismatic" else "revolute",
         *frames,
@@ -145,9 +154,6 @@ def _freedom(joint: SdfJoint, tag: str, name: str, frames: tuple[Pose7, Pose7]) 
         mimic=_mimic(joint, axis),
         drive=DescribedDrive(stiffness, 0.0, target=target) if stiffness > 0 else None,
     )
-    if words := lost_resistance(freedom):
-        file.lose("joint-friction", words, joint.element)
-    return with_one_resistance(freedom)
 
 
 def _mimic(joint: SdfJoint, axis: SourceElement | None) -> DescribedMimic | None:
@@ -197,16 +203,17 @@ def constraint_of(
         is_reversed: whether `parent` is the joint's child.
     """
     file, place = joint.scope.file, joint.element
-    first, *others = freedoms_of(joint, parent[1], child[1], is_reversed=is_reversed)
+    first, *others = freedoms = _freedoms(joint, parent[1], child[1], is_reversed=is_reversed)
+    for loss, what in dict.fromkeys(lost for freedom in freedoms for lost in _lost_in_a_constraint(freedom)):
+        file.lose(loss, f"the {what} of `{joint.path}`, which becomes a constraint", place)
     frames = first.pose_in_parent, first.pose_in_child
     kind, axis, span, drive = "weld", "x", None, None
     if others:
         if joint.type != "ball":
-            file.lose("loops", f"the {joint.type} joint `{joint.path}` closes a loop; it becomes a ball joint", place)
+            words = "it becomes a ball joint without limits, springs and damping"
+            file.lose("loops", f"the {joint.type} joint `{joint.path}` closes a loop; {words}", place)
         kind, frames = "ball", (relative_pose(parent[1], joint.pose), relative_pose(child[1], joint.pose))
     elif first.type != "fixed":
-        if first.friction_force:
-            file.lose("joint-friction", f"the friction of `{joint.path}`, which closes a loop", place)
         kind, span = "slider", first.limits or _NO_LIMITS
         if first.type != "prismatic":
             # PhysX measures a twist from -π to π.
@@ -216,3 +223,13 @@ def constraint_of(
             drive = replace(first.drive or DescribedDrive(0.0, 0.0), damping=first.damping)
     drives: tuple[tuple[DriveAxis, DescribedDrive], ...] = () if drive is None else ((axis, drive),)
     return DescribedConstraint(joint.path, kind, parent[0], child[0], *frames, place.location, span, drives=drives)
+
+
+def _lost_in_a_constraint(freedom: DescribedJoint) -> list[tuple[str, str]]:
+    """Returns what a constraint cannot hold of a joint of one freedom: kinds of losses, and words."""
+    found = (
+        ("joint-friction", "friction", freedom.friction_force),
+        ("joint-couplings", "mimic", freedom.mimic),
+        ("joint-limits", "velocity limit", freedom.velocity),
+    )
+    return [(kind, words) for kind, words, value in found if value is not None]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
 from scenecc.importers.numbers import along_x
+from scenecc.importers.usd_joints import NO_SPEED_LIMIT
 from scenecc.names import UniqueNames
 from scenecc.robots.description import DescribedDynamics, DescribedJoint, DescribedLink, DescribedRobot
 from scenecc.robots.rules import lost_resistance, split_joint
@@ -23,9 +24,6 @@ _ADDED_ROOT: Final = "base"
 """Name of the root of a tree that the world carries."""
 
 _ITERATIONS: Final = ("Position", "Velocity")
-
-_NO_SPEED_LIMIT: Final = 1e6
-"""PhysX represents "no limit" by velocities from this on, in the stage's units."""
 
 _SMALL: Final = 1e-6
 """Positions nearer to 0 are 0 [m, rad]."""
@@ -258,7 +256,7 @@ class ArticulationReader:
             friction=stage.authored(prim, "physxJoint:jointFriction") or 0.0,  # UsdPhysics has no joint friction
             friction_force=force or None,
             armature=armature * stage.frames.kilograms * (metres**2 if freedom.turns else 1.0) or None,
-            velocity=speed * unit if speed is not None and 0 < speed < _NO_SPEED_LIMIT else None,
+            velocity=speed * unit if speed is not None and 0 < speed < NO_SPEED_LIMIT else None,
             qpos=0.0 if abs(start) < _SMALL and low <= 0 <= high else start,
             drive=freedom.drive,
         )

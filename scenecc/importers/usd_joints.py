@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -300,6 +301,8 @@ def constraint_of(
     joint: UsdJoint, parent: LinkName, child: LinkName, stage: UsdStage, *, collide: bool
 ) -> DescribedConstraint | None:
     """Returns a joint as a constraint between links; None if it constrains nothing, which is reported as a loss."""
+    if joint.freedoms:
+        _report_lost(joint.prim, stage)
     turn = along_x(joint.freedoms[0].axis) if len(joint.freedoms) == 1 else IDENTITY_POSE
     frames = [compose(frame, turn) for frame in joint.frames]
     ends = joint.name, "weld", parent, child, frames[0], frames[1], stage.place
@@ -329,6 +332,28 @@ def constraint_of(
     rows = tuple(drives.items())
     return replace(made, type="drive", limits=limits, drives=rows, target=target, velocity_target=velocity)
 
+
+def _report_lost(prim: Prim, stage: UsdStage) -> None:
+    """Reports what a constraint cannot hold of a joint."""
+    for each in prim.GetAuthoredAttributes():
+        name = str(each.GetName())
+        found = next(((kind, words) for pattern, kind, words in _ONLY_OF_TREES if pattern.fullmatch(name)), None)
+        value = None if found is None else stage.authored(prim, name)
+        if found is not None and value and value < NO_SPEED_LIMIT:
+            stage.lose(found[0], f"the {found[1]} of a joint that becomes a constraint", prim)
+
+
+_FRICTIONS: Final = r"physxJoint:jointFriction|physxJointAxis:\w+:dynamicFrictionEffort|mjc:frictionloss"
+
+_ONLY_OF_TREES: Final = (
+    (re.compile(_FRICTIONS), "joint-friction", "friction"),
+    (re.compile(r"physxJoint:maxJointVelocity"), "joint-limits", "velocity limit"),
+    (re.compile(r"physxJoint:armature"), "vendor-attributes", "armature"),
+)
+"""Attributes of joints that a constraint cannot hold: names, kind of the loss, and words."""
+
+NO_SPEED_LIMIT: Final = 1e6
+"""PhysX represents "no limit" by velocities from this on, in the stage's units."""
 
 _AXES: Final[dict[LimitAxis, str]] = {"x": "transX", "y": "transY", "z": "transZ", "twist": "rotX"}
 """Axis of a `drive` that can have limits → its UsdPhysics name."""

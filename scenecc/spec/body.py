@@ -68,8 +68,8 @@ class MotionKeys(SpecModel):
     gravity: Maybe[Leaf[bool]] = key("Whether gravity acts on it.", default=True)
     linear_damping: Maybe[Leaf[NonNegative]] = key("Damping [1/s]; default: 0, for a link 0.05.")
     angular_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
-    max_linear_velocity: Maybe[Leaf[Speed]] = key("[m/s]")
-    max_angular_velocity: Maybe[Leaf[Speed]] = key("Maximum angular velocity [rad/s]; default: 100, for a link none.")
+    max_linear_velocity: Maybe[Leaf[Speed]] = key("Maximum linear velocity [m/s]; default: none, for a link 10.")
+    max_angular_velocity: Maybe[Leaf[Speed]] = key("Maximum angular velocity [rad/s]; default: 100, for a link 50.")
     max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Maximum speed at which an overlap is resolved [m/s].")
     max_contact_impulse: Maybe[Leaf[Positive]] = key("[N·s]")
 

@@ -456,6 +456,23 @@ def test_a_joint_that_closes_a_loop_keeps_its_limits_and_its_drive(
     assert found["constraints"]["j"] == {**ends, **expected}
 
 
+@pytest.mark.parametrize(
+    ("axis", "losses", "drive"),
+    [
+        ("<limit><velocity>2</velocity></limit>", ["joint-limits"], None),
+        ("<mimic joint='ab'><multiplier>2</multiplier></mimic>", ["joint-couplings"], None),
+        ("<dynamics><friction>5</friction><damping>0.1</damping></dynamics>", ["joint-friction"], {"damping": 0.1}),
+    ],
+)
+def test_what_a_constraint_cannot_hold_of_a_joint_that_closes_a_loop_is_a_loss(
+    folder: Path, axis: str, losses: list[str], drive: dict[str, float] | None
+) -> None:
+    text = model(LOOP + joint("revolute", "a", "c", f"<axis><xyz>1 0 0</xyz>{axis}</axis>"))
+    found, made = imported(folder, text, allow="all")
+    assert [loss.kind for loss in made.losses] == losses
+    assert found["constraints"]["j"].get("drive") == drive
+
+
 def test_a_joint_whose_child_does_not_move_is_turned_round(folder: Path) -> None:
     """Its position is the child's relative to the parent, so its axis is opposite."""
     fixed = f'<model name="s"><static>1</static>{link("l")}</model><model name="b">{link("l", "0 0 1 0 0 0")}</model>'

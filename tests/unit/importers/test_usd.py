@@ -453,6 +453,21 @@ def test_joints_excluded_from_articulations_become_constraints(
     assert "collision_groups" not in found.document
 
 
+def test_what_a_constraint_cannot_hold_of_a_joint_is_a_loss(tmp_path: Path) -> None:
+    physx = "".join(
+        f"custom float {name}\n"
+        for name in (
+            "physxJoint:maxJointVelocity = 2",
+            "physxJoint:jointFriction = 0.1",
+            "physxJointAxis:linear:dynamicFrictionEffort = 3",
+            "physxJoint:armature = 0",
+        )
+    )
+    out = "bool physics:excludeFromArticulation = 1\n" + physx
+    found = read(tmp_path, bodies("a", "b") + joint("PhysicsPrismaticJoint", "a", "b", MIDDLE + out))
+    assert sorted(loss.kind for loss in found.losses) == ["joint-friction", "joint-friction", "joint-limits"]
+
+
 def test_filtered_pairs_become_collision_groups(tmp_path: Path) -> None:
     filtered = BODY.replace("[", '["PhysicsFilteredPairsAPI", ')
     text = bodies("b", "c") + (
