@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sapien
 from fidelity.mjcf_cases import CASES, COMMON
 from fidelity.mjcf_strategy import mjcf_files
 from hypothesis import given, settings
+from numpy.testing import assert_allclose
 from plugins.mujoco_judge import assert_same_machine
 from plugins.nightly import examples
 
@@ -235,3 +237,26 @@ def test_contacts_with_a_parent_that_cannot_be_built_are_reported(tmp_path: Path
         "SC484",
         "`cart` and `rail` do not collide, as they do in MuJoCo: other shapes of them overlap",
     )
+
+
+def test_a_mocap_body_without_shapes_moves_the_hand_that_is_welded_to_it(tmp_path: Path) -> None:
+    hand = f'<body name="hand"><joint type="slide" axis="0 0 1"/><geom {BLOCK} mass="1"/></body>'
+    arm = f'<body><joint name="x" type="slide" axis="1 0 0"/><geom {BLOCK} mass="1"/>{hand}</body>'
+    held = '<body name="mocap" mocap="true" pos="0 0 0.5"/><body name="unused" mocap="true"/>'
+    weld = '<equality><weld body1="hand" body2="mocap" relpose="0 0 0.5 1 0 0 0"/></equality>'
+    (tmp_path / "a.xml").write_text(f"<mujoco><worldbody>{held}{arm}</worldbody>{weld}</mujoco>")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))
+    data = mujoco.MjData(model)
+    data.mocap_pos[0] = 0.2, 0, 0.4
+    mujoco.mj_step(model, data, 500)
+    scene = {"scenecc": 1, "entities": {"r": {"mjcf": str(tmp_path / "a.xml")}}}
+    with load_scene(scene, render=False, asset_roots=[tmp_path]) as batch:
+        assert [*batch.entities] == ["r/mocap"]
+        mocap = next(
+            one for one in batch.entities["r/mocap"].objs[0].components if hasattr(one, "set_kinematic_target")
+        )
+        mocap.set_kinematic_target(sapien.Pose([0.2, 0, 0.4]))
+        batch.step(500)
+        (robot,) = batch.articulations.values()
+        assert_allclose(robot.objs[0].links[-1].entity_pose.p, [0.2, 0, -0.1], atol=1e-3)
+        assert_allclose(robot.objs[0].links[-1].entity_pose.p, data.body("hand").xpos, atol=5e-3)

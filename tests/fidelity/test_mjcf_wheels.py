@@ -1,6 +1,7 @@
 """The MJCF files of other packages, built, and judged by MuJoCo.
 
-Skipped unless `SCENECC_WHEELS` names a folder with them: `pip install --target FOLDER --no-deps dm_control robosuite`.
+Skipped unless `SCENECC_WHEELS` names a folder with them:
+`pip install --target FOLDER --no-deps dm_control robosuite metaworld newton`.
 """
 
 from __future__ import annotations
@@ -18,14 +19,15 @@ import scenecc
 mujoco: Any = pytest.importorskip("mujoco")
 
 WHEELS = Path(os.environ.get("SCENECC_WHEELS", "nowhere"))
-FILES = sorted(file for package in ("dm_control", "robosuite") for file in (WHEELS / package).rglob("*.xml"))
+PACKAGES = ("dm_control", "robosuite", "metaworld", "newton")
+FILES = sorted(file for package in PACKAGES for file in (WHEELS / package).rglob("*.xml"))
 
 REFUSED = {"SC480", "SC483"}
 """Nothing in the file, and what cannot be built."""
 
 STEPS = 100
 
-pytestmark = pytest.mark.skipif(not FILES, reason="SCENECC_WHEELS names no folder with dm_control or robosuite")
+pytestmark = pytest.mark.skipif(not FILES, reason="SCENECC_WHEELS names no folder with MJCF files")
 
 
 def test_wheels_contain_mjcf_files_to_compare() -> None:

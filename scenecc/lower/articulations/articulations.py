@@ -465,12 +465,13 @@ class ArticulationLowerer:
         layers = ((work.entity if moves else work.still, work.origin), *work.maps.layers("links", link.name))
         ignored = link.ignore_bits
         body = self._links.body(link, layers, self._id(work) if ignored else 0, 0, values)
+        # A robot file may have a mass without shapes, and a mocap body that only holds another.
+        is_empty = not body.collisions and not body.visuals
         if not moves:
-            return replace(
-                body, body_type=body_type, inertial=None if body.inertial is link.inertial else body.inertial
-            )
-        # A robot file may have a mass without shapes.
-        shapeless = (not body.collisions and not body.visuals and body.inertial is not None) or None
+            shapeless = (is_empty and body_type == "kinematic") or None
+            inertial = None if body.inertial is link.inertial else body.inertial
+            return replace(body, body_type=body_type, inertial=inertial, shapeless=shapeless)
+        shapeless = (is_empty and body.inertial is not None) or None
         return replace(body, body_type=body_type, shapeless=shapeless, **self._solver_values(work, fixed=False))
 
     def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure | ArticulationStructure:

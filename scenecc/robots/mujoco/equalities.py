@@ -60,6 +60,17 @@ def read_constraints(
     return made
 
 
+def mocaps_with_equalities(model: CompiledModel) -> set[int]:
+    """Returns the mocap bodies to which an active weld or connection holds a body that moves."""
+    found: set[int] = set()
+    for number, kind in enumerate(model["eq_type"].tolist()):
+        if model["eq_active0"][number] and kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
+            bodies = [body for body, _ in equality_frames(model, number, kind)]
+            if not _has_no_effect(model, *bodies):
+                found.update(body for body in bodies if model["body_mocapid"][body] >= 0)
+    return found
+
+
 def _has_no_effect(model: CompiledModel, first: int, second: int) -> bool:
     """Returns whether no force moves one body against another: they are fixed together, or to the world or mocaps."""
     groups = {int(model["body_weldid"][body]) for body in (first, second)}
@@ -73,8 +84,7 @@ def _unbuilt(model: CompiledModel, kind: int, first: int, second: int, links: Ma
     other = second if empty == first else first
     what = f"the {'weld' if kind == WELD_EQUALITY else 'connection'} of `{model.body_name(other)}`"
     reason = "which has no shapes and no joints, so the scene does not have it"
-    mocap = "mocap " if model["body_mocapid"][empty] >= 0 else ""
-    return f"{what} to the {mocap}body `{model.body_name(empty)}`, {reason}"
+    return f"{what} to the body `{model.body_name(empty)}`, {reason}"
 
 
 def _what(model: CompiledModel, number: int, kind: int) -> str:

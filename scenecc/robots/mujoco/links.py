@@ -22,6 +22,7 @@ from scenecc.robots.description import (
     ball_moment,
 )
 from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
+from scenecc.robots.mujoco.equalities import mocaps_with_equalities
 from scenecc.robots.mujoco.joints import MjcfJointReader
 from scenecc.robots.mujoco.model import FREE, WORLD, CompiledModel
 from scenecc.robots.mujoco.shapes import MjcfShapeReader
@@ -74,6 +75,7 @@ class MjcfModelReader:
         self._joints = MjcfJointReader(model, report, keyframe)
         self._shapes = MjcfShapeReader(model, report, visual_groups)
         self._touching: dict[int, bool] = {body: bool(apart) for body, apart in model.header["touching"]}
+        self._holders = mocaps_with_equalities(model)
         self.links_of_bodies: dict[int, LinkName] = {}
 
     def robots(self) -> list[DescribedRobot]:
@@ -230,7 +232,7 @@ class MjcfModelReader:
         return light_link(mass, moment or None, place)
 
     def _static_body(self, body: int) -> DescribedRobot | None:
-        """Returns a top-level body without joints, with its descendants; None if it has no shapes."""
+        """Returns a top-level body without joints, with its descendants; None if it has no shapes and holds nothing."""
         model = self._model
         geoms: list[tuple[int, Pose7]] = []
         pending = [(body, IDENTITY_POSE)]
@@ -239,7 +241,7 @@ class MjcfModelReader:
             geoms += [(geom, pose) for geom in self._geoms[one]]
             pending += [(child, compose_poses(pose, model.body_pose(child))) for child in reversed(model.children[one])]
         collisions, visuals = self._shapes.of_geoms(geoms)
-        if not (collisions or visuals):
+        if not (collisions or visuals or body in self._holders):
             return None
         place = model.location("body", body)
         link = DescribedLink(model.body_name(body), place, collisions=collisions, visuals=visuals)

@@ -197,14 +197,15 @@ PLANAR = """<mujoco><asset><material name="steel" rgba="0.5 0.5 0.5 1" shininess
 
 
 def test_a_robot_has_the_name_of_its_first_body_and_plain_rotations(folder: Path) -> None:
-    (folder / "table.xml").write_text(PLANAR)
-    with pytest.raises(
-        SceneError, match="the weld of `pin` to the mocap body `hand`, which has no shapes and no joints"
-    ):
+    (folder / "table.xml").write_text(PLANAR.replace(' mocap="true"', ""))
+    with pytest.raises(SceneError, match="the weld of `pin` to the body `hand`, which has no shapes and no joints"):
         import_scene(folder / "table.xml", folder / "table.yaml")
-    import_scene(folder / "table.xml", folder / "table.yaml", allow="loops")
+    (folder / "table.xml").write_text(PLANAR)
+    import_scene(folder / "table.xml", folder / "table.yaml")
     text = (folder / "table.yaml").read_text()
     assert "\n  puck:\n" in text
+    assert "\n  hand: {body_type: kinematic, shapes: []}\n" in text
+    assert "{type: weld, parent: hand, child: puck/pin,\n" in text
     assert "rpy_deg: [0, 90, 0]" in text
     assert "  steel: {visual: {base_color: [0.5, 0.5, 0.5], specular: 0.5, roughness: 0.2}}\n" in text
     assert "{type: capsule, pose: [0, 0, -0.05], radius: 0.02, half_length: 0.05, axis: z" in " ".join(text.split())
