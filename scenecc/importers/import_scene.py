@@ -109,10 +109,8 @@ def import_scene(
     context = ImportContext(sink, scope, options.limits, allowed, keep_file)
     _report_progress(progress, 0)
     found = _read(source, context)
+    _report_losses(() if found is None else found.losses, context)
     if found is None or sink.failed:
-        raise SceneError(sink.diagnostics())
-    _report_losses(found.losses, context)
-    if sink.failed:
         raise SceneError(sink.diagnostics())
     _report_progress(progress, 1)
     compiled, silenced = _compile(found, source, context, options)
