@@ -134,7 +134,10 @@ _ADDED_ROOT: Final = "base"
 """Name of the root that is added to a robot whose first body has joints."""
 
 _FRICTION: Final = (1.0, 1.0, 0.0)
-"""MuJoCo's default friction; SAPIEN's static and dynamic friction, and restitution."""
+"""MuJoCo's default sliding friction of a geom, as static and dynamic friction, and restitution.
+
+Its attribute `friction` defaults to "1 0.005 0.0001" (XML reference).
+"""
 
 
 class _Importer:
