@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -67,7 +67,6 @@ def import_(
       scenecc import world.sdf -o scene.yaml --allow screw-joints
       scenecc import world.xml -o scene.yaml --allow all
       scenecc import stage.usd -o scene.yaml
-      scenecc import world.xml -o scene.yaml
       scenecc import robot.xml -o scene.yaml --keep-file
       scenecc import robot.urdf -o scene.yaml
       scenecc import room.dmd.yaml -o room.yaml --asset-root ~/drake_models
@@ -77,17 +76,29 @@ def import_(
     _check_arguments(paths, output, allow or ())
     accepted = {"allow": allow or (), "keep_file": keep_file, **options}
     if are_many(paths, shard):
+        _import_each(paths, output, jobs, shard, accepted)
+    _import_one(paths[0], output, accepted)
 
-        def make(file: str, scene: str) -> tuple[list[Diagnostic], str]:
-            diagnostics, lines = _import(file, scene, accepted)
-            return diagnostics, "".join(f"{scene}: {line}\n" for line in lines)
 
-        choose = partial(choose_files, changed_since=None, shard=shard, files_of=lambda _: None)
-        write_each("import", find_files(paths, kind=_source_kind()), output, ".yaml", jobs, make, choose=choose)
-    if faults := path_faults(paths[0], output, source="source"):
+def _import_each(
+    paths: list[str], output: str, jobs: int | None, shard: Shard, accepted: Mapping[str, Any]
+) -> NoReturn:
+    """Imports several files into a folder, and ends the command."""
+
+    def make(file: str, scene: str) -> tuple[list[Diagnostic], str]:
+        diagnostics, lines = _import(file, scene, accepted)
+        return diagnostics, "".join(f"{scene}: {line}\n" for line in lines)
+
+    choose = partial(choose_files, changed_since=None, shard=shard, files_of=lambda _: None)
+    write_each("import", find_files(paths, kind=_source_kind()), output, ".yaml", jobs, make, choose=choose)
+
+
+def _import_one(path: str, output: str, accepted: Mapping[str, Any]) -> NoReturn:
+    """Imports a file, prints what is lost and how it compares, and ends the command."""
+    if faults := path_faults(path, output, source="source"):
         end(faults)
     with progress("import") as show:
-        diagnostics, lines = _import(paths[0], output, {"progress": show, **accepted})
+        diagnostics, lines = _import(path, output, {"progress": show, **accepted})
     print_asides(diagnostics)
     print_out("".join(f"{line}\n" for line in lines))
     raise typer.Exit(status(diagnostics))

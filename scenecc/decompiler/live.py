@@ -21,6 +21,7 @@ from scenecc.decompiler.names import SceneNames
 from scenecc.decompiler.rendering import LIGHTS, camera, environment, light
 from scenecc.decompiler.values import FileNamer, Node, language_name, pose_value, same_single, to_number, to_numbers
 from scenecc.names import UniqueNames
+from scenecc.plan.body import groups_collide
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS
 
@@ -133,8 +134,26 @@ class LiveSceneReader:
                 name = self._name(component.name, "constraint")
                 child = self._mount(component.entity) or ""
                 node = read_constraint(component, parent or "world", child, self._recording, name, self.problems)
-                found |= {} if node is None else {name: node}
+                if node is not None:
+                    found[name] = {**node, "collide": True} if self._collide(component, name) else node
         return found
+
+    def _collide(self, component: Any, name: str) -> bool:
+        """Returns whether both bodies of a component collide. The engine has no getter for it."""
+        parent = component.parent
+        bodies = (each for each in component.entity.components if isinstance(each, physx.PhysxRigidBaseComponent))
+        body: Any = next(bodies, None)
+        if parent is None or body is None:
+            return False
+        if self._recording is not None:
+            return self._recording.has_ended_joint(body, parent)
+        groups = [[shape.get_collision_groups() for shape in each.collision_shapes] for each in (body, parent)]
+        if any(groups_collide(a, b) for a in groups[0] for b in groups[1]):
+            self.problems.append(
+                f"whether the bodies of the constraint `{name}` collide with each other;"
+                " build the scene in `scenecc.record()`"
+            )
+        return False
 
     def _read_lights_and_cameras(self, components: list[Any]) -> Node:
         found: dict[str, Node] = {"lights": {}, "cameras": {}}

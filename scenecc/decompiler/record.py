@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial, wraps
 from importlib import import_module
 from typing import Any, cast
+from weakref import WeakKeyDictionary
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ class Recording:
         self._links: dict[int, tuple[Any, Any, RobotSource | None]] = {}
         self.cubemaps: dict[int, tuple[Any, tuple[str, ...]]] = {}
         self.tendons: dict[int, tuple[Any, list[tuple[Any, ...]]]] = {}
+        self._joints: dict[frozenset[int], tuple[tuple[Any, Any], int]] = {}
 
     def mesh_of(self, shape: Any) -> MeshSource | None:
         """Returns the source of a live collision shape; None if it was not recorded."""
@@ -73,6 +75,15 @@ class Recording:
         """Returns the `LinkBuilder` of a live link, with its original joint frames; None if unknown."""
         found = self._links.get(id(link))
         return None if found is None else found[1]
+
+    def has_ended_joint(self, body: Any, parent: Any) -> bool:
+        """Returns whether a joint between two bodies has ended, and none was made since: PhysX lets them collide."""
+        found = self._joints.get(frozenset((id(body), id(parent))))
+        return found is not None and _count_joints(body, parent) <= found[1]
+
+    def keep_joint(self, body: Any, parent: Any) -> None:
+        """Records the joints between two bodies before another one is added."""
+        self._joints[frozenset((id(body), id(parent)))] = ((body, parent), _count_joints(body, parent))
 
     def keep_link(self, link: Any, builder: Any, source: RobotSource | None) -> None:
         """Records what a link was built from."""
@@ -101,6 +112,15 @@ class Recording:
         self._calls.setdefault(id(component), (component, {}))[1][name] = arguments
 
 
+def _count_joints(body: Any, parent: Any) -> int:
+    """Returns the number of components that connect two bodies."""
+    return sum(
+        getattr(component, "parent", None) is other
+        for one, other in ((body, parent), (parent, body))
+        for component in (() if one.entity is None else one.entity.components)
+    )
+
+
 @contextmanager
 def record() -> Generator[Recording]:
     """Records values that SAPIEN has no getter for, of scenes built in the block.
@@ -117,6 +137,7 @@ def record() -> Generator[Recording]:
     try:
         _record_meshes(recording, undo)
         _record_calls(recording, undo)
+        _record_joints(recording, undo)
         _record_robots(recording, undo)
         yield recording
     finally:
@@ -231,6 +252,36 @@ def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
 
     _replace(render.RenderCubemap, "__init__", cubemap, undo)
     _replace(physx.PhysxArticulation, "create_fixed_tendon", tendon, undo)
+
+
+def _record_joints(recording: Recording, undo: list[Callable[[], None]]) -> None:
+    from scenecc.backends.sapien.engine import physx  # noqa: PLC0415 - importing this module loads no engine
+
+    bodies: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()  # a joint that is kept alive would not end
+
+    def made(init: Any) -> Any:
+
+        @wraps(init)
+        def recorded(self: Any, body: Any) -> None:
+            init(self, body)
+            bodies[self] = body
+
+        return recorded
+
+    def connected(call: Any) -> Any:
+
+        @wraps(call)
+        def recorded(self: Any, parent: Any) -> None:
+            if parent is not None and self in bodies:
+                recording.keep_joint(bodies.pop(self), parent)
+            call(self, parent)
+
+        return recorded
+
+    for name in ("PhysxDriveComponent", "PhysxDistanceJointComponent", "PhysxGearComponent"):
+        _replace(getattr(physx, name), "__init__", made, undo)
+    _replace(physx.PhysxJointComponent, "set_parent", connected, undo)
+    _replace(physx.PhysxJointComponent, "parent", lambda own: property(own.fget, connected(own.fset)), undo)
 
 
 def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None:

@@ -25,6 +25,7 @@ from scenecc.geometry.rotations import (
     to_vector,
 )
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
+from scenecc.importers.mjcf import CODES_OF_LOSSES
 from scenecc.importers.model_files import ModelReader, NamedModel
 from scenecc.importers.numbers import Names
 from scenecc.importers.placed_entities import still_links
@@ -39,7 +40,7 @@ from scenecc.robots.description import IN_WORLD, DescribedConstraint, LinkName
 from scenecc.robots.world import DescribedPhysics, DescribedWorld, RobotFile
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 _MAX_DEPTH: Final = 20
 
@@ -65,16 +66,15 @@ class _Tie:
 
 
 def import_dmd(path: Path, context: ImportContext) -> ImportedScene | None:
-    """Returns the scene of a file of model directives; None after an error."""
+    """Returns the scene of a file of model directives; after errors only its losses, or None."""
     found = context.resolve(path)
     if found is None:
         return None
     reader = _DirectivesReader(context)
     reader.read_file(found.path, str(path), "", ())
-    if context.sink.failed:
-        return None
-    reader.place()
-    return None if context.sink.failed else reader.scene(path)
+    if not context.sink.failed:
+        reader.place()
+    return reader.scene(path)
 
 
 @dataclass(slots=True)
@@ -182,12 +182,15 @@ class _DirectivesReader:
         base, pose = _transform(_required(value, keys, "X_PF"))
         if base is None:
             raise keys["X_PF"].fault("{} needs a `base_frame`")
+        if not self._knows(name):
+            self._missing.add(name)
         owner = name.rpartition(SEPARATOR)[0]
         own = f"{owner}{SEPARATOR}{base.text()}"
         is_own = SEPARATOR not in base.text() and self._knows(own)
         parent = self._frame(own.removeprefix(scope.namespace) if is_own else base.text(), base, scope)
         if self._knows(name):
             raise keys["name"].fault(f"a second frame has the name `{cut(name)}`")
+        self._missing.discard(name)
         frame = self._frames[name] = _Frame(parent.link, compose(parent.pose, pose))
         if name == scope.full(name.rpartition(SEPARATOR)[2]) and parent.link != IN_WORLD:
             # A frame without a model belongs to that of its base.
@@ -198,10 +201,12 @@ class _DirectivesReader:
     def _add_weld(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("parent", "child", "X_PC")
         ends = [_required(value, keys, key) for key in ("parent", "child")]
-        parent, child = (self._frame(end.text(), end, scope) for end in ends)
+        parent, child = (self._find_frame(end, scope) for end in ends)
         base, pose = _transform(keys["X_PC"]) if "X_PC" in keys else (None, IDENTITY_POSE)
         if base is not None:
             raise base.fault("{} has no effect: `parent` is the base of a weld", "remove it")
+        if parent is None or child is None:
+            return
         if parent.link[0] == child.link[0]:
             raise value.fault("{} welds a model to itself")
         self._ties.append(_Tie(_Frame(parent.link, compose(parent.pose, pose)), child, value, welds=True))
@@ -213,27 +218,27 @@ class _DirectivesReader:
             scope = replace(scope, namespace=scope.full(keys["model_namespace"].text()) + SEPARATOR)
         name = scope.full(_required(value, keys, "name").text())
         members, groups, others = (keys[key].items() if key in keys else [] for key in known[1:4])
-        links = {self._frame(each.text(), each, scope).link for each in members} - {IN_WORLD}
+        links = {frame.link for each in members if (frame := self._find_frame(each, scope))} - {IN_WORLD}
         self._groups[name] = links.union(*(self._group(scope.full(each.text()), each) for each in groups))
         self._ignored += [(name, scope.full(each.text()), each) for each in others]
 
     def _group(self, name: str, value: YamlValue) -> set[LinkName]:
         if name not in self._groups:
-            raise value.fault(f"there is no collision filter group `{cut(name)}`")
+            raise value.fault(f"there is no collision filter group `{cut(name)}`", _hint(name, [*self._groups]))
         return self._groups[name]
 
     def _add_directives(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("file", "model_namespace")
-        file = _required(value, keys, "file")
+        file, inner = _required(value, keys, "file"), keys.get("model_namespace")
+        namespace = scope.namespace if inner is None else scope.full(inner.text()) + SEPARATOR
+        self._count += 1
         found = find_file(file.text(), scope.file)
         if isinstance(found, str):
+            self._missing.add(namespace.removesuffix(SEPARATOR))
             raise file.fault(f"directives: {found}", loss="models")
-        self._count += 1
         if found in scope.chain or len(scope.chain) > _MAX_DEPTH or self._count > _MAX_FILES:
             why = "adds itself" if found in scope.chain else "adds too many files"
             raise file.fault(f"`{cut(file.text())}` {why}")
-        inner = keys.get("model_namespace")
-        namespace = scope.namespace if inner is None else scope.full(inner.text()) + SEPARATOR
         self.read_file(found, str(found), namespace, scope.chain)
 
     def _knows(self, name: str) -> bool:
@@ -249,6 +254,14 @@ class _DirectivesReader:
                 return model, SEPARATOR.join(parts[count:])
         return None, name
 
+    def _find_frame(self, value: YamlValue, scope: _Scope) -> _Frame | None:
+        """Returns the frame of this name; None if it is not found, which is reported."""
+        try:
+            return self._frame(value.text(), value, scope)
+        except ValueFault as fault:
+            self._report(fault)
+            return None
+
     def _frame(self, name: str, value: YamlValue, scope: _Scope) -> _Frame:
         """Returns a frame by its name; one without a model must be the only one of this name."""
         if name == "world":
@@ -259,8 +272,6 @@ class _DirectivesReader:
         model, rest = self._owner(full)
         if model is not None:
             return self._frame_of(model, rest, value)
-        if any(full.startswith(missing + SEPARATOR) for missing in self._missing):
-            raise value.fault(f"`{cut(name)}` belongs to a missing model", loss="joints")
         if SEPARATOR not in name:
             own = [*{frame for key, frame in self._frames.items() if key.rpartition(SEPARATOR)[2] == name}]
             holders = [model for model in self._models.values() if model.knows(name)]
@@ -268,14 +279,18 @@ class _DirectivesReader:
                 raise value.fault(f"several models have a frame `{cut(name)}`", "write MODEL::FRAME")
             if own or holders:
                 return own[0] if own else self._frame_of(holders[0], name, value)
-        near = nearest(full, [*self._models, *self._frames])
-        raise value.fault(f"there is no frame `{cut(name)}`", f"the nearest name is `{near}`" if near else None)
+        if any(f"{full}{SEPARATOR}".startswith(f"{each}{SEPARATOR}" if each else "") for each in self._missing):
+            raise value.fault(f"`{cut(name)}` depends on a missing file or frame", loss="joints")
+        raise value.fault(f"there is no frame `{cut(name)}`", _hint(full, ["world", *self._frames, *self._of_models()]))
+
+    def _of_models(self) -> Iterator[str]:
+        for model in self._models.values():
+            yield from (f"{model.name}{SEPARATOR}{name}" for name in model.names())
 
     def _frame_of(self, model: NamedModel, name: str, value: YamlValue) -> _Frame:
         found = model.frame(name)
         if found is None:
-            known = ", ".join(f"`{each}`" for each in model.names()[:8])
-            raise value.fault(f"`{cut(model.name)}` has no frame `{cut(name)}`", f"it has {known}")
+            raise value.fault(f"`{cut(model.name)}` has no frame `{cut(name)}`", _hint(name, model.names()))
         return _Frame(*found)
 
     # --- placing
@@ -320,7 +335,9 @@ class _DirectivesReader:
     # --- the scene
 
     def scene(self, path: Path) -> ImportedScene | None:
-        """Returns the scene."""
+        """Returns the scene, or only the losses after errors."""
+        if self._context.sink.failed:
+            return ImportedScene({}, tuple(self._losses))
         parts, views = self._reader.parts, SdfViews()
         for full, built in parts.links.items():
             if built.link is not None:
@@ -341,7 +358,8 @@ class _DirectivesReader:
         written = write_world(world)
         self._losses += written.lost_filters(place)
         content = written.document, tuple(self._losses), written.bodies
-        return ImportedScene(*content, places=written.places, codes_of_losses=UNREAL_INERTIAS | {"SC448"})
+        codes = UNREAL_INERTIAS | CODES_OF_LOSSES | {"SC448"}
+        return ImportedScene(*content, places=written.places, codes_of_losses=codes)
 
     def _ignored_pairs(self) -> frozenset[frozenset[LinkName]]:
         """Returns the pairs that the collision filter groups separate. Shapes of files cannot be separated: a loss."""
@@ -361,6 +379,12 @@ class _DirectivesReader:
                 words = f"{' and '.join(rows)} would collide, since the scene names their files"
                 self._losses.append(Loss("collision-filters", words, value.location))
         return frozenset(found)
+
+
+def _hint(name: str, known: list[str]) -> str | None:
+    if near := nearest(name, known):
+        return f"the nearest name is `{near}`"
+    return f"there is {', '.join(f'`{cut(each)}`' for each in known[:8])}" if known else None
 
 
 def _required(value: YamlValue, keys: dict[str, YamlValue], key: str) -> YamlValue:

@@ -95,24 +95,18 @@ def import_scene(
         ValueError: unknown loss or limit, or the output's name cannot be part of a path in a scene file.
     """
     check_types(import_scene, {"allow": allow, "keep_file": keep_file, "progress": progress}, _TYPES)
-    allow = {allow} if isinstance(allow, str) else {*allow}
+    allowed = _allowed_losses({allow} if isinstance(allow, str) else {*allow})
     source, target = (path_argument(import_scene, key, path) for key, path in (("file", file), ("output", output)))
-    unknown = next((kind for kind in allow if kind not in {*LOSSES, ALL_LOSSES}), None)
-    if unknown is not None:
-        raise ValueError(f"there is no loss `{unknown}`; the losses are {ALL_LOSSES}, {', '.join(LOSSES)}")
     options = Options.of(asset_roots=asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
     if (fault := output_fault(target)) is not None:
         raise ValueError(f"import_scene(): output: {fault}")
     sink, target = Sink(), target.absolute()
     scope = AssetScope(_root_of(source), options.asset_roots, options.allow_outside_assets)
-    allowed = frozenset(LOSSES if ALL_LOSSES in allow else allow)
     context = ImportContext(sink, scope, options.limits, allowed, keep_file)
     _report_progress(progress, 0)
     found = _read(source, context)
+    _report_losses(() if found is None else found.losses, context)
     if found is None or sink.failed:
-        raise SceneError(sink.diagnostics())
-    _report_losses(found.losses, context)
-    if sink.failed:
         raise SceneError(sink.diagnostics())
     _report_progress(progress, 1)
     compiled, silenced = _compile(found, source, context, options)
@@ -127,6 +121,14 @@ def import_scene(
     for path in stale:
         path.unlink(missing_ok=True)
     return Imported(files, found.losses, sink.diagnostics(), tuple(paths), certificate)
+
+
+def _allowed_losses(allow: set[str]) -> frozenset[str]:
+    """Returns the kinds of losses that a caller allows. Raises ValueError for one that does not exist."""
+    unknown = next((kind for kind in allow if kind not in {*LOSSES, ALL_LOSSES}), None)
+    if unknown is not None:
+        raise ValueError(f"there is no loss `{unknown}`; the losses are {ALL_LOSSES}, {', '.join(LOSSES)}")
+    return frozenset(LOSSES if ALL_LOSSES in allow else allow)
 
 
 def _report_progress(progress: Callable[[int, int], None] | None, done: int) -> None:

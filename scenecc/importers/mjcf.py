@@ -78,11 +78,14 @@ _KINDS: Final = {
     "statistic": "settings",
     "gravcomp": "gravity-shares",
     "flag": "switches",
+    "camera": "settings",
+    "light": "lights",
+    "option": "settings",
 }
 """Kind of a reader's finding, up to a slash → kind of loss."""
 
 _BUILT: Final = frozenset({"camera", "light", "option"})
-"""Findings of the reader about content that is imported here."""
+"""Findings of the reader about content that is imported here, unless the file is one model of several."""
 
 _READ_OPTIONS: Final = frozenset({"timestep", "gravity", "density", "viscosity"})
 
@@ -96,8 +99,15 @@ _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
 
 
-def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
-    """Returns the scene of an MJCF; None after an error."""
+CODES_OF_LOSSES: Final = frozenset({"SC484", "SC490"})
+"""Codes of findings about an MJCF that its losses cover."""
+
+
+def import_mjcf(path: Path, context: ImportContext, *, is_model: bool = False) -> ImportedScene | None:
+    """Returns the scene of an MJCF; None after an error.
+
+    `is_model`: the file is one model of several, without its constraints to the world, settings, lights and cameras.
+    """
     found = context.resolve(path)
     if found is None:
         return None
@@ -106,7 +116,7 @@ def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
     if read is None:
         read_model(found, scope=context.scope, sink=context.sink, limits=context.limits)
         return None
-    made = _Importer(path, found, read, context).scene()
+    made = _Importer(path, found, read, context, is_model=is_model).scene()
     # Paths of included files are relative to the root of the scope.
     root = context.scope.root or Path.cwd()
     base = root if path.is_absolute() else Path(os.path.relpath(root))
@@ -124,11 +134,16 @@ _ADDED_ROOT: Final = "base"
 """Name of the root that is added to a robot whose first body has joints."""
 
 _FRICTION: Final = (1.0, 1.0, 0.0)
-"""MuJoCo's default friction; SAPIEN's static and dynamic friction, and restitution."""
+"""MuJoCo's default sliding friction of a geom, as static and dynamic friction, and restitution.
+
+Its attribute `friction` defaults to "1 0.005 0.0001" (XML reference).
+"""
 
 
 class _Importer:
-    def __init__(self, path: Path, file: ResolvedFile, read: ReadModel, context: ImportContext) -> None:
+    def __init__(
+        self, path: Path, file: ResolvedFile, read: ReadModel, context: ImportContext, *, is_model: bool
+    ) -> None:
         self._path = path
         self._file = file
         self._context = context
@@ -136,10 +151,13 @@ class _Importer:
         self._links = read.links
         self._called: dict[LinkName, LinkName] = {}
         self._name = Names().new(path.stem)
-        self._constraints = self._world_constraints({place for kind, _, place in read.losses if kind == WORLD_EQUALITY})
+        self._is_model = is_model
+        to_world = {place for kind, _, place in read.losses if kind == WORLD_EQUALITY and not is_model}
+        self._constraints = self._world_constraints(to_world)
         built = {constraint.location for constraint in self._constraints}
         losses = [(kind.partition("/")[0], words, place) for kind, words, place in read.losses if place not in built]
-        self._losses = [Loss(_KINDS[kind], message, place) for kind, message, place in losses if kind not in _BUILT]
+        built_here = frozenset[str]() if is_model else _BUILT
+        self._losses = [Loss(_KINDS[kind], words, place) for kind, words, place in losses if kind not in built_here]
         self._losses += [
             Loss("joint-friction", words, joint.location)
             for joint in (link.joint for robot in read.description.robots for link in robot.links)
@@ -182,8 +200,8 @@ class _Importer:
             entities,
             DescribedPhysics(header["option"]["timestep"], gravity, None if keeps else _FRICTION),
             tuple(map(self._renamed, constraints)),
-            self._lights(),
-            self._cameras(),
+            () if self._is_model else self._lights(),
+            () if self._is_model else self._cameras(),
             ambient=to_vector(header["ambient"]),
         )
         written = write_world(world)
@@ -195,7 +213,7 @@ class _Importer:
             self._reference(),
             engine="MuJoCo",
             places={} if keeps else written.places,
-            codes_of_losses=frozenset({"SC484", "SC490", "SC494"}),
+            codes_of_losses=CODES_OF_LOSSES | {"SC494"},
         )
 
     def _kept_file(self) -> tuple[DescribedEntity, ...]:

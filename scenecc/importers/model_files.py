@@ -191,13 +191,13 @@ class ModelReader:
 
     def _mjcf(self, name: str, plain: str, found: Path, uri: YamlValue) -> NamedModel | None:
         resolved = resolve_path(str(found), base=found.parent, scope=self._context.scope)
-        kept = import_mjcf(found, replace(self._context, keep_file=True))
+        kept = import_mjcf(found, replace(self._context, keep_file=True), is_model=True)
         if kept is None or isinstance(resolved, Refusal):
             return None
         described = read_mjcf(resolved, scope=self._context.scope, sink=self._context.sink.another())
         if described is None:
             return None
-        self._losses.extend(loss for loss in kept.losses if loss.kind != "settings")
+        self._losses.extend(kept.losses)
         ((_, keys),) = kept.document["entities"].items()
         rows = tuple((key, value) for key, value in keys.items() if key != "mjcf")
         file = RobotFile("mjcf", found, keys=rows, robots=described.robots)

@@ -19,6 +19,7 @@ from scenecc.geometry.rotations import (
     invert,
     rotate,
     shortest_from_x,
+    to_rpy,
 )
 from scenecc.names import UniqueNames, valid_name
 from scenecc.robots.rules import default_position
@@ -103,15 +104,8 @@ def _plain_rotation(q: Quat, rotation: list[float]) -> dict[str, Any]:
 
 
 def _whole_degrees(q: Quat) -> list[int]:
-    """Returns roll, pitch and yaw of a rotation, rounded to whole degrees; at a pitch of ±90°, the roll is 0."""
-    w, x, y, z = q
-    sine = 2 * (w * y - z * x)
-    if abs(sine) > _POLE:
-        yaw = math.remainder(2 * math.atan2(z, w), math.tau)
-        return [0, round(math.copysign(90, sine)), _within_half_turn(round(math.degrees(yaw)))]
-    roll = math.degrees(math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)))
-    pitch = math.degrees(math.asin(sine))
-    yaw = math.degrees(math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+    """Returns roll, pitch and yaw of a rotation, rounded to whole degrees."""
+    roll, pitch, yaw = map(math.degrees, to_rpy(q))
     if abs(roll) > 90 and abs(yaw) > 90:
         # The same rotation: [0, 135, 0] instead of [180, 45, 180].
         roll, yaw = (angle - math.copysign(180, angle) for angle in (roll, yaw))
@@ -126,9 +120,6 @@ def _within_half_turn(angle: int) -> int:
 
 _SAME: Final = 1e-11
 """Rounding error of a quaternion in double precision."""
-
-_POLE: Final = 1 - 1e-6
-"""Sine of a pitch that is ±90° in single precision."""
 
 
 def plain_axis(axis: Vec3) -> Any:

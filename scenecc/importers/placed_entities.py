@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, compose, from_axis_angle, invert
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
 from scenecc.importers.numbers import plain_number
-from scenecc.robots.description import IN_WORLD, DescribedJoint, DescribedRobot, LinkName
-from scenecc.robots.rules import default_position
+from scenecc.robots.description import IN_WORLD, DescribedRobot, LinkName
+from scenecc.robots.link_poses import link_poses
 from scenecc.robots.world import DescribedEntity, FilePart, RobotFile
 
 if TYPE_CHECKING:
@@ -64,16 +64,7 @@ class PlacedEntities:
         content = self._content(link[0])
         base = content.pose if isinstance(content, RobotFile) else IDENTITY_POSE
         robot, index = self._found(link)
-        chain: list[DescribedJoint] = []
-        here = robot.links[index]
-        while here.joint is not None and here.parent is not None:
-            chain.append(here.joint)
-            here = robot.links[here.parent]
-        pose = compose(base, robot.pose)
-        for joint in reversed(chain):
-            moved = compose(joint.pose_in_parent, _motion(joint))
-            pose = compose(pose, compose(moved, invert(joint.pose_in_child)))
-        return pose
+        return link_poses(robot, compose(base, robot.pose), at_start=True)[index]
 
     def _found(self, link: LinkName) -> tuple[DescribedRobot, int]:
         rows = ((robot, index) for robot in robots_of(self._content(link[0])) for index in range(len(robot.links)))
@@ -160,13 +151,3 @@ def still_links(entity: DescribedEntity) -> bool:
             or all(robot.fixed or robot.body_type == "static" for robot in content.robots)
         )
     return keys.get("fix_root_link", True)
-
-
-def _motion(joint: DescribedJoint) -> Pose7:
-    """Returns the motion of a joint at its start: along or about x of its frame."""
-    q = default_position(joint) if joint.qpos is None else joint.qpos
-    if joint.type == "fixed" or not q:
-        return IDENTITY_POSE
-    if joint.type == "prismatic":
-        return (q, 0.0, 0.0, *IDENTITY)
-    return (0.0, 0.0, 0.0, *from_axis_angle((1.0, 0.0, 0.0), q))

@@ -204,7 +204,8 @@ def find_file(uri: str, file: SdfFile) -> Path | str:
         reasons.append(found)
     if _URI.fullmatch(uri) is None and reasons[0].code != "SC401":
         return reasons[0].message
-    return f"`{uri[:120]}` is neither near the file nor in an asset root (--asset-root)"
+    hint = next((f"; {each.hint}" for each in reasons if each.hint), "")
+    return f"`{uri[:120]}` is neither near the file nor in an asset root (--asset-root){hint}"
 
 
 def find_included_model(uri: str, file: SdfFile) -> Path | str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from scenecc.geometry.rotations import Pose7, compose, invert
+from scenecc.robots.link_poses import link_poses
 
 if TYPE_CHECKING:
     from scenecc.importers.sdf_files import SourceElement
@@ -23,20 +23,9 @@ def robot_element(robots: tuple[DescribedRobot, ...], include: SourceElement) ->
 
     made: list[SourceElement] = []
     for robot in robots:
-        for link, pose in zip(robot.links, _link_poses(robot), strict=True):
+        for link, pose in zip(robot.links, link_poses(robot, robot.pose, at_start=False), strict=True):
             text = " ".join(map(repr, (*pose[:3], *pose[4:], pose[3])))
             made.append(element("link", "", element("pose", text, rotation_format="quat_xyzw"), name=link.name))
             if link.joint is not None:
                 made.append(element("joint", "", element("child", link.name), name=link.joint.name))
     return element("model", "", *made)
-
-
-def _link_poses(robot: DescribedRobot) -> list[Pose7]:
-    poses: list[Pose7] = []
-    for link in robot.links:
-        if link.joint is None or link.parent is None:
-            poses.append(robot.pose)
-            continue
-        in_parent = compose(link.joint.pose_in_parent, invert(link.joint.pose_in_child))
-        poses.append(compose(poses[link.parent], in_parent))
-    return poses

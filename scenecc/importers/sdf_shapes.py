@@ -48,7 +48,10 @@ _TEXTURES: Final = {
 
 
 FRICTION: Final = (1.0, 1.0, 0.0)
-"""SDF's default static and dynamic friction, and restitution."""
+"""Default static and dynamic friction, and restitution: `<mu>`, `<mu2>` and `<restitution_coefficient>` of SDF.
+
+Drake's default friction is the same (`multibody::default_friction()`).
+"""
 
 _Z: Final[Vec3] = (0.0, 0.0, 1.0)
 

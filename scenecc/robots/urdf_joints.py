@@ -10,9 +10,10 @@ import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
-from scenecc.geometry.rotations import Vec3, compose, invert
+from scenecc.geometry.rotations import Vec3, compose
 from scenecc.plan.articulation import MAX_LINKS
 from scenecc.robots.description import DescribedJoint, DescribedMimic, SapienJointType
+from scenecc.robots.link_poses import pose_across
 from scenecc.robots.poses import axis_pose, compose_poses
 from scenecc.robots.urdf_links import read_origin
 from scenecc.robots.xml import (
@@ -500,7 +501,7 @@ def move_over_fixed_joints(tree: LinkTree, joints: Mapping[str, DescribedJoint],
             joint, parent = made[rows[name].name], parents[name]
             pose = joint.pose_in_parent
             while joint.type != "fixed" and parent != root and (fixed := made[rows[parent].name]).type == "fixed":
-                pose = compose(compose(fixed.pose_in_parent, invert(fixed.pose_in_child)), pose)
+                pose = compose(pose_across(fixed), pose)
                 parent = parents[parent]
             if parent == parents[name]:
                 continue

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 import sapien
+import yaml
 from sapien import physx
 from sapien.wrapper.urdf_loader import URDFLoader
 
@@ -191,6 +192,61 @@ def test_constraints_are_decompiled() -> None:
     connection, held = found.document["constraints"].values()
     assert held["limits"] == {"x": [pytest.approx(-0.1), pytest.approx(0.1)]}
     assert (connection["type"], connection["limits"], connection["parent"]) == ("distance", [0.0, 0.0], "world")
+
+
+CONNECTED = """
+scenecc: 1
+entities:
+  post: {body_type: static, pose: [0, 0, 1], shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}
+  arm: {pose: [0.1, 0, 1], shapes: [{type: box, half_size: [0.1, 0.05, 0.05]}]}
+  tip: {pose: [0.25, 0, 1], shapes: [{type: box, half_size: [0.1, 0.05, 0.05]}]}
+constraints:
+  first: {parent: post, child: arm, KEYS}
+  second: {parent: arm, child: tip, type: weld}
+  third: {parent: tip, child: arm, type: distance, limits: [0, 1]}
+"""
+
+
+def load_connected(keys: str) -> Any:
+    return scenecc.load_scene(yaml.safe_load(CONNECTED.replace("KEYS", keys)), render=False)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        "type: ball, collide: true",
+        "type: ball, limits: [-0.5, 0.5], drive: {damping: 0.001}",
+        "type: hinge, axis: y, limits_deg: [-30, 60], drive: {stiffness: 10, damping: 1, target: 0.2}, collide: true",
+        "type: slider, axis: [1, 1, 0], limits: [0, 0.3], pose_in_child: {p: [0, 0, 0.1], rpy_deg: [0, 0, 30]}",
+    ],
+)
+def test_constraints_of_scenecc_are_decompiled(keys: str) -> None:
+    with scenecc.record() as recording, load_connected(keys) as batch:
+        found = scenecc.decompile(batch.scenes, recording=recording)
+        unrecorded = scenecc.decompile(batch.scenes, check=False)
+    assert (found.problems, found.differences) == ((), ())
+    assert {name: each.get("collide", False) for name, each in found.document["constraints"].items()} == {
+        "first": "collide" in keys,
+        "second": False,
+        "third": False,
+    }
+    unknown = [each for each in unrecorded.problems if "collide" in each]
+    assert len(unknown) == len(unrecorded.document["constraints"])
+    assert all("scenecc.record()" in each for each in unknown)
+
+
+def test_contacts_decide_whether_connected_bodies_collide() -> None:
+    contacts: dict[bool, list[int]] = {}
+    for collide in (True, False):
+        keys = f"type: ball, collide: {str(collide).lower()}"
+        with scenecc.record() as recording, load_connected(keys) as batch:
+            found = scenecc.decompile(batch.scenes, recording=recording)
+            batch.step()
+            contacts[collide] = [len(batch.scenes[0].get_contacts())]
+        with scenecc.load_scene(found.document, render=False) as batch:
+            batch.step()
+            contacts[collide].append(len(batch.scenes[0].get_contacts()))
+    assert contacts == {True: [1, 1], False: [0, 0]}
 
 
 def test_parallel_scenes_are_decompiled_to_one_file() -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from scenecc import SceneError
 from scenecc.diagnostics import Sink
 from scenecc.importers.dmd import import_dmd
 from scenecc.importers.import_scene import Imported, import_scene
@@ -159,11 +160,20 @@ def test_a_package_above_the_file_is_found_by_its_name(folder: Path) -> None:
 def test_an_mjcf_stays_a_file(folder: Path) -> None:
     pytest.importorskip("mujoco")
     body = '<body name="arm" pos="0 0 0.3"><joint name="h"/><geom size="0.1"/></body>'
-    world = f'<worldbody><body name="base" pos="0 0 0.5"><freejoint/><geom size="0.1"/>{body}</body></worldbody>'
-    (folder / "in/m.xml").write_text(f"<mujoco>{world}</mujoco>")
+    world = (
+        f'<worldbody><light/><body name="base" pos="0 0 0.5"><freejoint/><geom size="0.1"/>{body}</body></worldbody>'
+    )
+    option, equality = '<option cone="elliptic"/>', '<equality><connect body1="arm" anchor="0 0 0"/></equality>'
+    (folder / "in/m.xml").write_text(f"<mujoco>{option}{world}{equality}</mujoco>")
     text = "\n- add_model: {name: m, file: m.xml}\n- add_weld: {parent: world, child: m::base}\n"
     found, _ = read(folder, text)
     assert found is not None
+    assert [(loss.kind, loss.message) for loss in found.losses] == [
+        ("settings", "time step, gravity and solver belong under `physics` of the scene"),
+        ("lights", "lights belong to the scene: declare them under `lights`"),
+        ("loops", found.losses[2].message),
+        ("settings", "`cone` of <option>"),
+    ]
     entity = found.document["entities"]["m"]
     assert entity["fix_root_link"] is True
     assert entity["pose"] == [0, 0, -0.5]
@@ -212,6 +222,47 @@ def test_a_missing_model_is_a_loss_and_so_is_its_weld(folder: Path) -> None:
     assert [loss.kind for loss in found.losses] == ["models", "joints"]
 
 
+def test_what_depends_on_a_missing_file_is_a_loss(folder: Path) -> None:
+    found, _ = read(
+        folder,
+        """
+- add_model: {name: a, file: no.sdf}
+- add_model: {name: b, file: ball.sdf}
+- add_frame: {name: f, X_PF: {base_frame: a::b}}
+- add_weld: {parent: f, child: b::b}
+- add_directives: {file: no.dmd.yaml, model_namespace: k}
+- add_weld: {parent: k::frame, child: b::b}
+- add_collision_filter_group: {name: g, members: [a::b, b::b], ignored_collision_filter_groups: [g]}
+""",
+    )
+    assert found is not None
+    assert [loss.kind for loss in found.losses] == ["models", "joints", "joints", "models", "joints", "joints"]
+    assert [*found.document["entities"]] == ["b"]
+
+
+def test_all_faults_are_told_at_once_with_the_nearest_name(folder: Path) -> None:
+    (folder / "in/w.dmd.yaml").write_text(
+        """directives:
+- add_model: {name: a, file: bal.sdf}
+- add_model: {name: b, file: ball.sdf}
+- add_weld: {parent: word, child: b::tpo}
+- add_frame: {name: f, X_PF: {base_frame: c::x}}
+- add_weld: {parent: b::b, child: bb::top}
+"""
+    )
+    with pytest.raises(SceneError) as caught:
+        import_scene(folder / "in/w.dmd.yaml", folder / "scene.yaml")
+    found = [(one.code, one.location.line, one.hint) for one in caught.value.diagnostics]
+    assert found == [
+        ("SC431", 2, "allow it with --allow models"),
+        ("SC433", 4, "the nearest name is `world`"),
+        ("SC433", 4, "the nearest name is `top`"),
+        ("SC433", 5, "there is `world`, `b::b`, `b::top`"),
+        ("SC433", 6, "the nearest name is `b::top`"),
+    ]
+    assert "did you mean" in caught.value.diagnostics[0].message
+
+
 def test_a_position_beyond_the_limits_is_a_loss(folder: Path) -> None:
     found, _ = read(folder, "\n- add_model: {name: a, file: a.urdf, default_joint_positions: {j: [2]}}\n")
     assert found is not None
@@ -247,8 +298,7 @@ MODEL = "\n- add_model: {name: a, file: a.urdf}\n- "
     ],
 )
 def test_a_fault_is_told_at_its_line(text: str, line: int, words: str, folder: Path) -> None:
-    found, sink = read(folder, text)
-    assert found is None
+    _, sink = read(folder, text)
     (fault,) = sink.diagnostics()
     assert fault.severity == "error"
     assert fault.location.line == line
@@ -258,14 +308,12 @@ def test_a_fault_is_told_at_its_line(text: str, line: int, words: str, folder: P
 
 def test_a_second_weld_of_a_fixed_model_is_refused(folder: Path) -> None:
     text = f"{MODEL}add_weld: {{parent: world, child: a::base}}\n- add_weld: {{parent: world, child: a::arm}}\n"
-    found, sink = read(folder, text)
-    assert found is None
+    _, sink = read(folder, text)
     assert [fault.location.line for fault in sink.diagnostics()] == [4]
 
 
 def test_deep_and_endless_files_are_refused(folder: Path) -> None:
     bomb = "directives: &a [" + "x, " * 9 + "]\n"
     for text in ("directives: " + "[" * 3000, "directives: \0", bomb, ""):
-        found, sink = read(folder, text)
-        assert found is None
+        _, sink = read(folder, text)
         assert sink.failed
