@@ -36,7 +36,7 @@ BANDS: Final[dict[str, str]] = {
 _FAULTS: Final[dict[str, Fault]] = {"8": "machine", "9": "usage"}
 """What must be fixed, by the first digit of a code; for all other digits, the scene."""
 
-_OF_CHECK: Final = re.compile(r"SC(?:43[4-9]|44|53|54|57|58[19]|8[56])")
+_OF_CHECK: Final = re.compile(r"SC(?:43[4-9]|44|53|54|57|58[149]|8[56])")
 
 _FILE = Path(__file__).with_name("codes.yaml")
 _ENTRY = re.compile(

@@ -239,7 +239,11 @@ class _Check:
 def _without_undamped(
     findings: list[Finding], origins: Mapping[str, Origin | None], diagnostics: Iterable[Diagnostic]
 ) -> list[Finding]:
-    """Returns the findings, but no restless joints (SC858) of articulations with a reported drive (SC537)."""
+    """Returns the findings, but no restless joints (SC858) of articulations with a reported drive (SC537), and no
+    constraints that do not hold (SC584) beside a chain that is too long (SC582).
+    """
+    if any(one.code == "SC582" for one in diagnostics):
+        findings = [one for one in findings if one.code != "SC584"]
     told = {one.path.partition(".drives.")[0] for one in diagnostics if one.code == "SC537"}
     places = (origin_of(one.names[0], origins) if told and one.code == "SC858" else None for one in findings)
     return [one for one, place in zip(findings, places, strict=True) if not place or dotted(place.path[:2]) not in told]
@@ -270,7 +274,8 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     checker = ExpectationChecker(batch, moving, excused) if batch.plan.expectations else None
     yield from unsupported_bodies(batch, moving)
     yield from crowded_scenes(batch)
-    yield from violated_constraints(batch)
+    torn = list(violated_constraints(batch))
+    yield from torn
     yield from weak_drives(batch)
     yield from long_steps(batch, moving)
     positions = joint_positions(batch)
@@ -282,7 +287,9 @@ def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> It
     yield from overlaps(contacts, batch.plan, rules)
     yield from mass_ratios(batch, moving, contacts)
     if settle:
-        yield from simulate(batch, moving, watches, settle, rules, checker)
+        started_apart = {one.names for one in torn}
+        found = simulate(batch, moving, watches, settle, rules, checker)
+        yield from (one for one in found if one.code != "SC584" or one.names not in started_apart)
     elif checker:
         yield from checker.run()
 

@@ -14,7 +14,13 @@ from scenecc.simulation.bodies import poses, up_of
 from scenecc.simulation.bounds import scenes_in_doubt
 from scenecc.simulation.findings import Finding, length_text
 from scenecc.simulation.loads import beyond_limits
-from scenecc.simulation.start import articulation_names, fixed_bodies, owner, unsupported_bodies
+from scenecc.simulation.start import (
+    articulation_names,
+    fixed_bodies,
+    owner,
+    stretched_constraints,
+    unsupported_bodies,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -91,6 +97,7 @@ def simulate(
             yield from robots.findings(seconds)
             yield from _find_sunk(batch, rules, deep)
             yield from beyond_limits(batch, seconds)
+            yield from stretched_constraints(batch, seconds)
             yield from _find_fallen(batch, [body for body in moving if not body.moves_at_start], seconds)
         if checker:
             yield from checker.check(end)

@@ -37,6 +37,9 @@ MAX_CONSTRAINT_ERROR: Final = 0.001
 MAX_CONSTRAINT_ANGLE: Final = math.radians(1)
 """[rad] Maximum initial error of rotation of a constraint."""
 
+STRETCHED: Final = 5
+"""The same after the simulation, as a multiple: 5 mm or 5°. Joints of a rope at rest are off by a tenth of a millimetre."""
+
 _LEVEL: Final = 0.01
 """Minimum cosine between a plane's normal and up. A body on a steeper plane slides away forever."""
 
@@ -211,21 +214,35 @@ def _falls(body: MovingBody) -> bool:
 
 def violated_constraints(batch: SceneBatch) -> Iterator[Finding]:
     """Yields constraints whose limits are violated at the start. The batch must not have been stepped."""
+    for name, scene, excess, text in _constraint_errors(batch):
+        message = f"the constraint `{name}` is violated at the start: {text}"
+        yield Finding("SC853", (f"constraints/{name}",), scene, excess, message)
+
+
+def stretched_constraints(batch: SceneBatch, seconds: float) -> Iterator[Finding]:
+    """Yields constraints that the solver does not hold. `seconds`: simulated time."""
+    for name, scene, excess, text in _constraint_errors(batch):
+        if excess > STRETCHED:
+            yield Finding(
+                "SC584", (f"constraints/{name}",), scene, excess,
+                f"the constraint `{name}` does not hold: {text} after {seconds:g} s",
+                "write `solver_position_iterations: 255` on one of its bodies, use a smaller `timestep`, or make the masses "
+                "more similar",
+            )  # fmt: skip
+
+
+def _constraint_errors(batch: SceneBatch) -> Iterator[tuple[str, int, float, str]]:
+    """Yields the largest error of each violated constraint: its name, the scene, the error as a multiple of the tolerance,
+    and a description.
+    """
     for constraint in batch.plan.constraints:
         if constraint.name not in batch.constraints:
             continue
         built = batch.constraints[constraint.name]
         row_of = {index: row for row, index in enumerate(constraint.scene_idxs)}
         for index, component in zip(built.scene_idxs, built.objs, strict=True):
-            if not component.is_enabled:
-                continue
-            errors = list(_errors(constraint, row_of[index], component))
-            if errors:
-                excess, text = max(errors)
-                yield Finding(
-                    "SC853", (f"constraints/{constraint.name}",), index, excess,
-                    f"the constraint `{constraint.name}` is violated at the start: {text}",
-                )  # fmt: skip
+            if component.is_enabled and (errors := list(_errors(constraint, row_of[index], component))):
+                yield constraint.name, index, *max(errors)
 
 
 def _errors(constraint: Constraint, row: int, component: Any) -> Iterator[tuple[float, str]]:
