@@ -41,7 +41,7 @@ _OF_CHECK: Final = re.compile(r"SC(?:43[4-9]|44|53|54|57|58[149]|8[56])")
 _FILE = Path(__file__).with_name("codes.yaml")
 _ENTRY = re.compile(
     r"^(SC\d{3}):\n"
-    r"  severity: (error|warning|note)\n"
+    r"(?:  severity: (warning|note)\n)?"
     r"(?:  at_fault: (scene|usage|machine)\n)?"
     r"(?:  .*\n|\n)+",
     re.MULTILINE,
@@ -105,9 +105,8 @@ class _Codes(Mapping[str, Code]):
     def _table(self) -> dict[str, Code]:
         if not self._rows:
             for found in _ENTRY.finditer(_FILE.read_text(encoding="utf-8")):
-                code, severity, fault = found.groups()
-                default = _FAULTS.get(code[2], "scene")
-                self._rows[code] = Code(code, cast("Severity", severity), cast("Fault", fault or default), found[0])
+                code, severity, fault = found[1], found[2] or "error", found[3] or _FAULTS.get(found[1][2], "scene")
+                self._rows[code] = Code(code, cast("Severity", severity), cast("Fault", fault), found[0])
         return self._rows
 
     def __getitem__(self, code: str) -> Code:

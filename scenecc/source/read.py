@@ -1,7 +1,7 @@
-"""Reads files, text, dicts and single values. The strict reader here handles text that the fast reader declines.
+"""Reads files, text, dicts and single values.
 
-The strict reader walks the parser's events and creates only dicts, lists and scalars. It uses marks only for errors.
-`yaml.load` takes three times as long as this walk, and six times as long as the fast reader.
+The reader walks the parser's events and creates only dicts, lists and scalars. It uses marks only for errors.
+`yaml.load` takes three times as long as this walk.
 """
 
 from __future__ import annotations
@@ -42,7 +42,6 @@ from scenecc.source.events import (
     next_event,
     scalar_value,
 )
-from scenecc.source.fast_reader import read_fast
 from scenecc.source.limits import Limits
 from scenecc.source.syntax_errors import (
     AnchorTable,
@@ -66,12 +65,6 @@ _TYPE_OF: Callable[[object], object] = type
 
 def read_yaml(faults: SourceReporter, limits: Limits) -> dict[str, Any] | None:
     """Reads the mapping of a text, and reports every error; None if there is none."""
-    plain = read_fast(faults.lines.text, limits.depth)
-    return read_strict(faults, limits) if plain is None else plain
-
-
-def read_strict(faults: SourceReporter, limits: Limits) -> dict[str, Any] | None:
-    """Reads like `read_yaml`, but only with the parser."""
     try:
         return _read_events(next_event(faults.lines.text), faults, limits)
     except yaml.YAMLError as error:
@@ -81,7 +74,7 @@ def read_strict(faults: SourceReporter, limits: Limits) -> dict[str, Any] | None
 
 def _read_events(get: NextEvent, faults: SourceReporter, limits: Limits) -> dict[str, Any] | None:
     """Reads the mapping of a parser's events. Raises yaml.YAMLError for invalid YAML."""
-    reader = _StrictReader(get, faults, limits)
+    reader = _Reader(get, faults, limits)
     try:
         return reader.document()
     except ReadAborted:
@@ -95,7 +88,7 @@ def _read_events(get: NextEvent, faults: SourceReporter, limits: Limits) -> dict
         reader.report_duplicates()
 
 
-class _StrictReader:
+class _Reader:
     def __init__(self, get: NextEvent, faults: SourceReporter, limits: Limits) -> None:
         self._get = get
         self._faults = faults

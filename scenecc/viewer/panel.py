@@ -22,14 +22,11 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
-    from scenecc.viewer.actions import Actions
     from scenecc.viewer.nodes import Key
     from scenecc.viewer.options import ViewOptions
     from scenecc.viewer.page import Page
-    from scenecc.viewer.selected import Selected
+    from scenecc.viewer.session import Session
     from scenecc.viewer.tasks import TaskQueue
-    from scenecc.viewer.tree import Objects
-    from scenecc.viewer.world import JointPosition
 
 
 _RED = "#e03131"
@@ -46,14 +43,20 @@ _MOST_CAMERAS: Final = 32
 
 
 class Panel:
-    """Controls and texts. Ctrl-C waits for the end of each method, as in `Page`."""
+    """Controls and texts. Ctrl-C waits for the end of each method, as in `Page`.
+
+    Attributes:
+        stop: set to end a recording.
+        selected: controls of the selected body.
+        tree: the objects.
+    """
 
     @interrupts_wait()
     def __init__(
         self,
         server: viser.ViserServer,
         mail: TaskQueue,
-        actions: Actions,
+        actions: Session,
         page: Page,
         look: ViewOptions,
         *,
@@ -99,11 +102,6 @@ class Panel:
         self._findings.visible = bool(diagnostics) or bool(none)
 
     @interrupts_wait()
-    def tell_joints(self, joints: Sequence[JointPosition]) -> None:
-        """Shows the positions of the selected articulation's joints."""
-        self._selected.tell_joints(joints)
-
-    @interrupts_wait()
     def tell_recording(self, *, recording: bool) -> None:
         """Shows whether a video is being recorded."""
         self._record.label = "Stop recording" if recording else "Record"
@@ -126,25 +124,10 @@ class Panel:
         self._step.disabled = playing
 
     @interrupts_wait()
-    def tell_selected(self, selected: Selected | None, *, moves: bool) -> None:
-        """Shows the properties of a body; None: nothing is selected. `moves`: whether it can be dragged now."""
-        self._selected.tell(selected, moves=moves)
-
-    @interrupts_wait()
     def tell_marks(self, selected: Key | None, hidden: frozenset[str], locked: frozenset[str]) -> None:
         """Marks selected, hidden and locked objects in the tree."""
-        self._tree.mark(selected, hidden, locked)
+        self.tree.mark(selected, hidden, locked)
         self._show_all.visible = bool(hidden)
-
-    @interrupts_wait()
-    def tell_refusal(self, text: str) -> None:
-        """Shows why an action on the selected body failed."""
-        self._selected.tell_refusal(text)
-
-    @interrupts_wait()
-    def tell_undo(self, *, possible: bool) -> None:
-        """Shows whether a move can be undone."""
-        self._selected.tell_undo(possible=possible)
 
     @interrupts_wait()
     def set_scenes(self, count: int, left_out: int) -> None:
@@ -177,16 +160,6 @@ class Panel:
                 button.on_click(lambda _: self._mail.post("give nothing", self._actions.give_nothing))
                 self._made["params"].append(button)
 
-    @interrupts_wait()
-    def set_objects(self, scenes: Objects) -> None:
-        """Sets the tree of objects."""
-        self._tree.show(scenes)
-
-    @interrupts_wait()
-    def search(self) -> None:
-        """Lists the objects that match the text in the tree's search field."""
-        self._tree.search()
-
     def _add_problem(self) -> Any:
         panel = self._gui.add_panel(visible=False)
         with panel.add_tab("Error"):
@@ -201,7 +174,7 @@ class Panel:
         with tab:
             self._show_all = self._gui.add_button("Show all", visible=False, hint="Show all hidden entities")
             self._show_all.on_click(lambda _: self._mail.post("show all", self._actions.show_all))
-        self._tree = ObjectTree(
+        self.tree = ObjectTree(
             self._gui,
             tab,
             lambda key: self._mail.post("select", lambda: self._actions.select(key)),
@@ -211,7 +184,7 @@ class Panel:
         panel.set_width(_WIDTH)
         tabs = self._gui.add_panel()
         with tabs.add_tab("Selected"):
-            self._selected = SelectedPanel(self._gui, self._mail, self._actions)
+            self.selected = SelectedPanel(self._gui, self._mail, self._actions)
         tabs.dock_below(panel)
         self._gui.main_panel.dock_right()
         self._gui.main_panel.set_width(_WIDTH)

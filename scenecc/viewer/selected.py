@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.interrupt import interrupts_wait
 from scenecc.viewer.texts import facts, line
 
 if TYPE_CHECKING:
@@ -13,8 +14,8 @@ if TYPE_CHECKING:
     import viser
 
     from scenecc.inspect import Item
-    from scenecc.viewer.actions import Actions
     from scenecc.viewer.nodes import Key
+    from scenecc.viewer.session import Session
     from scenecc.viewer.tasks import TaskQueue
     from scenecc.viewer.world import JointPosition
 
@@ -48,9 +49,9 @@ class Selected:
 
 
 class SelectedPanel:
-    """The controls, in a viser container."""
+    """The controls, in a viser container. Ctrl-C waits for the end of each method that changes them."""
 
-    def __init__(self, gui: viser.GuiApi, mail: TaskQueue, actions: Actions) -> None:
+    def __init__(self, gui: viser.GuiApi, mail: TaskQueue, actions: Session) -> None:
         self._hidden = self._box(gui, "Hidden", "Hide it in the view")
         self._locked = self._box(gui, "Locked", "Ignore clicks in the view, and moves")
         self._move = self._box(gui, "Move", "Drag it; its pose is written to the file")
@@ -75,6 +76,7 @@ class SelectedPanel:
         """All displayed text."""
         return f"{self._facts.content}\n{self._note.content}"
 
+    @interrupts_wait()
     def tell(self, selected: Selected | None, *, moves: bool) -> None:
         """Shows a body; None: nothing is selected. `moves`: whether it can be dragged now."""
         self._facts.content = line(_UNSELECTED) if selected is None else facts(selected.item)
@@ -87,6 +89,7 @@ class SelectedPanel:
         note = "" if selected is None or not selected.unmovable else f"It cannot be moved here: {selected.unmovable}."
         self._note.content, self._note.visible = (line(note) if note else ""), bool(note)
 
+    @interrupts_wait()
     def tell_joints(self, joints: Sequence[JointPosition]) -> None:
         """Shows the positions of the selected articulation's joints."""
         for slider, joint in zip(self._joints, joints, strict=False):
@@ -123,10 +126,12 @@ class SelectedPanel:
         slider.on_update(update)
         return slider
 
+    @interrupts_wait()
     def tell_refusal(self, text: str) -> None:
-        """Shows why an action failed."""
+        """Shows why an action on the selected body failed."""
         self._note.content, self._note.visible = line(text), True
 
+    @interrupts_wait()
     def tell_undo(self, *, possible: bool) -> None:
         """Shows whether a move can be undone."""
         self._undo.visible = possible

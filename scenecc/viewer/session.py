@@ -213,7 +213,7 @@ class Session:
 
     def search(self) -> None:
         """Lists the objects that match the search."""
-        self._panel.search()
+        self._panel.tree.search()
         self._tell_marks()
 
     def hide(self, *, hidden: bool) -> None:
@@ -309,19 +309,19 @@ class Session:
             written = self._editor.write_pose(world.loaded, self._options, entity, key[0], pose)
         except EditError as error:
             self._paint(world)
-            self._panel.tell_refusal(f"Not moved: {error}.")
+            self._panel.selected.tell_refusal(f"Not moved: {error}.")
             return
         if not written:
             self._paint(world)
-        self._panel.tell_undo(possible=self._editor.can_undo)
+        self._panel.selected.tell_undo(possible=self._editor.can_undo)
 
     def undo(self) -> None:
         """Undoes the last move in the file."""
         try:
             self._editor.undo()
         except EditError as error:
-            self._panel.tell_refusal(f"Not undone: {error}.")
-        self._panel.tell_undo(possible=self._editor.can_undo)
+            self._panel.selected.tell_refusal(f"Not undone: {error}.")
+        self._panel.selected.tell_undo(possible=self._editor.can_undo)
 
     def _hear(self, places: list[Place]) -> None:
         self._mail.post("select written", lambda: self.select_written(places))
@@ -348,14 +348,14 @@ class Session:
         item = None if world is None or key is None else world.facts(key)
         if world is None or key is None or item is None:
             self._selected, self._moves = None, False
-            self._panel.tell_selected(None, moves=False)
+            self._panel.selected.tell(None, moves=False)
             self._page.outline(None, None)
             self._page.hold(None, 0)
         else:
             reason = self._unmovable(world, key[1])
             self._moves = self._moves and not reason
             hidden, locked = key[1] in self._look.hidden, key[1] in self._locked
-            self._panel.tell_selected(Selected(key, item, hidden, locked, reason, world.joints(key)), moves=self._moves)
+            self._panel.selected.tell(Selected(key, item, hidden, locked, reason, world.joints(key)), moves=self._moves)
             box = world.box(key)
             self._page.outline(None if hidden else key, box)
             size = 0.0 if box is None else float(np.linalg.norm(box[1] - box[0]))
@@ -466,7 +466,7 @@ class Session:
         self._files.keep(self._page.digests)
         self._poses = world.poses()
         self._panel.set_scenes(world.loaded.plan.num_scenes, world.left_out)
-        self._panel.set_objects(world.entities())
+        self._panel.tree.show(world.entities())
         if before is None or before.loaded is not world.loaded:
             diagnostics = world.loaded.sink.diagnostics()
             self._panel.tell_findings(diagnostics)
@@ -494,7 +494,7 @@ class Session:
             self._page.move([self._world.keys[number] for number in moved], poses[moved])
         self._poses = poses
         if self._selected is not None:
-            self._panel.tell_joints(self._world.joints(self._selected))
+            self._panel.selected.tell_joints(self._world.joints(self._selected))
 
     def _touch(self, world: World) -> None:
         """Shows contacts, if enabled."""

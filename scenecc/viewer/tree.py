@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import viser
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.interrupt import interrupts_wait
 from scenecc.viewer.texts import line
 
 if TYPE_CHECKING:
@@ -94,7 +95,8 @@ def _branches(folder: dict[Any, Any]) -> tuple[Branch, ...]:
 class ObjectTree:
     """The tree, in a viser container.
 
-    Its rows call `select`, and a new search text calls `search`, both in viser threads.
+    Its rows call `select`, and a new search text calls `search`, both in viser threads. Ctrl-C waits for the end of
+    `show` and of `search`.
     """
 
     def __init__(self, gui: viser.GuiApi, tab: Any, select: Callable[[Key], None], search: Callable[[], None]) -> None:
@@ -108,12 +110,14 @@ class ObjectTree:
             self._search = gui.add_text("Search", initial_value="", hint="Part of a name")
             self._search.on_update(lambda _: search())
 
+    @interrupts_wait()
     def show(self, scenes: Objects) -> None:
         """Lists the objects of scenes, replacing the last ones."""
         if scenes != self._scenes:
             self._scenes = scenes
             self.search()
 
+    @interrupts_wait()
     def search(self) -> None:
         """Lists the objects that match the search text."""
         for handle in self._made:

@@ -49,4 +49,4 @@ class Shown:
     def texts(self) -> str:
         """All texts of the panels."""
         panel = self.session._panel
-        return "\n".join(each.content for each in (panel._fault, panel._findings, panel._time)) + panel._selected.text
+        return "\n".join(each.content for each in (panel._fault, panel._findings, panel._time)) + panel.selected.text

@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-import pytest
 import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -15,11 +14,7 @@ from plugins.nightly import assert_took, examples
 
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Origin, Path
-from scenecc.source import Limits, read_dict, read_text
-from scenecc.source.fast_reader import read_fast
-from scenecc.source.read import read_strict
-from scenecc.source.syntax_errors import SourceReporter
-from scenecc.source.text import TextLines
+from scenecc.source import read_dict, read_text
 
 # What YAML 1.1's dumper leaves unquoted and 1.2 reads as a number is not the reader's fault, nor is what
 # the reader refuses in any text; both are taken out of what is dumped.
@@ -162,26 +157,3 @@ def _only(text: str) -> Any:
     document = read_text("x: " + text, None, Sink())
     assert document is not None, text
     return document.data["x"][0]
-
-
-FRAGMENTS = st.sampled_from(
-    [" ", "  ", "\n", "\n  ", "\n- ", "\n  - ", "- ", ": ", ":", " #", "[", "]", "{", "}", ", ", '"', "'", "\\"]
-)
-WORDS_IN_TEXT = st.sampled_from(
-    ["a", "b: ", "c: 1\n", "0.5", "-1", ".", "012", "1e999", "null", "&a ", "*a", "?", "|", "!!str ", "${a}", "é", "\t"]
-)
-PLAIN_TEXTS = st.lists(FRAGMENTS | WORDS_IN_TEXT, max_size=14).map(lambda parts: "k:" + "".join(parts))
-
-
-@pytest.mark.quick
-@settings(max_examples=examples(500))
-@given(PLAIN_TEXTS | st.dictionaries(WORDS, PLAIN, max_size=3).map(lambda data: yaml.safe_dump(data, sort_keys=False)))
-@example("k:\n- a: 1\n  b: [0.5, -1]\n- 012")
-def test_what_the_plain_reader_reads_the_parser_reads_equally(text: str) -> None:
-    plain = read_fast(text, 100)
-    if plain is None:
-        return
-    sink = Sink()
-    parsed = read_strict(SourceReporter(TextLines(None, text), sink), Limits())
-    assert not sink.diagnostics()
-    assert same(parsed, plain)

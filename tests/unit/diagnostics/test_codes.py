@@ -53,8 +53,8 @@ def test_every_code_entry_has_only_known_keys() -> None:
     entries = yaml.safe_load(TABLE.read_text(encoding="utf-8"))
     for code, entry in entries.items():
         row = CODES[code]
-        assert (row.severity, row.title) == (entry["severity"], entry["title"])
-        assert set(entry) - {"at_fault"} == {"severity", "title", "cause", "example", "cure"}
+        assert (row.severity, row.title) == (entry.get("severity", "error"), entry["title"])
+        assert set(entry) - {"severity", "at_fault"} == {"title", "cause", "example", "cure"}
         assert entry.get("at_fault", row.at_fault) == row.at_fault
 
 

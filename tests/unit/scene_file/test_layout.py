@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scenecc.diagnostics import Sink
 from scenecc.scene_file.layout import KEY_ORDER, NAMED, WIDTH, number_text, scene_text
 from scenecc.source import Limits, read_text
-from scenecc.source.read import read_strict
+from scenecc.source.read import read_yaml
 from scenecc.source.syntax_errors import SourceReporter
 from scenecc.source.text import TextLines
 from scenecc.spec.json_schema import json_schema
@@ -62,7 +62,7 @@ def is_same(written: Any, read: Any) -> bool:
 
 def strictly_read(text: str) -> Any:
     sink = Sink()
-    found = read_strict(SourceReporter(TextLines(None, text), sink), Limits())
+    found = read_yaml(SourceReporter(TextLines(None, text), sink), Limits())
     assert found is not None, sink.diagnostics()
     return found
 

@@ -48,7 +48,7 @@ def test_the_selected_body_is_outlined_and_marked_in_the_tree(shown: Shown) -> N
     assert place(outline) == pytest.approx((1, 0, 0.5))
     assert outline.points.reshape(-1, 3).max(axis=0) == pytest.approx((0.1, 0.2, 0.5))
     assert len(outline.points) == 12
-    tree = shown.session._panel._tree
+    tree = shown.session._panel.tree
     assert [key for key, button in tree._rows.items() if button.color == "orange"] == [BOX]
     shown.session.step(1)
     assert place(shown.node("/selected"))[2] == pytest.approx(shown.node("/scene 0/box").position[2])
@@ -61,7 +61,7 @@ def test_a_hidden_body_leaves_the_view_but_not_the_tree(shown: Shown) -> None:
     shown.session.hide(hidden=True)
     assert shown.node("/scene 0/box") is None
     assert shown.node("/selected") is None
-    assert BOX in shown.session._panel._tree._rows
+    assert BOX in shown.session._panel.tree._rows
     # Other ways to look at it, and a save, leave it hidden.
     shown.session.look_at(scenecc.ViewOptions(names=True))
     assert shown.node("/scene 0/box/visual 0") is None
@@ -161,7 +161,7 @@ def test_starting_the_simulation_ends_a_move(shown: Shown) -> None:
 
 def test_a_joint_slider_does_not_change_the_file(shown: Shown) -> None:
     shown.session.select(TIP)
-    (slider,) = shown.session._panel._selected._joints
+    (slider,) = shown.session._panel.selected._joints
     assert (slider.label, slider.min, slider.max) == ("joint 0", pytest.approx(-np.pi), pytest.approx(np.pi))
     before = shown.node("/scene 0/arm/tip").wxyz.copy()
     for sent in (np.nan, 1.0):
@@ -172,7 +172,7 @@ def test_a_joint_slider_does_not_change_the_file(shown: Shown) -> None:
     assert slider.value == pytest.approx(1, abs=1e-3)
     assert shown.path.read_text() == SCENE
     shown.session.select(BOX)
-    assert shown.session._panel._selected._joints == []
+    assert shown.session._panel.selected._joints == []
     shown.session.set_joint(0, 1.0)
 
 
