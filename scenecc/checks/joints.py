@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from math import ceil, hypot, inf, isfinite, pi
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.checks.value_queries import Row, find_reversed_limits, find_single_fault, highest, report_fault
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.geometry.rotations import normalized, rotate
 from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
-from scenecc.plan.articulation import MAX_LINKS, soft_mimics, tendon_links, why_no_tendon
+from scenecc.plan.articulation import MAX_LINKS, why_no_tendon
+from scenecc.plan.mimics import inexact_mimics, list_mimics
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -151,63 +150,11 @@ def _check_mimics(structure: ArticulationStructure, origin: Origin, sink: Sink) 
 
 def _check_tendons(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
     """Warns once of mimic joints that a tendon couples inexactly."""
-    found = [mimic for mimic in soft_mimics(structure) if not _is_exact_mimic(structure, mimic)]
-    if not found:
-        return
-    pairs = ", ".join(f"`{cut(mimic.joint)}` (source `{cut(mimic.source)}`)" for mimic in found[:_SHOWN_MIMICS])
-    more = f" and {len(found) - _SHOWN_MIMICS} more" if len(found) > _SHOWN_MIMICS else ""
-    message = f"`{cut(name)}`: PhysX couples {pairs}{more} inexactly, because their axes differ in direction or kind"
-    hint = "remove `mimic`, and drive both joints"
-    sink.report("SC578", message, found[0].origin or origin, hint=hint)
-
-
-_SHOWN_MIMICS = 3
-
-
-def _is_exact_mimic(structure: ArticulationStructure, mimic: Mimic) -> bool:
-    """Returns whether a soft tendon gives every joint of the articulation what virtual work has it.
-
-    PhysX acts back on the first link of the tendon, about the axis of the first joint, and measures speeds about this
-    axis. This is right if all turn about one direction; also if this link cannot move, all turn or all slide, and
-    those with joints between them are parallel.
-    """
-    path = tendon_links(structure, mimic)
-    for link in (first for first in path[1:] if structure.links[first].parent == path[0]):
-        branch = [link]
-        while below := [number for number in path if structure.links[number].parent == branch[-1]]:
-            branch.append(below[0])
-        if len(branch) > 1 and not _is_exact_branch(structure, branch, is_still=_is_still(structure, path[0])):
-            return False
-    return True
-
-
-def _is_exact_branch(structure: ArticulationStructure, branch: list[int], *, is_still: bool) -> bool:
-    joints = [joint for number in branch if (joint := structure.links[number].joint) is not None]
-    slides = [joint.type == "prismatic" for joint in joints]
-    cosines = [_axis_cosine(above, below) for above, below in pairwise(joints)]
-    if is_still:
-        return len(set(slides)) == 1 and (len(branch) == 2 or all(abs(cosine) > _PARALLEL for cosine in cosines))
-    return not any(slides) and all(cosine > _PARALLEL for cosine in cosines)
-
-
-_PARALLEL = 0.999
-
-
-def _axis_cosine(above: Joint, below: Joint) -> float:
-    """Returns the cosine of the angle between a joint's axis and that of the next joint, in the first scene."""
-    axes = [
-        rotate((1.0, 0.0, 0.0, 0.0) if pose is None else normalized(pose.as_drawn()[3:7]), (1.0, 0.0, 0.0))
-        for pose in (above.pose_in_child, below.pose_in_parent)
-    ]
-    return sum(a * b for a, b in zip(*axes, strict=True))
-
-
-def _is_still(structure: ArticulationStructure, number: int) -> bool:
-    """Returns whether a link cannot move."""
-    link = structure.links[number]
-    if link.parent is None or link.joint is None:
-        return structure.fix_root_link
-    return link.joint.type == "fixed" and _is_still(structure, link.parent)
+    found = inexact_mimics(structure)
+    if found:
+        words = f"PhysX couples {list_mimics(found)} inexactly, because their axes differ in direction or kind"
+        hint = "remove `mimic`, and drive both joints"
+        sink.report("SC578", f"`{cut(name)}`: {words}", found[0].origin or origin, hint=hint)
 
 
 def _mimic_obstacle(mimic: Mimic, structure: ArticulationStructure, follows: dict[str, str]) -> str | None:

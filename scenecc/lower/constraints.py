@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
@@ -102,7 +101,10 @@ def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -
 
 
 def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer, origin: Origin) -> Drive:
-    """A drive that only moves about or along x, and holds the other axes like a weld."""
+    """A drive that only moves about or along x, and holds the other axes like a weld.
+
+    The swing of a hinge with a spring is separate: a target may turn any angle, also when it is set in the engine.
+    """
     zero = literal((0.0, 0.0))
     if isinstance(written, HingeConstraint):
         axis, limits = "twist", _angle_limits(written, fields, origin)
@@ -113,7 +115,7 @@ def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer,
     target, linear, angular = None, None, None
     if written.drive is not None:
         drives = [_axis_drive(axis, written.drive, ("drive",), fields, origin), *drives]
-        _warn_of_target(written.drive.target, limits, fields, origin.child("drive", "target"), turns=axis == "twist")
+        _warn_of_target(written.drive.target, limits, fields, origin.child("drive", "target"))
         target = _motor(written.drive, "target", axis, fields, origin)
         velocity = _motor(written.drive, "velocity_target", axis, fields, origin)
         linear, angular = (velocity, None) if axis == "x" else (None, velocity)
@@ -123,6 +125,7 @@ def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer,
         target=target,
         linear_velocity_target=linear,
         angular_velocity_target=angular,
+        separate_swing=axis == "twist" and written.drive is not None and written.drive.stiffness is not None,
     )
 
 
@@ -145,30 +148,19 @@ def _ball(written: BallConstraint, fields: FieldLowerer, origin: Origin) -> Driv
     return Drive(limits=tuple(AxisLimit(axis, one) for axis, one in each.items() if one is not None), drives=drives)
 
 
-_HELD_ANGLE = 0.8
-"""Largest target of a hinge whose axis PhysX holds [rad]. With 1.0 it turned thin bodies about other axes."""
-
-
-def _warn_of_target(target: Any, limits: Value | None, fields: FieldLowerer, origin: Origin, *, turns: bool) -> None:
-    """Warns of a target beyond the limits, as for articulation joints (SC523), or too far for the axis (SC565)."""
-    if target is None:
+def _warn_of_target(target: Any, limits: Value | None, fields: FieldLowerer, origin: Origin) -> None:
+    """Warns of a target beyond the limits, as for articulation joints (SC523)."""
+    if target is None or limits is None:
         return
     place = field_place(origin)
     variation = VariationLowerer(fields, place.origin)
     value = fields.finish(variation.item(target, _NUMBER, place), variation, _NUMBER, place.origin, reset=True)
-    found = None if limits is None else find_target_beyond_limits(limits, value)
+    found = find_target_beyond_limits(limits, value)
     if found is not None:
         (_, at, low, high), certain = found
         pulls = "pulls" if certain else "may pull"
         message = f"the drive {pulls} to {at:g}, beyond the limits [{low:g}, {high:g}]"
         fields.sink.report("SC523", message, origin, hint="positions are radians, or metres for a slider")
-        return
-    far = max(map(abs, value.numbers()), default=0.0)
-    if turns and far > _HELD_ANGLE:
-        angle = f"{far:g} rad" if math.isfinite(far) else "any angle"
-        message = f"with a target of {angle}, PhysX does not hold the axis of a hinge, only up to {_HELD_ANGLE:g}"
-        hint = "turn `pose_in_parent` about the axis, so that the target is near 0, or use a `root` with a joint"
-        fields.sink.report("SC565", message, origin, hint=hint)
 
 
 def _motor(written: Any, key: str, axis: DriveAxis, fields: FieldLowerer, origin: Origin) -> Value | None:

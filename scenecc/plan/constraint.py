@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics.frozen import frozen
@@ -104,6 +104,8 @@ class Drive:
         target: (·, 7) pose of the child's frame in the parent's, a reset may change it.
         linear_velocity_target, angular_velocity_target: (·, 3) [m/s, rad/s], a reset may change them.
         inv_mass_scales, inv_inertia_scales: (·, 2) of the parent and the child.
+        separate_swing: whether a component of its own, without targets, drives the swing. PhysX rotates the torques of
+            the swing by the target, so beyond 0.8 rad they no longer hold an axis.
     """
 
     limits: tuple[AxisLimit, ...] = ()
@@ -113,6 +115,10 @@ class Drive:
     angular_velocity_target: Value | None = None
     inv_mass_scales: Value | None = None
     inv_inertia_scales: Value | None = None
+    separate_swing: bool = False
+
+
+ConstraintJoint = Weld | Connection | Distance | Gear | Drive
 
 
 @frozen
@@ -132,7 +138,7 @@ class Constraint:
 
     name: str
     scene_idxs: tuple[int, ...]
-    joint: Weld | Connection | Distance | Gear | Drive
+    joint: ConstraintJoint
     child: Mount
     parent: Mount | None = None
     pose_in_parent: Value | None = None
@@ -140,6 +146,16 @@ class Constraint:
     enabled: Value | None = None
     collide: bool = False
     origin: Origin | None = field(default=None, compare=False)
+
+
+def component_joints(joint: ConstraintJoint) -> tuple[ConstraintJoint, ...]:
+    """Returns what each of SAPIEN's components of a constraint does: two for a drive with a separate swing."""
+    if not (isinstance(joint, Drive) and joint.separate_swing):
+        return (joint,)
+    swing = tuple(drive for drive in joint.drives if drive.axis == "swing")
+    others = tuple(drive for drive in joint.drives if drive.axis != "swing")
+    scales = joint.inv_mass_scales, joint.inv_inertia_scales
+    return replace(joint, drives=others), Drive((), swing, None, None, None, *scales)
 
 
 def colliding_constraints(constraints: Iterable[Constraint]) -> dict[str, frozenset[int]]:

@@ -40,6 +40,8 @@ from scenecc.drawn_values import DrawnRow, DrawnValues
 from scenecc.errors import SceneError
 from scenecc.interrupt import interrupts_wait
 from scenecc.options import check_scene_idxs, check_seeds, integer
+from scenecc.plan import ArticulationStructure
+from scenecc.plan.mimics import inexact_mimics, list_mimics
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
@@ -95,8 +97,13 @@ def check_divergence(
     first = min(found, key=lambda one: one.scene)
     others = len({one.scene for one in found}) - 1
     too = f", and others are in {others} more scene{'s' * (others > 1)}" if others else ""
-    place = next(entity.origin for entity in plan.entities if entity.name == first.entity)
-    sink.report("SC820", f"{first} by step {steps[first.scene]}{too}", place or Location(None), hint=_DIVERGENCE_HINT)
+    entity = next(entity for entity in plan.entities if entity.name == first.entity)
+    structure = entity.structure(entity.scene_idxs.index(first.scene))
+    mimics = inexact_mimics(structure) if isinstance(structure, ArticulationStructure) else []
+    coupled = f"; PhysX couples {list_mimics(mimics)} inexactly (SC578)" if mimics else ""
+    hint = "remove `mimic`, and drive both joints" if mimics else _DIVERGENCE_HINT
+    message = f"{first} by step {steps[first.scene]}{too}{coupled}"
+    sink.report("SC820", message, entity.origin or Location(None), hint=hint)
     raise SceneError(sink.diagnostics())
 
 

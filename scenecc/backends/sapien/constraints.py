@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.engine import physx
-from scenecc.backends.sapien.live_properties import set_enabled
+from scenecc.backends.sapien.live_properties import components_of, set_enabled
 from scenecc.backends.sapien.objects import ComponentBatch, is_dynamic
 from scenecc.backends.sapien.properties import Column, select_rows, to_poses, to_scalars, to_vectors, zip_columns
 from scenecc.backends.sapien.reset import check_drawn_finite, part_in_scenes, sample_value
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
-from scenecc.plan.constraint import WELD_SWING, colliding_constraints
+from scenecc.plan.constraint import WELD_SWING, ConstraintJoint, colliding_constraints, component_joints
 from scenecc.plan.properties import FLOAT32_MAX
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class PreparedConstraint:
         constraint: of the plan.
         scene_idxs: the scenes, ascending.
         rows: their rows in the plan's values.
-        calls: what to set on a component once it is in its entity, in order.
+        calls: what to set on each of its components once it is in its entity, in order.
     """
 
     def __init__(self, constraint: Constraint, scene_idxs: tuple[int, ...]) -> None:
@@ -79,35 +79,42 @@ class PreparedConstraint:
         self.enabled: list[bool] = select_rows(enabled, self.rows).tolist()
         self.in_parent = self._poses(constraint.pose_in_parent)
         self.in_child = self._poses(constraint.pose_in_child)
-        self.calls = list(_joint_calls(constraint, self.rows)) if self.scene_idxs else []
+        joints = component_joints(constraint.joint) if self.scene_idxs else ()
+        self.calls = [list(_joint_calls(joint, self.rows)) for joint in joints]
 
     def _poses(self, value: Value | None) -> Column:
         return to_poses(select_rows(_IDENTITY if value is None else value, self.rows))
 
     def build(self, lookup: EntityLookup) -> list[Any]:
-        """Makes the component of each scene in its child's entity, as `sapien.Scene.create_drive` does."""
-        constraint = self.constraint
+        """Makes the components of each scene in its child's entity, as `sapien.Scene.create_drive` does.
+
+        Returns the first of each scene.
+        """
         number_of = {index: number for number, index in enumerate(lookup.scene_idxs)}
-        made: list[Any] = []
-        for row, index in enumerate(self.scene_idxs):
-            number = number_of[index]
-            component = _COMPONENTS[type(constraint.joint)](lookup.component(constraint.child, number))
-            component.set_name(constraint.name)
-            if constraint.parent is not None:
-                component.set_parent(lookup.component(constraint.parent, number))
-            component.set_pose_in_child(self.in_child[row % len(self.in_child)])
-            component.set_pose_in_parent(self.in_parent[row % len(self.in_parent)])
-            lookup.entity(constraint.child, number).add_component(component)
-            for call in self.calls:
-                getattr(component, call.set)(*call.arguments(row))
-            if not self.enabled[row % len(self.enabled)]:
-                component.disable()
-            made.append(component)
-        return made
+        made = [
+            [self._make_component(lookup, number_of[index], row, calls) for calls in self.calls]
+            for row, index in enumerate(self.scene_idxs)
+        ]
+        return [first for first, *_ in made]
+
+    def _make_component(self, lookup: EntityLookup, number: int, row: int, calls: Sequence[SetterCall]) -> Any:
+        constraint = self.constraint
+        component = _COMPONENTS[type(constraint.joint)](lookup.component(constraint.child, number))
+        component.set_name(constraint.name)
+        if constraint.parent is not None:
+            component.set_parent(lookup.component(constraint.parent, number))
+        component.set_pose_in_child(self.in_child[row % len(self.in_child)])
+        component.set_pose_in_parent(self.in_parent[row % len(self.in_parent)])
+        lookup.entity(constraint.child, number).add_component(component)
+        for call in calls:
+            getattr(component, call.set)(*call.arguments(row))
+        if not self.enabled[row % len(self.enabled)]:
+            component.disable()
+        return component
 
 
-def _joint_calls(constraint: Constraint, rows: NDArray[np.intp]) -> Iterator[SetterCall]:
-    match constraint.joint:
+def _joint_calls(joint: ConstraintJoint, rows: NDArray[np.intp]) -> Iterator[SetterCall]:
+    match joint:
         case Weld():
             for axis in ("x", "y", "z", "twist"):
                 yield SetterCall(f"set_limit_{axis}", [(0.0, 0.0, 0.0, 0.0)])
@@ -181,7 +188,8 @@ class ConstraintBatch(ComponentBatch):
     """One constraint of the plan, in every scene that has it.
 
     `objs` are `sapien.physx.PhysxDriveComponent`s of a weld or a drive, `PhysxDistanceJointComponent`s of a connection
-    or a distance, and `PhysxGearComponent`s of a gear.
+    or a distance, and `PhysxGearComponent`s of a gear. A hinge whose drive has a stiffness has two components of its
+    name in each entity; these are the first, and the second holds its axis.
     """
 
     @property
@@ -269,7 +277,8 @@ class ConstraintSet:
         removed = [
             (component.get_entity(), component)
             for each in self.batches.values()
-            if (component := each.in_scene(scene_idx)) is not None
+            if (first := each.in_scene(scene_idx)) is not None
+            for component in components_of(first)
         ]
         for entity, component in reversed(removed):
             entity.remove_component(component)

@@ -161,9 +161,18 @@ def _set_ambient_light(system: Any, color: Any) -> None:
 
 
 def set_enabled(component: Any, flag: bool) -> None:  # noqa: FBT001 - as the engine's setters
-    """Enables or disables a constraint."""
+    """Enables or disables a constraint, given by its first component."""
     if flag != component.is_enabled:
-        (component.enable if flag else component.disable)()
+        for each in components_of(component):
+            (each.enable if flag else each.disable)()
+
+
+def components_of(component: Any) -> list[Any]:
+    """Returns all components of a constraint, given by its first: those of its name in its entity."""
+    entity = component.get_entity()
+    others = () if entity is None else entity.components
+    same = (each for each in others if isinstance(each, type(component)) and each.name == component.name)
+    return [component, *(each for each in same if each != component)]
 
 
 _FOCAL_LENGTHS, _PRINCIPAL_POINT = ("fx", "fy"), ("cx", "cy")

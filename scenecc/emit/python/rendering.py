@@ -11,7 +11,7 @@ import numpy as np
 from scenecc.emit.python.context import frame_expression, pose_call, scene_block, texture_call, write_properties
 from scenecc.emit.python.source import SourceNode, call, number_literal, string
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld
-from scenecc.plan.constraint import WELD_SWING, colliding_constraints
+from scenecc.plan.constraint import WELD_SWING, ConstraintJoint, colliding_constraints, component_joints
 from scenecc.plan.rendering import (
     LIGHT_CLASSES,
     LIGHT_NUMBERS,
@@ -172,8 +172,17 @@ _VARIABLE = "constraint"
 def _write_constraint(
     source: SourceWriter, constraint: Constraint, columns: SceneValues, tables: ScriptContext
 ) -> None:
+    for number, joint in enumerate(component_joints(constraint.joint)):
+        if number:
+            source.comment("The target of a drive would rotate its swing, so another drive holds the axis.")
+        _write_component(source, constraint, joint, columns, tables)
+
+
+def _write_component(
+    source: SourceWriter, constraint: Constraint, joint: ConstraintJoint, columns: SceneValues, tables: ScriptContext
+) -> None:
     made = call(
-        f"scene.{_CREATE_METHODS[type(constraint.joint)]}",
+        f"scene.{_CREATE_METHODS[type(joint)]}",
         _mount_expression(constraint.parent, tables),
         frame_expression(constraint.pose_in_parent, "pose_in_parent", columns),
         _mount_expression(constraint.child, tables),
@@ -181,7 +190,7 @@ def _write_constraint(
     )
     source.statement(made, assign=_VARIABLE)
     source.statement(string(constraint.name), assign=f"{_VARIABLE}.name")
-    match constraint.joint:
+    match joint:
         case Weld():
             for axis in ("x", "y", "z", "twist"):
                 _write_setter(source, f"limit_{axis}", "0", "0")

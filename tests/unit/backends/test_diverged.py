@@ -56,6 +56,16 @@ def test_a_robot_with_too_different_masses_diverges() -> None:
         assert told(batch, 100).message == "link `base` of `arm` is not finite in scene 0 by step 10"
 
 
+def test_mimics_that_physx_couples_inexactly_are_named() -> None:
+    robot: Any = arm(2, **{**FAST_WHEELS, "fix_root_link": False})
+    (first,) = robot["root"]["children"]
+    first["children"][0]["joint"] |= {"axis": "x", "mimic": {"joint": "hinge_1"}}
+    with scene(arm=robot) as batch:
+        found = told(batch, 1)
+    assert found.message.endswith("; PhysX couples `hinge_2` (source `hinge_1`) inexactly (SC578)")
+    assert found.hint == "remove `mimic`, and drive both joints"
+
+
 def test_a_joint_that_turns_too_fast_is_reported_at_its_link() -> None:
     with scene(arm=arm(2, fix_root_link=True)) as batch:
         joints = batch.articulations["arm"]

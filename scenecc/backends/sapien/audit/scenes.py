@@ -34,6 +34,7 @@ from scenecc.backends.sapien.audit.masses import (
 )
 from scenecc.backends.sapien.engine import physx
 from scenecc.backends.sapien.geometry import COLLISION_SHAPES
+from scenecc.backends.sapien.live_properties import components_of
 from scenecc.backends.sapien.preparation import PreparedArticulation, StructureRows
 from scenecc.plan import MeshGeometry, TriangleMesh
 from scenecc.plan.geometry import RevolvedSolid
@@ -231,7 +232,8 @@ def _constraint_differences(built: BuiltScenes) -> Iterator[AuditDifference]:
     for constraint, batch in built.constraints:
         for index, component in zip(batch.scene_idxs, batch.objs, strict=True):
             entity = built.lookup.entity(constraint.child, number_of[index])
-            expected.setdefault(id(entity), (entity, [], index, constraint))[1].append(component)
+            wanted = expected.setdefault(id(entity), (entity, [], index, constraint))[1]
+            wanted += components_of(component)
     for entity, wanted, index, constraint in expected.values():
         found = [one for one in entity.components if isinstance(one, physx.PhysxJointComponent)]
         if found != wanted:
