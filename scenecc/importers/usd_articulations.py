@@ -282,7 +282,9 @@ class ArticulationReader:
 
         `single`: prim of each joint of one freedom in this tree → its link.
         """
-        schema = next((each for each in map(str, prim.GetPrimTypeInfo().GetAppliedAPISchemas()) if each.startswith(_MIMIC)), None)
+        schema = next(
+            (each for each in map(str, prim.GetPrimTypeInfo().GetAppliedAPISchemas()) if each.startswith(_MIMIC)), None
+        )
         if schema is None or joint is None:
             return None
         stage, attributes = self._stage, f"physxMimicJoint:{schema.removeprefix(_MIMIC)}:"
@@ -293,9 +295,7 @@ class ArticulationReader:
         offset = float(stage.authored(prim, f"{attributes}offset") or 0.0)
         if source is None or source is joint or not (math.isfinite(offset) and math.isfinite(gearing) and gearing):
             return None
-        own, other = (
-            stage.frames.metres if each.type == "prismatic" else math.radians(1) for each in (joint, source)
-        )
+        own, other = (stage.frames.metres if each.type == "prismatic" else math.radians(1) for each in (joint, source))
         stage.mimics.add(str(prim.GetPath()))
         mimic = DescribedMimic(source.name, -gearing * own / other, -offset * own, stage.place)
         return replace(joint, mimic=mimic)

@@ -356,7 +356,7 @@ def report_unread(stage: UsdStage) -> None:
         if soft is not None:
             stage.lose("soft-bodies", f"`{soft}`", prim)
         elif any("Mimic" in each for each in schemas) and str(prim.GetPath()) not in stage.mimics:
-            words = "a joint that follows one of several freedoms, of another articulation, or by another schema than PhysX's"
+            words = "a joint that follows one of several freedoms or of another articulation, or not by PhysX's schema"
             stage.lose("joint-couplings", words, prim)
         elif any("SurfaceVelocity" in each for each in schemas):
             stage.lose("moving-surfaces", "the velocity of a surface; rollers with a `velocity_target` convey", prim)
