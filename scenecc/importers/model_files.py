@@ -11,9 +11,12 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import (
     IDENTITY_POSE,
     Pose7,
+    Quat,
+    Vec3,
     compose,
     from_rpy,
     invert,
+    to_rpy,
     to_vector,
 )
 from scenecc.importers.imported_scene import ImportContext, Loss
@@ -30,6 +33,7 @@ from scenecc.robots.description import (
     IN_WORLD,
     DescribedCollision,
     DescribedInertial,
+    DescribedJoint,
     DescribedLink,
     DescribedRobot,
     DescribedVisual,
@@ -223,23 +227,42 @@ class ModelReader:
         return NamedModel(name, self, links={link.name: (plain, link.name)})
 
     def set_joint(self, model: NamedModel, joint: str, value: YamlValue, row: tuple[float, ...]) -> None:
-        """Sets the start position of a joint [m, rad], within its limits."""
+        """Sets the start position of a joint [m, rad], within its limits. A joint of several axes has become several
+        joints: Drake has roll, pitch and yaw of a ball joint, the scene hinges about x, y and z in series.
+        """
         plain = model.name.replace(SEPARATOR, ".")
+        count = len(row)
+        names = [joint] if count == 1 else [f"{joint}_{number}" for number in range(1, count + 1)]
+        positions = _series_angles(from_rpy(*row)) if count == 3 else row
         for entity in self.parts.entities:
             if entity.name != plain and not entity.name.startswith(plain + SEPARATOR):
                 continue
-            for own in (link.joint for robot in robots_of(entity.content) for link in robot.links):
-                if own is None or own.name != joint or own.type == "fixed" or len(row) != 1:
-                    continue
-                low, high = own.limits or (row[0], row[0])
-                start = min(max(row[0], low), high)
-                if start != row[0]:
-                    words = f"`{cut(joint)}` of `{cut(model.name)}` starts at its limit {start:g}, not at {row[0]:g}"
-                    self._losses.append(Loss("joint-positions", words, value.location))
-                if own.mimic is None:
-                    self.placed.set_position(entity.name, joint, start)
-                return
-        raise value.fault(f"`{cut(model.name)}` has no joint `{cut(joint)}` with {len(row)} positions")
+            joints = [link.joint for robot in robots_of(entity.content) for link in robot.links if link.joint]
+            found = {each.name: each for each in joints if each.type != "fixed"}
+            if not all(name in found for name in names) or (count > 1 and f"{joint}_{count + 1}" in found):
+                continue
+            for name, position in zip(names, positions, strict=True):
+                self._set_position(entity, found[name], position, f"`{cut(name)}` of `{cut(model.name)}`", value)
+            return
+        raise value.fault(f"`{cut(model.name)}` has no joint `{cut(joint)}` with {count} positions")
+
+    def _set_position(
+        self, entity: DescribedEntity, joint: DescribedJoint, position: float, words: str, value: YamlValue
+    ) -> None:
+        low, high = joint.limits or (position, position)
+        start = min(max(position, low), high)
+        if start != position:
+            text = f"{words} starts at its limit {start:g}, not at {position:g}"
+            self._losses.append(Loss("joint-positions", text, value.location))
+        if joint.mimic is None:
+            self.placed.set_position(entity.name, joint.name, start)
+
+
+def _series_angles(q: Quat) -> Vec3:
+    """Returns the angles about x, y and z, applied in this order about turned axes, whose rotation is q."""
+    w, x, y, z = q
+    roll, pitch, yaw = to_rpy((w, -x, -y, -z))
+    return -roll, -pitch, -yaw
 
 
 def _as_in_drake(entity: DescribedEntity, plain: str, name: str) -> DescribedEntity:

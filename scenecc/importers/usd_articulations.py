@@ -10,7 +10,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
 from scenecc.importers.numbers import along_x
 from scenecc.importers.usd_joints import NO_SPEED_LIMIT
 from scenecc.names import UniqueNames
-from scenecc.robots.description import DescribedDynamics, DescribedJoint, DescribedLink, DescribedRobot
+from scenecc.robots.description import DescribedDynamics, DescribedJoint, DescribedLink, DescribedMimic, DescribedRobot
 from scenecc.robots.rules import lost_resistance, split_joint
 
 if TYPE_CHECKING:
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 _ADDED_ROOT: Final = "base"
 """Name of the root of a tree that the world carries."""
+
+_MIMIC: Final = "PhysxMimicJointAPI:"
+"""Start of the name of the schema of joints that follow another."""
 
 _ITERATIONS: Final = ("Position", "Velocity")
 
@@ -173,7 +176,7 @@ class ArticulationReader:
         else:
             pose = tree.joints[0].frames[0]
             links = [DescribedLink(free.new(_ADDED_ROOT), self._stage.place)]
-        indices = {tree.root: 0}
+        indices, single = {tree.root: 0}, dict[str, int]()
         joint_names = UniqueNames()
         for joint in tree.joints:
             parent, body = joint.bodies
@@ -184,6 +187,12 @@ class ArticulationReader:
             small = [free.new(f"{link.name}_dummy_{k}") for k in range(len(freedoms) - 1)]
             links += split_joint(replace(link, parent=indices[parent]), freedoms, small, len(links))
             indices[body] = len(links) - 1
+            if len(joint.freedoms) == 1:
+                single[str(joint.prim.GetPath())] = indices[body]
+        for path, index in single.items():
+            mimic = self._mimic(self._stage.prim(path), links[index].joint, single, links)
+            if mimic is not None:
+                links[index] = replace(links[index], joint=mimic)
         dynamics = None if tree.fixed else self._reader.velocities(self._bodies[tree.root])
         read, collide = self._stage.authored, True
         if tree.prim is not None:
@@ -263,6 +272,31 @@ class ArticulationReader:
         if words := lost_resistance(made):
             stage.lose("joint-friction", words, prim)
         return made
+
+    def _mimic(
+        self, prim: Prim, joint: DescribedJoint | None, single: Mapping[str, int], links: Sequence[DescribedLink]
+    ) -> DescribedJoint | None:
+        """Returns a joint with its `PhysxMimicJointAPI`: position + gearing · reference + offset = 0; None without one.
+
+        `single`: prim of each joint of one freedom in this tree → its link.
+        """
+        schema = next(
+            (each for each in map(str, prim.GetPrimTypeInfo().GetAppliedAPISchemas()) if each.startswith(_MIMIC)), None
+        )
+        if schema is None or joint is None:
+            return None
+        stage, attributes = self._stage, f"physxMimicJoint:{schema.removeprefix(_MIMIC)}:"
+        reference = prim.GetRelationship(f"{attributes}referenceJoint")
+        source = links[single.get(str(next(iter(reference.GetTargets() if reference else ()), "")), 0)].joint
+        gearing = stage.authored(prim, f"{attributes}gearing")
+        gearing = 1.0 if gearing is None else float(gearing)
+        offset = float(stage.authored(prim, f"{attributes}offset") or 0.0)
+        if source is None or source is joint or not (math.isfinite(offset) and math.isfinite(gearing) and gearing):
+            return None
+        own, other = (stage.frames.metres if each.type == "prismatic" else math.radians(1) for each in (joint, source))
+        stage.mimics.add(str(prim.GetPath()))
+        mimic = DescribedMimic(source.name, -gearing * own / other, -offset * own, stage.place)
+        return replace(joint, mimic=mimic)
 
     def _friction_force(self, prim: Prim, freedom: Freedom) -> float:
         """Returns the friction that does not depend on the load [N, N·m]; 0 if there is none."""

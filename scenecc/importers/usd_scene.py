@@ -326,12 +326,14 @@ def _parse(stage: UsdStage) -> dict[str, Any]:
 _VENDOR: Final = re.compile(r"(physx|newton|mjc|mjcf|state|isaac|omniphysics)[A-Za-z]*:")
 """Namespaces of simulation schemas that usd-core does not have."""
 
-_OF_CONTACTS: Final = re.compile(r"physxMaterial:(\w+CombineMode|compliantContact\w+)")
-"""Attributes that `report_contacts` reads."""
+_OF_OTHERS: Final = re.compile(
+    r"physxMaterial:(\w+CombineMode|compliantContact\w+)|physxMimicJoint:\w+:referenceJointAxis"
+)
+"""Other attributes that are read, or that follow from those that are."""
 
 _SHOWN_PROTOTYPES: Final = 3
 
-_SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|ForceAPI|MimicJoint|Gear")
+_SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|ForceAPI|Gear")
 """Schemas for dynamics other than rigid bodies and joints."""
 
 
@@ -353,6 +355,9 @@ def report_unread(stage: UsdStage) -> None:
         soft = next((each for each in (name, *schemas) if _SOFT.search(each)), None)
         if soft is not None:
             stage.lose("soft-bodies", f"`{soft}`", prim)
+        elif any("Mimic" in each for each in schemas) and str(prim.GetPath()) not in stage.mimics:
+            words = "a joint that follows one of several freedoms or of another articulation, or not by PhysX's schema"
+            stage.lose("joint-couplings", words, prim)
         elif any("SurfaceVelocity" in each for each in schemas):
             stage.lose("moving-surfaces", "the velocity of a surface; rollers with a `velocity_target` convey", prim)
         elif prim.IsA(stage.geom.PointInstancer):
@@ -363,7 +368,7 @@ def report_unread(stage: UsdStage) -> None:
             stage.lose("animations", "an animated transform; the first pose is used", prim)
         for each in prim.GetAuthoredAttributes():
             label = str(each.GetName())
-            if _VENDOR.match(label) and not READ_OF_PHYSX.fullmatch(label) and not _OF_CONTACTS.fullmatch(label):
+            if _VENDOR.match(label) and not READ_OF_PHYSX.fullmatch(label) and not _OF_OTHERS.fullmatch(label):
                 attributes.setdefault(label, []).append(prim)
     for label, prims in attributes.items():
         stage.lose("vendor-attributes", f"`{label}` of {len(prims)} prims", prims[0])
@@ -373,7 +378,7 @@ READ_OF_PHYSX: Final = re.compile(
     r"physxRigidBody:(disableGravity|linearDamping|angularDamping|max\w+Velocity|maxContactImpulse|sleepThreshold"
     r"|solver\w+IterationCount|locked\w+Axis)"
     r"|physxCollision:(contact|rest)Offset|physxJoint:(jointFriction|armature|maxJointVelocity)"
-    r"|physxJointAxis:\w+:dynamicFrictionEffort|mjc:frictionloss"
+    r"|physxMimicJoint:\w+:(gearing|offset)|physxJointAxis:\w+:dynamicFrictionEffort|mjc:frictionloss"
     r"|physxArticulation:(enabledSelfCollisions|solver\w+IterationCount)|physxScene:timeStepsPerSecond"
 )
 """Supported attributes of the schemas of PhysX and MuJoCo. Each is a number or a boolean."""

@@ -38,7 +38,7 @@ MAX_CONSTRAINT_ANGLE: Final = math.radians(1)
 """[rad] Maximum initial error of rotation of a constraint."""
 
 STRETCHED: Final = 5
-"""The same after the simulation, as a multiple: 5 mm or 5°. Joints of a rope at rest are off by a tenth of a millimetre."""
+"""The same after the simulation, as a multiple: 5 mm or 5°. Joints of a rope at rest are off by 0.1 mm."""
 
 _LEVEL: Final = 0.01
 """Minimum cosine between a plane's normal and up. A body on a steeper plane slides away forever."""
@@ -226,15 +226,13 @@ def stretched_constraints(batch: SceneBatch, seconds: float) -> Iterator[Finding
             yield Finding(
                 "SC584", (f"constraints/{name}",), scene, excess,
                 f"the constraint `{name}` does not hold: {text} after {seconds:g} s",
-                "write `solver_position_iterations: 255` on one of its bodies, use a smaller `timestep`, or make the masses "
-                "more similar",
+                "write `solver_position_iterations: 255` on one of its bodies, or use a smaller `timestep`, or more "
+                "similar masses",
             )  # fmt: skip
 
 
 def _constraint_errors(batch: SceneBatch) -> Iterator[tuple[str, int, float, str]]:
-    """Yields the largest error of each violated constraint: its name, the scene, the error as a multiple of the tolerance,
-    and a description.
-    """
+    """Yields violated constraints: name, scene, largest error as a multiple of the tolerance, description."""
     for constraint in batch.plan.constraints:
         if constraint.name not in batch.constraints:
             continue

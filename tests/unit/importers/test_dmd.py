@@ -317,3 +317,27 @@ def test_deep_and_endless_files_are_refused(folder: Path) -> None:
     for text in ("directives: " + "[" * 3000, "directives: \0", bomb, ""):
         _, sink = read(folder, text)
         assert sink.failed
+
+
+@pytest.mark.parametrize(
+    ("kind", "axes", "row", "expected"),
+    [
+        ("ball", "", "[0.1, 0.2, 0.3]", (0.03788, 0.220124, 0.285772)),
+        ("universal", "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>", "[0.1, 0.2]", (0.1, 0.2)),
+    ],
+)
+def test_positions_of_joints_of_several_axes(
+    folder: Path, kind: str, axes: str, row: str, expected: tuple[float, ...]
+) -> None:
+    """Drake's positions of a ball joint are roll, pitch and yaw, which is the rotation of the hinges."""
+    bodies = "".join(f"<link name='{name}'><inertial><mass>1</mass></inertial></link>" for name in "ab")
+    joint = f"<joint name='j' type='{kind}'><parent>a</parent><child>b</child>{axes}</joint>"
+    (folder / "in" / "m.sdf").write_text(f"<sdf version='1.9'><model name='m'>{bodies}{joint}</model></sdf>")
+    text = f"\n- add_model: {{name: m, file: m.sdf, default_joint_positions: {{j: {row}}}}}\n"
+    found, sink = read(folder, text)
+    assert found is not None, sink.diagnostics()
+    (robot,) = found.document["entities"].values()
+    assert tuple(robot["qpos"].values()) == pytest.approx(expected, abs=1e-6)
+    found, sink = read(folder, text.replace("]}}", ", 1, 1]}}"))
+    assert found is None
+    assert "positions" in str(sink.diagnostics())

@@ -862,3 +862,25 @@ def test_no_entity_is_named_after_the_world(tmp_path: Path, head: str) -> None:
 def test_moving_surfaces_are_a_loss_of_their_own(tmp_path: Path) -> None:
     schemas = BODY.replace("[", '["PhysxSurfaceVelocityAPI", ')
     assert kinds(read(tmp_path, f'def Cube "belt" ({schemas})\n{{\n}}\n')) == ["moving-surfaces"]
+
+
+@pytest.mark.parametrize(
+    ("source", "schema", "mimic"),
+    [
+        ("joint", "PhysxMimicJointAPI", {"joint": "joint", "multiplier": -2, "offset": -0.17453292}),
+        ("missing", "PhysxMimicJointAPI", None),
+        ("joint", "NewtonMimicAPI", None),
+    ],
+)
+def test_a_joint_that_follows_another(tmp_path: Path, source: str, schema: str, mimic: dict[str, Any] | None) -> None:
+    """PhysX's relation is position + gearing · reference + offset = 0, angles in degrees."""
+    keys = (
+        f"rel physxMimicJoint:rotZ:referenceJoint = </World/{source}>\nfloat physxMimicJoint:rotZ:gearing = 2\n"
+        "float physxMimicJoint:rotZ:offset = 10\n"
+    )
+    follower = joint("PhysicsRevoluteJoint", "b", "c", keys)
+    follower = follower.replace('"joint"', f'"follower" (prepend apiSchemas = ["{schema}:rotZ"])')
+    found = read(tmp_path, bodies("a", "b", "c") + joint("PhysicsRevoluteJoint", "a", "b") + follower)
+    assert ("joint-couplings" in kinds(found)) == (mimic is None)
+    middle = entities(found)["a"]["root"]["children"][0]
+    assert middle["children"][0]["joint"].get("mimic") == mimic
