@@ -74,7 +74,7 @@ def snapshots(session: nox.Session) -> None:
     """Writes anew what tests compare with: golden files, frozen outputs, the schema, and pages of the documentation."""
     session.run("pytest", "tests/unit", "-n", "auto", "-q", env={"SCENECC_UPDATE_GOLDEN": "1"})
     session.run("python", "-m", "tests.frozen", "--update")
-    session.run("python", "-m", "scenecc.diagnostics.reference", "docs/reference/diagnostics")
+    session.run("python", "tests/plugins/diagnostics_pages.py", "docs/reference/diagnostics")
     for page in ("prefabs", "cli"):
         text = session.run("python", f"tests/plugins/{page.removesuffix('s')}_page.py", silent=True)
         Path(f"docs/reference/{page}.md").write_text(str(text), encoding="utf-8")

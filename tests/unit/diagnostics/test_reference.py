@@ -6,10 +6,11 @@ import unicodedata
 from pathlib import Path
 
 import pytest
+from plugins.diagnostics_pages import main, pages
 
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.formats.style import visible
-from scenecc.diagnostics.reference import explain_code, main, nearest_codes, pages
+from scenecc.diagnostics.reference import explain_code, nearest_codes
 
 ROOT = Path(__file__).parents[3]
 
@@ -50,7 +51,7 @@ def test_the_nearest_codes_come_first() -> None:
 def test_the_committed_pages_match_the_table() -> None:
     folder = ROOT / "docs/reference/diagnostics"
     committed = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
-    assert committed == pages(), "run `python -m scenecc.diagnostics.reference docs/reference/diagnostics`"
+    assert committed == pages(), "run `python tests/plugins/diagnostics_pages.py docs/reference/diagnostics`"
 
 
 def test_each_code_is_once_in_the_table_and_once_as_an_entry() -> None:
