@@ -63,8 +63,13 @@ def placements(document: dict[str, Any], random: Random) -> None:
     place |= {key: item for key, item in some.items() if random.random() < 0.5}
     if kind == "above":
         place["height"] = random.choice([[0.1, 0.2], {"uniform": [[0.1, 0.3], [0.2, 0.4]]}])
-    document["entities"] = {
-        **entities,
-        "placing_target": target,
-        "placed": {"place": place, **random.choice(_THINGS)},
-    }
+    placed = {"placed": {"place": place, **random.choice(_THINGS)}}
+    if random.random() < 0.2:
+        placed["placed_beside"] = {"place": _beside(random), **_BOX}
+        placed["placed"]["place"] = {"on": "placing_target"}
+    document["entities"] = {**entities, "placing_target": target, **placed}
+
+
+def _beside(random: Random) -> dict[str, Any]:
+    next_to = {"of": "placed", "side": random.choice(["front", "back", "left", "right"]), "gap": 0.05}
+    return {"on": "placing_target", "next_to": next_to, "align": random.choice(["min", "center", "max"])}
