@@ -151,6 +151,26 @@ def test_joints_of_unequal_inertia_on_one_link_rest_where_virtual_work_has_them(
     assert place["f"] == pytest.approx(multiplier * place["s"], abs=0.0025)
 
 
+@pytest.mark.parametrize("masses", [(0.02, 0.4), (0.3, 0.05)])
+def test_joints_of_unequal_inertia_on_one_link_rest_without_substeps(masses: tuple[float, float]) -> None:
+    """In the solver that is not temporal, large shares of a soft tendon would diverge."""
+    links = [
+        f"{{name: l{name}, joint: {{name: {name}, type: revolute, axis: y, friction: 0{keys}}},"
+        f" inertial: {{mass: {mass}, com: [0.03, 0, 0], inertia: [{4e-4 * mass}, {4e-4 * mass}, {4e-4 * mass}]}}}}"
+        for name, mass, keys in zip("sf", masses, ("", ", mimic: {joint: s, multiplier: -0.5}"), strict=True)
+    ]
+    batch = loaded(
+        f"{{scenecc: 1, physics: {{enable_tgs: false}}, entities: {{hand: {{fix_root_link: true, root: {{name: base,"
+        f" shapes: [{{type: box, half_size: [0.01, 0.01, 0.01]}}], children: [{', '.join(links)}]}},"
+        f" drives: {{s: {{stiffness: 1, damping: 0.1}}}}}}}}}}"
+    )
+    batch.step(300)
+    hand = batch.articulations["hand"]
+    place = dict(zip(hand.active_joint_names, hand.qpos[0].tolist(), strict=True))
+    assert place["s"] == pytest.approx(9.81 * 0.03 * (masses[0] - 0.5 * masses[1]), abs=0.01)
+    assert place["f"] == pytest.approx(-0.5 * place["s"], abs=0.03)
+
+
 def finger(
     joints: list[str], *, timestep: float = 0.01, free: bool = False, gravity: str = "0, 0, 0", drives: str = ""
 ) -> str:

@@ -21,7 +21,7 @@ from scenecc.plan import ArticulationStructure
 from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS, VELOCITY_FIELDS, tendon_links
 from scenecc.plan.body import rebase_file
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS, process_wide_settings
-from scenecc.plan.tendons import soft_tendon
+from scenecc.plan.tendons import link_dynamics, soft_tendon
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -175,10 +175,10 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
     has_soft_tendons = any(needs_soft_tendons(structure) for entity in plan.entities for structure in entity.structures)
     _write_imports(source, tables.files, settings, has_soft_tendons=has_soft_tendons)
     tables.files.write_head(source)
-    if has_soft_tendons:
+    for function in (link_dynamics, soft_tendon) if has_soft_tendons else ():
         source.line()
         source.line()
-        source.lines(getsource(soft_tendon))
+        source.lines(getsource(function))
     settings.write(source)
     source.line()
     source.line()
