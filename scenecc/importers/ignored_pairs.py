@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from scenecc.importers.numbers import Names
 from scenecc.robots.ignored_sets import MAX_SETS, cover_pairs, order_pair
 from scenecc.scene_file.shared_keys import move_up
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scenecc.robots.ignored_sets import Pairs
     from scenecc.scene_file import Node
@@ -105,11 +108,19 @@ class IgnoredPairs:
     def _candidates(self) -> Iterable[tuple[int, int]]:
         """Returns the pairs that may be ignored, the lower index first: few of a large world whose bits collide."""
         if not self._all_bits_collide():
-            return combinations(range(len(self.colliders)), 2)
+            return self._tested_pairs()
         marked = [number for number, each in enumerate(self.colliders) if each.ignore_bits]
         numbers = {each.name: number for number, each in enumerate(self.colliders)}
         named = (sorted(numbers[name] for name in pair) for pair in self.named if pair <= numbers.keys())
         return {*combinations(marked, 2), *((pair[0], pair[1]) for pair in named if len(pair) > 1)}
+
+    def _tested_pairs(self) -> Iterator[tuple[int, int]]:
+        """Yields the pairs of colliders that are not both static, the lower index first."""
+        count = len(self.colliders)
+        moving = [number for number, each in enumerate(self.colliders) if not each.is_static]
+        for i, first in enumerate(self.colliders):
+            others = moving[bisect(moving, i) :] if first.is_static else range(i + 1, count)
+            yield from ((i, j) for j in others)
 
     def _pairs(self) -> tuple[Pairs, bool]:
         """Returns the ignored pairs that PhysX would test, and whether bits separate only some shapes of a pair."""
@@ -189,18 +200,21 @@ class IgnoredPairs:
         Colliders that pairs connect have a fourth integer of their own, and so bits of their own.
         """
         wanted: Pairs = set()
-        free: Pairs = set()
-        for (i, first), (j, second) in combinations(enumerate(self.colliders), 2):
+        still = np.array([collider.is_static for collider in self.colliders])
+        free = np.outer(still, still)
+        for i, j in self._tested_pairs():
+            first, second = self.colliders[i], self.colliders[j]
             apart = first.is_never_tested(second) or first.touches(second) == {False}
             ignores = self._ignores(first, second)
             if apart or ignores:
-                free.add((i, j))
+                free[i, j] = free[j, i] = True
             if ignores and not apart:
                 wanted.add((i, j))
         last = [[0, 0] for _ in self.colliders]
         for number, part in enumerate(_connected(wanted)):
             inside = {pair for pair in wanted if pair[0] in part}
-            sets = cover_pairs(inside, {pair for pair in free if part.issuperset(pair)}, len(last))
+            is_in_part = np.isin(np.arange(len(last)), [*part])
+            sets = cover_pairs(inside, free & np.outer(is_in_part, is_in_part))
             for left in sets[MAX_SETS:]:
                 pairs = (pair for pair in combinations(sorted(left), 2) if pair in inside)
                 self.unwritten += ((self.colliders[i].name, self.colliders[j].name) for i, j in pairs)

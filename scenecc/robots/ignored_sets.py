@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import numpy as np
+    from numpy.typing import NDArray
 
 MAX_SETS = 32
 """Number of bits in the third collision integer."""
@@ -16,20 +22,33 @@ def order_pair(first: int, second: int) -> tuple[int, int]:
     return min(first, second), max(first, second)
 
 
-def cover_pairs(wanted: Pairs, free: Pairs, count: int) -> list[list[int]]:
+def symmetric(pairs: Iterable[tuple[int, int]], count: int) -> NDArray[np.bool_]:
+    """Returns pairs of `count` links as a symmetric matrix (count, count)."""
+    import numpy as np  # noqa: PLC0415 - loaded where links ignore one another
+
+    found = np.zeros((count, count), np.bool_)
+    for first, second in pairs:
+        found[first, second] = found[second, first] = True
+    return found
+
+
+def cover_pairs(wanted: Pairs, free: NDArray[np.bool_]) -> list[list[int]]:
     """Covers pairs with sets of links, greedily.
 
     Args:
         wanted: pairs that must share a set.
-        free: all pairs that may share a set, including `wanted`.
-        count: number of links.
+        free: (n, n), symmetric: whether two of n links may share a set; they may for each pair of `wanted`.
     """
     sets: list[list[int]] = []
     while wanted:
-        together: list[int] = [*min(wanted)]
-        for number in range(count):
-            if number not in together and all(order_pair(number, one) in free for one in together):
-                together.append(number)
+        together = [*min(wanted)]
+        fits = free[together].all(axis=0)
+        fits[together] = False
+        while (number := int(fits.argmax())) or fits[0]:
+            together.append(number)
+            fits &= free[number]
+            fits[number] = False
         sets.append(together)
-        wanted = wanted - {order_pair(*pair) for pair in combinations(together, 2)}
+        members = {*together}
+        wanted = {pair for pair in wanted if not members.issuperset(pair)}
     return sets

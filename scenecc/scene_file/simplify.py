@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any, Final
 
@@ -15,6 +15,9 @@ _LEAST_COPIES: Final = 3
 """Minimum number of items for a `repeat`."""
 
 _AXES: Final = ("x", "y", "z")
+
+_Path = tuple[str | int, ...]
+"""Keys and indices that lead to a value."""
 
 
 def simplify(document: Mapping[str, Any]) -> Node:
@@ -102,40 +105,42 @@ def _fold_repeats(items: list[Node]) -> list[Node]:
 
 
 def _longest_run(items: Sequence[Node], start: int) -> tuple[int, Node | None]:
-    for end in range(_run_end(items, start), start + _LEAST_COPIES - 1, -1):
-        node = _copies(items[start:end])
-        if node is not None:
-            return end, node
-    return start + 1, None
+    end = _run_end(items, start, lambda _, __: True)
+    return (end, _copies(items[start:end])) if end - start >= _LEAST_COPIES else (start + 1, None)
 
 
-def _run_end(items: Sequence[Node], start: int) -> int:
-    """Returns the end of a run of items with equal keys and at most one value that differs from the first item's."""
-    end = start + 1
-    while end < len(items) and items[end].keys() == items[start].keys():
-        differing = list(_differing_paths(items[start], items[end], ()))
-        if len(differing) > 1:
-            break
-        end += 1
-    return end
+def _run_end(items: Sequence[Node], start: int, allows: Callable[[int, _Path], bool]) -> int:
+    """Returns the end of the longest run that `_copies` can write: equal keys, and at most one value that differs.
+
+    Args:
+        items: all items.
+        start: index of the first item of the run.
+        allows: whether the run may contain an item, by its index and the path that differs in the run; (): no path.
+    """
+    first, path = items[start], _Path()
+    for end in range(start + 1, 0 if "repeat" in first else len(items)):
+        other = items[end]
+        differing = {path, *_differing_paths(first, other, ())} - {()}
+        if other.keys() != first.keys() or len(differing) > 1:
+            return end
+        path = differing.pop() if differing else path
+        if path and (_holds_form(_value_at(first, path)) or _holds_form(_value_at(other, path))):
+            return end
+        if not allows(end, path):
+            return end
+    return start + 1 if "repeat" in first else len(items)
 
 
-def _copies(items: Sequence[Node]) -> Node | None:
-    """Returns one item with `repeat` for several; None if more than one value differs."""
-    paths = {path for other in items[1:] for path in _differing_paths(items[0], other, ())}
-    if "repeat" in items[0] or len(paths) > 1:
-        return None
-    if not paths:
+def _copies(items: Sequence[Node]) -> Node:
+    """Returns one item with `repeat` for those of a run."""
+    path = next((path for other in items[1:] for path in _differing_paths(items[0], other, ())), None)
+    if path is None:
         return {"repeat": {"i": {"count": len(items)}}, **items[0]}
-    (path,) = paths
-    values = [_value_at(item, path) for item in items]
-    if any(_holds_form(value) for value in values):
-        return None
-    variables, value = _loop(path, values)
+    variables, value = _loop(path, [_value_at(item, path) for item in items])
     return {"repeat": variables, **_with_value(items[0], path, value)}
 
 
-def _loop(path: tuple[str | int, ...], values: list[Any]) -> tuple[Node, Any]:
+def _loop(path: _Path, values: list[Any]) -> tuple[Node, Any]:
     """Returns the loop variables for values, and the expression that reads them."""
     key = str(next(part for part in reversed(path) if isinstance(part, str)))
     if all(is_list_node(value) and len(value) == len(values[0]) for value in values):
@@ -149,7 +154,7 @@ def _loop(path: tuple[str | int, ...], values: list[Any]) -> tuple[Node, Any]:
     return {key: values}, f"${{{key}}}"
 
 
-def _differing_paths(first: Any, second: Any, path: tuple[str | int, ...]) -> Iterator[tuple[str | int, ...]]:
+def _differing_paths(first: Any, second: Any, path: _Path) -> Iterator[_Path]:
     """Yields the paths of differing values; a list of numbers is one value."""
     if is_mapping_node(first) and is_mapping_node(second) and first.keys() == second.keys():
         for key in first:
@@ -166,13 +171,13 @@ def _differing_paths(first: Any, second: Any, path: tuple[str | int, ...]) -> It
         yield path
 
 
-def _value_at(node: Any, path: tuple[str | int, ...]) -> Any:
+def _value_at(node: Any, path: _Path) -> Any:
     for part in path:
         node = node[part]
     return node
 
 
-def _with_value(node: Any, path: tuple[str | int, ...], value: Any) -> Any:
+def _with_value(node: Any, path: _Path, value: Any) -> Any:
     if not path:
         return value
     if is_mapping_node(node):
@@ -210,27 +215,22 @@ def _repeated_entities(entities: Node, referred: frozenset[str]) -> Node:
 def _entity_run(
     names: list[str], nodes: list[Node], start: int, referred: frozenset[str]
 ) -> tuple[int, Node | None, str]:
-    last = _run_end(nodes, start)
-    last = next((index for index in range(start, last) if names[index] in referred), last)
-    for end in range(last, start + _LEAST_COPIES - 1, -1):
-        paths = {path for other in nodes[start + 1 : end] for path in _differing_paths(nodes[start], other, ())}
-        if len(paths) > 1 or any(path[0] in _FIXED_KEYS for path in paths):
-            continue
-        node, stem = _copies(nodes[start:end]), _numbered_prefix(names[start:end])
-        if node is None:
-            continue
-        if stem is not None:
-            return end, node, stem
-        if not paths:
-            variables: Node = {"name": names[start:end]}
-            return end, {"name": "${name}", **node, "repeat": variables}, f"{names[start]}_and_others"
-    return start + 1, None, names[start]
+    stem, _, first = names[start].rpartition("_")
+    unnumbered = [] if stem and first == "0" else [start]
 
+    def allows(index: int, path: _Path) -> bool:
+        """Returns whether a run contains an entity: its name follows, or it differs from the first in its name only."""
+        if not unnumbered and names[index] != f"{stem}_{index - start}":
+            unnumbered.append(index)
+        return names[index] not in referred and not (path and (unnumbered or path[0] in _FIXED_KEYS))
 
-def _numbered_prefix(names: list[str]) -> str | None:
-    """Returns NAME for NAME_0, NAME_1, …; None for other names."""
-    stem, _, first = names[0].rpartition("_")
-    return stem if stem and first == "0" and names == [f"{stem}_{i}" for i in range(len(names))] else None
+    end = start if names[start] in referred else _run_end(nodes, start, allows)
+    if end - start < _LEAST_COPIES:
+        return start + 1, None, names[start]
+    node = _copies(nodes[start:end])
+    if not unnumbered or unnumbered[0] >= end:
+        return end, node, stem
+    return end, {"name": "${name}", **node, "repeat": {"name": names[start:end]}}, f"{names[start]}_and_others"
 
 
 def _referred_to(document: Node) -> frozenset[str]:

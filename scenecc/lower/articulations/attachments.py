@@ -12,7 +12,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.lower.articulations.drafts import AttachedPart, DraftJoint
 from scenecc.lower.local_poses import local_pose
 from scenecc.plan.articulation import MAX_LINKS
-from scenecc.robots.ignored_sets import MAX_SETS, Pairs, cover_pairs, order_pair
+from scenecc.robots.ignored_sets import MAX_SETS, Pairs, cover_pairs, order_pair, symmetric
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -215,11 +215,11 @@ class ArticulationAssembler:
             if links[one].collides and links[number].collides
         }
         wanted, apart = _pairs(links)
-        free = added | apart
+        free = symmetric(added | apart, len(links))
         # Pairs with a bit and pairs that never collide need no more.
-        sets = cover_pairs(added - apart, free, len(links))
+        sets = cover_pairs(added - apart, free)
         if first + len(sets) > MAX_SETS:
-            sets, first = cover_pairs((wanted | added) - _next_to(links), free, len(links)), 0
+            sets, first = cover_pairs((wanted | added) - _next_to(links), free), 0
             links = tuple(replace(link, ignore_bits=0) for link in links)
             joined = replace(joined, ignored={})
         if len(sets) > MAX_SETS:

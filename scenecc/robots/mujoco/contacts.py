@@ -8,14 +8,17 @@ There are only 32 bits, so the pairs are covered greedily.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
 from typing import TYPE_CHECKING
 
-from scenecc.robots.ignored_sets import MAX_SETS, Pairs, cover_pairs
+import numpy as np
+
+from scenecc.robots.ignored_sets import MAX_SETS, Pairs, cover_pairs, symmetric
 from scenecc.robots.mujoco.model import WORLD, CompiledModel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from scenecc.robots.mjcf_files import MjcfReport
 
@@ -53,11 +56,12 @@ def find_ignore_bits(
     if {"CONTACT", "CONSTRAINT"} & {*model.header["disabled"]}:
         return {link.key: 1 for link in links}, False
     wanted, free = _pairs(links, model)
-    sets = cover_pairs(wanted, free, len(links))
+    sets = cover_pairs(wanted, free)
     alone = len(sets) > MAX_SETS and all(links[i].robot == links[j].robot for i, j in wanted)
     if alone:
-        free = {(i, j) for i, j in free if links[i].robot == links[j].robot}
-        covers = [cover_pairs(own, free, len(links)) for own in _pairs_of_robots(wanted, links)]
+        robots = np.array([link.robot for link in links])
+        free &= robots[:, None] == robots
+        covers = [cover_pairs(own, free) for own in _pairs_of_robots(wanted, links)]
         sets = [
             [number for cover in covers for number in (cover[bit] if bit < len(cover) else [])]
             for bit in range(max(map(len, covers)))
@@ -95,24 +99,27 @@ def _hint(links: Sequence[CollidingLink], wanted: Pairs, model: CompiledModel) -
     )
 
 
-def _pairs(links: Sequence[CollidingLink], model: CompiledModel) -> tuple[Pairs, Pairs]:
-    """Returns the pairs that need a bit, and all pairs that never collide."""
-    weld, parent = model["body_weldid"].tolist(), model["body_parentid"].tolist()
-    excluded = {(one >> 16, one & 0xFFFF) for one in model["exclude_signature"].tolist()}
+def _pairs(links: Sequence[CollidingLink], model: CompiledModel) -> tuple[Pairs, NDArray[np.bool_]]:
+    """Returns the pairs that need a bit, and whether two links never collide, as a symmetric matrix."""
+    weld, parent = model["body_weldid"], model["body_parentid"]
     filters = "FILTERPARENT" not in model.header["disabled"]
+    bodies, keys = np.array([(link.body, link.key) for link in links], np.int64).reshape(-1, 2).T
+    parents = np.array([-1 if link.parent is None else link.parent for link in links], np.int64)
+    bits = np.array([(link.contype, link.conaffinity) for link in links], np.uint32).reshape(-1, 2).T
+    groups = weld[bodies]
+    above = np.where(groups == WORLD, -1, weld[parent[groups]])
+    excluded = symmetric(((one >> 16, one & 0xFFFF) for one in model["exclude_signature"].tolist()), len(parent))
     wanted: Pairs = set()
-    never: Pairs = set()
-    for (i, a), (j, b) in combinations(enumerate(links), 2):
-        first, second = weld[a.body], weld[b.body]
-        above_first, above_second = weld[parent[first]], weld[parent[second]]
-        moves_on = WORLD not in (first, second) and (first == above_second or second == above_first)
-        pair = (a.body, b.body)
-        touches = bool(a.contype & b.conaffinity or b.contype & a.conaffinity)
-        ignores = first == second or (filters and moves_on) or pair in excluded or pair[::-1] in excluded
+    never = np.zeros((len(links), len(links)), np.bool_)
+    for i, group in enumerate(groups):
+        ignores = (groups == group) | excluded[bodies[i], bodies]
+        if filters and group != WORLD:
+            ignores |= (groups != WORLD) & ((above == group) | (groups == above[i]))
+        touches = ((bits[0] & bits[1, i]) | (bits[1] & bits[0, i])) != 0
         # PhysX excludes a link and its parent, and pairs of static shapes.
-        apart = a.parent == b.key or b.parent == a.key or first == second == WORLD
-        if ignores or apart or not touches:
-            never.add((i, j))
-        if ignores and touches and not apart:
-            wanted.add((i, j))
+        apart = (parents == keys[i]) | (keys == parents[i])
+        if group == WORLD:
+            apart |= groups == WORLD
+        never[i] = ignores | apart | ~touches
+        wanted |= {(i, i + 1 + int(j)) for j in np.flatnonzero((ignores & touches & ~apart)[i + 1 :])}
     return wanted, never

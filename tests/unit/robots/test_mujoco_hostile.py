@@ -58,6 +58,10 @@ def errors(folder: Path, text: str) -> list[str]:
         ('<mujoco><asset><mesh name="a"><plugin instance="a"/></mesh></asset></mujoco>', "plugins are code"),
         ('<mujoco><worldbody><flexcomp name="f"/></worldbody></mujoco>', "soft bodies"),
         (f'<mujoco><worldbody><replicate count="2000000">{BALL}</replicate></worldbody></mujoco>', "SC452"),
+        (
+            f'<mujoco><worldbody><replicate count="10001">{BALL}</replicate></worldbody></mujoco>',
+            "SC452 the model is too large: it has 10001 bodies, and the limit is 10000",
+        ),
         (f'<mujoco><worldbody><replicate count="inf">{BALL}</replicate></worldbody></mujoco>', "SC"),
         (
             "<mujoco><worldbody>" + '<replicate count="999">' * 5 + BALL + "</replicate>" * 5 + "</worldbody></mujoco>",

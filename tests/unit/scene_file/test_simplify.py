@@ -50,6 +50,12 @@ def test_bodies_with_references_are_not_repeated() -> None:
     assert "ball_1" in found["entities"]
 
 
+def test_thousands_of_bodies_in_no_order_stay_as_they_are() -> None:
+    # Comparing all of them with one another would take hours.
+    places = {f"box_{i * i}": {"pose": [i, i % 7, 0], "shapes": [box(0, 0, 0)]} for i in range(3, 3000)}
+    assert simplify({"scenecc": 1, "entities": places})["entities"] == places
+
+
 def test_materials_used_twice_get_names() -> None:
     rubber = {"physical": {"static_friction": 2.0, "dynamic_friction": 2.0, "restitution": 0.0}}
     shapes = [box(0, 0, 0, material=rubber), box(0, 0, 1, material=rubber, density=20.0)]
