@@ -29,6 +29,12 @@ TIMES: Final = 200
 TRIES: Final = 128
 """Number of tries of each of these times."""
 
+_STEPS: Final = 500
+"""Maximum number of these times in all scenes together, for all placements."""
+
+_STEPS_OF_SCENE: Final = 5
+"""Number of times that each scene adds to it."""
+
 _VAIN_TIMES: Final = 4
 """Number of times in turn after which it is given up if only bodies that are not drawn again are in the way."""
 
@@ -58,7 +64,8 @@ def rearrange(placer: Placer, trial: Trial, found: Floats, left: Indices) -> Flo
     while start < len(left):
         rows = left[start : start + _SCENES[min(start, 1)]]
         part = _Rearrangement(placer.selected(rows), trial.placement)
-        failed = rows[part.fail()]
+        failed = rows[part.fail(_max_steps(placer) - placer.steps)]
+        placer.steps += part.steps
         if failed.size:
             raise _error(placer, trial, failed, part.lifted_names(failed[0] == rows))
         for one in part.changed():
@@ -80,12 +87,20 @@ def _error(placer: Placer, trial: Trial, failed: Indices, lifted: list[str]) -> 
     why = trial.reason(int(failed[0]))
     if lifted:
         shown = ", ".join(f"`{one}`" for one in lifted[:3]) + (", …" if len(lifted) > 3 else "")
-        why += f"; it did not help to draw {shown} again, up to {TIMES} times"
+        why += f"; it did not help to draw {shown} again, up to {TIMES} times and {_max_steps(placer)} in all scenes"
     return PlacingError(name, placer.batch.scenes[failed].tolist(), f"`{name}` fits nowhere in {tries} tries", why)
 
 
+def _max_steps(placer: Placer) -> int:
+    return _STEPS + _STEPS_OF_SCENE * len(placer.batch.scenes)
+
+
 class _Rearrangement:
-    """The placements of a batch in whose scenes one has no room."""
+    """The placements of a batch in whose scenes one has no room.
+
+    Attributes:
+        steps: how many times a placement was tried again in a scene.
+    """
 
     def __init__(self, placer: Placer, failing: Placement) -> None:
         self._placer = placer
@@ -95,6 +110,7 @@ class _Rearrangement:
         self._settled = np.ones((scenes, count), np.bool_)
         self._lifted = np.zeros((scenes, count), np.bool_)
         self._used = np.tile(np.array([one.tries for one in self._all]), (scenes, 1))
+        self.steps = 0
         self._times, self._vain = np.zeros((2, scenes), np.int64)
         self._head = np.full(scenes, count - 1)
         self._reads = np.zeros((count, count), np.bool_)
@@ -108,10 +124,14 @@ class _Rearrangement:
         self._settled[:, -1] = False
         self._show_lifted()
 
-    def fail(self) -> Flags:
-        """Places until everything has a pose again, and returns the scenes (B,) in which it has none after all."""
-        while (active := ~self._settled.all(axis=1) & (self._times < TIMES)).any():
+    def fail(self, steps: int) -> Flags:
+        """Places until everything has a pose again, and returns the scenes (B,) in which it has none after all.
+
+        `steps`: number of steps after which it gives up.
+        """
+        while (active := ~self._settled.all(axis=1) & (self._times < TIMES)).any() and self.steps < steps:
             rows = np.flatnonzero(active)
+            self.steps += len(rows)
             first = (~self._settled[rows]).argmax(axis=1)
             waits = self._settled[rows, self._head[rows]]
             waits |= (self._reads[self._head[rows]] & ~self._settled[rows]).any(axis=1)

@@ -91,9 +91,17 @@ def test_static_placements_are_not_moved_for_others() -> None:
 
 def test_the_error_says_what_was_drawn_again() -> None:
     narrow = [[0, -0.13], [0, 0.13]]
-    with pytest.raises(SceneError, match=r"it did not help to draw `a` again, up to 200 times") as caught:
+    with pytest.raises(SceneError, match=r"draw `a` again, up to 200 times and 505 in all scenes") as caught:
         compile_scene(scene(1, a=stool(narrow, tries=20), b=stool(narrow, tries=20)))
     assert [one.code for one in caught.value.diagnostics] == ["SC354"]
+
+
+def test_a_packing_without_a_solution_ends_after_a_number_of_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.placing.rearrange._STEPS", 40)
+    narrow = [[0, -0.13], [0, 0.13]]
+    document = scene(20, a=stool(narrow, tries=20), b=stool(narrow, tries=20))
+    with pytest.raises(SceneError, match=r"nor in 15 other scenes.* again, up to 200 times and 140 in all scenes"):
+        compile_scene(document)
 
 
 def test_blocks_in_a_narrow_bin_rest_on_its_floor_or_on_one_another() -> None:
