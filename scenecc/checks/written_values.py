@@ -245,9 +245,9 @@ def _check_quaternion(mapping: Mapping[str, Any], origin: Origin, sink: Sink) ->
         pose = mapping.get(key)
         for w, x, y, z in _quaternions(pose.get("q")) if is_mapping(pose) else ():
             about_z = x == 0 and min(abs(y), abs(z)) > _MIN_TURN
-            about_y = y == 0 and min(abs(x), abs(z)) > _MIN_TURN
+            about_y = y == 0 and min(abs(x), abs(z)) > _MIN_TURN and "cameras" not in origin.path  # one that looks back
             if w == 0 and (about_z or about_y):
-                message = f"[{w:g}, {x:g}, {y:g}, {z:g}] turns upside down: it looks like [x, y, z, w]"
+                message = f"[{w:g}, {x:g}, {y:g}, {z:g}] is half a turn about a tilted axis: it looks like [x, y, z, w]"
                 hint = f"quaternions are [w, x, y, z]: the same rotation is [{z:.4g}, {w:.4g}, {x:.4g}, {y:.4g}]"
                 sink.report("SC549", message, origin.child(key, "q"), hint=hint)
                 return
@@ -333,8 +333,12 @@ def _check_drives(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> Non
 
 
 def _matches(pattern: str, name: str) -> bool:
-    """Returns whether a pattern of joints may match a name, which may be a pattern, too."""
+    """Returns whether a pattern of joints may match what another one, or a name, matches: any of its alternatives."""
     try:
-        return re.fullmatch(pattern, name) is not None
+        return any(
+            re.fullmatch(one, part) is not None
+            for one, other in ((pattern, name), (name, pattern))
+            for part in other.split("|")
+        )
     except re.error:
         return True  # it is reported where it is used

@@ -366,12 +366,22 @@ def report_unread(stage: UsdStage) -> None:
             stage.lose("unknown-prims", f"a prim of type `{name}`, which is unknown to usd-core", prim)
         if prim.IsA(stage.geom.Xformable) and stage.geom.Xformable(prim).TransformMightBeTimeVarying():
             stage.lose("animations", "an animated transform; the first pose is used", prim)
+        _report_missing_materials(stage, prim)
         for each in prim.GetAuthoredAttributes():
             label = str(each.GetName())
             if _VENDOR.match(label) and not READ_OF_PHYSX.fullmatch(label) and not _OF_OTHERS.fullmatch(label):
                 attributes.setdefault(label, []).append(prim)
     for label, prims in attributes.items():
         stage.lose("vendor-attributes", f"`{label}` of {len(prims)} prims", prims[0])
+
+
+def _report_missing_materials(stage: UsdStage, prim: Prim) -> None:
+    for name, kind in (("material:binding:physics", "contact-materials"), ("material:binding", "material-looks")):
+        binding = prim.GetRelationship(name)
+        for target in binding.GetTargets() if binding else ():
+            found = stage.prim(target)
+            if not (found and found.IsA(stage.shade.Material)):
+                stage.lose(kind, f"the material `{target}`, which is missing or no `Material`", prim)
 
 
 READ_OF_PHYSX: Final = re.compile(

@@ -429,6 +429,14 @@ def warn_of_areas(
     tops: dict[str, float | None] = {}
     for one in placements:
         name = one.target.entity
+        if name not in tops:
+            tops[name] = _top_area(entities[name])
+        if one.kind == "on" and one.target.link is None and tops[name] == 0 and one.origin is not None:
+            message = f"`{cut(one.name)}` cannot fit: `{cut(name)}` has no level surface, to about a degree"
+            sink.report(
+                "SC355", message, one.origin.child("on"), hint="place it on something level, or give it a `pose`"
+            )
+            continue
         if one.name in upright and _is_outside(one, entities) and one.origin is not None:
             key = "region" if one.at is None else "at"
             message = f"`{cut(one.name)}` cannot fit: its `{key}` is outside `{one.target}`"
@@ -437,8 +445,6 @@ def warn_of_areas(
             continue
         if one.kind != "on" or one.name not in upright or len(one.scene_idxs) < len(entities[name].scene_idxs):
             continue
-        if name not in tops:
-            tops[name] = _top_area(entities[name])
         top, area = tops[name], sum(_footprint_area(entities[member]) for member in one.entities[:1])
         if top is None or one.origin is None:
             continue
@@ -569,7 +575,9 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
             message += f", nor in {len(error.scenes) - 1} other scenes"
         message += f"; {error.why}" if error.why else ""
         hint = distance_beyond_target(placement, plan)
-        hint = hint or "make the region larger, `apart` or the bodies smaller, or place fewer"
+        beside = "use a smaller `gap`, another `side` or a larger target"
+        region = "make the region larger, `apart` or the bodies smaller, or place fewer"
+        hint = hint or (region if placement.next_to is None else beside)
         sink.report("SC354", message, origin, hint=hint)
     except UnsupportedShapeError as error:
         sink.report("SC357", f"nothing can be placed beside {error}", origin)

@@ -95,9 +95,9 @@ def with_one_resistance(joint: DescribedJoint) -> DescribedJoint:
 
 def lost_resistance(joint: DescribedJoint) -> str:
     """Returns what `with_one_resistance` drops from a joint, in words; "" if nothing."""
-    kept = with_one_resistance(joint)
+    kept, of = with_one_resistance(joint), f" of `{joint.name}`" if joint.name else ""
     if kept.friction_force != joint.friction_force:
-        return f"the friction {joint.friction_force:g} of `{joint.name}`, which has a spring, a drive or a damping"
+        return f"the friction {joint.friction_force:g}{of} beside a spring, a drive or a damping"
     if kept.damping != joint.damping:
-        return f"the damping {joint.damping:g} of `{joint.name}`, which has friction"
+        return f"the damping {joint.damping:g}{of} beside friction"
     return ""

@@ -240,9 +240,9 @@ def _without_undamped(
     findings: list[Finding], origins: Mapping[str, Origin | None], diagnostics: Iterable[Diagnostic]
 ) -> list[Finding]:
     """Returns the findings, but no restless joints (SC858) of articulations with a reported drive (SC537), and no
-    constraints that do not hold (SC584) beside a chain that is too long (SC582).
+    constraints that do not hold (SC584) beside a chain that is too long (SC582) or a body that is thrown (SC856).
     """
-    if any(one.code == "SC582" for one in diagnostics):
+    if any(one.code in {"SC582", "SC856"} for one in (*diagnostics, *findings)):
         findings = [one for one in findings if one.code != "SC584"]
     told = {one.path.partition(".drives.")[0] for one in diagnostics if one.code == "SC537"}
     places = (origin_of(one.names[0], origins) if told and one.code == "SC858" else None for one in findings)

@@ -221,12 +221,14 @@ def violated_constraints(batch: SceneBatch) -> Iterator[Finding]:
 
 def stretched_constraints(batch: SceneBatch, seconds: float) -> Iterator[Finding]:
     """Yields constraints that the solver does not hold. `seconds`: simulated time."""
+    connections = {each.name for each in batch.plan.constraints if isinstance(each.joint, Connection)}
     for name, scene, excess, text in _constraint_errors(batch):
         if excess > STRETCHED:
+            other = "write `type: ball`, or " if name in connections else "write "
             yield Finding(
                 "SC584", (f"constraints/{name}",), scene, excess,
                 f"the constraint `{name}` does not hold: {text} after {seconds:g} s",
-                "write `solver_position_iterations: 255` on one of its bodies, or use a smaller `timestep`, or more "
+                f"{other}`solver_position_iterations: 255` on one of its bodies, or use a smaller `timestep`, or more "
                 "similar masses",
             )  # fmt: skip
 

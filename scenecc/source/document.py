@@ -428,13 +428,13 @@ class _Copier:
 
     def _refuse_depth(self, path: Path) -> NoReturn:
         message = f"more than {self._limits.depth} nested dicts and lists (limit depth)"
-        hint = f"`limits={{'depth': N}}` raises the limit, to {MAX_DEPTH} at most"
+        hint = f"`--limit depth=N` or `limits={{'depth': N}}` raises the limit, to {MAX_DEPTH} at most"
         self._report("SC602", message, path[:8], hint=hint)
         raise _LimitReached
 
     def _refuse_length(self, path: Path) -> NoReturn:
         message = f"more than {self._limits.text_bytes} values, shared ones counted each time (limit text_bytes)"
-        hint = "`limits={'text_bytes': N}` raises the limit"
+        hint = "`--limit text_bytes=N` or `limits={'text_bytes': N}` raises the limit"
         self._report("SC601", message, path, hint=hint)
         raise _LimitReached
 

@@ -884,3 +884,11 @@ def test_a_joint_that_follows_another(tmp_path: Path, source: str, schema: str, 
     assert ("joint-couplings" in kinds(found)) == (mimic is None)
     middle = entities(found)["a"]["root"]["children"][0]
     assert middle["children"][0]["joint"].get("mimic") == mimic
+
+
+@pytest.mark.parametrize(("purpose", "kind"), [("", "material-looks"), (":physics", "contact-materials")])
+@pytest.mark.parametrize("target", ["missing", "box"])
+def test_a_material_that_is_missing(tmp_path: Path, purpose: str, kind: str, target: str) -> None:
+    schemas = BODY.replace("[", '["MaterialBindingAPI", ')
+    text = f'def Cube "box" ({schemas})\n{{\nrel material:binding{purpose} = </World/{target}>\n}}\n'
+    assert kinds(read(tmp_path, text)) == [kind]
