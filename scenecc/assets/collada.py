@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-_LAMPS = frozenset({"library_cameras", "library_lights", "instance_camera", "instance_light"})
-_LOOKS = frozenset({"library_images", "library_materials", "library_effects", "bind_material"})
+LAMPS = frozenset({"library_cameras", "library_lights", "instance_camera", "instance_light"})
+"""Lamps and cameras: pycollada refuses those that name an element which does not exist."""
+
+LOOKS = frozenset({"library_images", "library_materials", "library_effects", "bind_material"})
+"""Materials."""
 
 
-def without_lamps(data: bytes) -> bytes:
-    """Removes lamps and cameras: pycollada refuses those that name an element which does not exist."""
-    return _without_elements(data, _LAMPS)
-
-
-def without_looks(data: bytes) -> bytes:
-    """Removes lamps, cameras and materials."""
-    return _without_elements(data, _LAMPS | _LOOKS)
-
-
-def _without_elements(data: bytes, tags: frozenset[str]) -> bytes:
+def without_elements(data: bytes, tags: frozenset[str]) -> bytes:
+    """Removes all elements with these names."""
     root = ET.fromstring(data)  # noqa: S314 - the scan for names has refused document types
     for parent in list(root.iter()):
         for child in list(parent):

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.assets.collada import without_looks
+from scenecc.assets.collada import LAMPS, LOOKS, without_elements
 from scenecc.assets.errors import AssetError
 from scenecc.assets.images import check_image
 from scenecc.assets.measures import hull_parts, measure_hull, measure_triangles
@@ -82,7 +82,7 @@ def prepare() -> Answer:
             most = header["max_bytes"]
             read = list(_read(libraries, parts[0], header["suffix"], buffers, TRIANGLES_RATIO * most, unused, colors))
             if header["wanted"] == "triangles":
-                return found, _arrays(read)
+                return found, [array.tobytes() for part in read for array in part]
             if header["wanted"] in _HULLS:
                 suffix, (parts_only, measured) = header["suffix"], _HULLS[header["wanted"]]
                 hulls = hull_parts(read, suffix) if parts_only else [_hull_points(read, unused, suffix)]
@@ -246,7 +246,7 @@ _MOST_INSTANCES = 20_000
 def _collada_parts(collada: Any, data: bytes) -> Iterator[Triangles]:
     """Yields the primitives of a COLLADA [m]. SAPIEN applies its unit and ignores its `up_axis`."""
     # pycollada skips geometry whose effect it cannot read.
-    document = collada.Collada(io.BytesIO(without_looks(data)))
+    document = collada.Collada(io.BytesIO(without_elements(data, LAMPS | LOOKS)))
     if document.scene is None:
         raise ValueError("it does not have exactly one visual scene")
     if len(document.controllers):
@@ -259,10 +259,6 @@ def _collada_parts(collada: Any, data: bytes) -> Iterator[Triangles]:
             triangles = primitive.triangleset() if hasattr(primitive, "triangleset") else primitive
             if isinstance(triangles, collada.triangleset.BoundTriangleSet) and triangles.vertex_index is not None:
                 yield np.asarray(triangles.vertex, np.float64) * unit, np.asarray(triangles.vertex_index)
-
-
-def _arrays(read: list[Triangles]) -> list[bytes]:
-    return [array.tobytes() for vertices, faces in read for array in (vertices, faces)]
 
 
 def _total_measures(read: list[Triangles], unused: list[Vertices]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ of a body. Articulations, constraints, lights and cameras have separate modules,
 from __future__ import annotations
 
 from operator import gt
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia
 from scenecc.checks.value_queries import (
@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from scenecc.plan.scene import Physics
 
     Found = tuple[Entity, BodyStructure, CollisionShape]
+
+    NumberRule = Callable[[BodyStructure, str, Origin, Sink], None]
+    """A rule about numbers of a body with a name. It reports faults."""
 
 
 CollisionKey = tuple[tuple[int, ...], "tuple[int, ...] | None", "tuple[Value | None, ...]"]
@@ -171,13 +174,6 @@ def _report_offsets(
     message = f"contact_offset {contact:g} must be above rest_offset {rest:g}"
     hint = "raise contact_offset or lower rest_offset"
     report_fault(sink, "SC507", message, origin, hint, sample)
-
-
-class NumberRule(Protocol):
-    """A rule about numbers of a body."""
-
-    def __call__(self, body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-        """Reports faults."""
 
 
 LANGUAGE_KEYS = {row.field: row.key for row in PROPERTIES if row.field != row.key}
@@ -468,18 +464,11 @@ def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink) 
         report_fault(sink, "SC529", message, origin.child("size"), hint, found.sample)
 
 
-class ShapeRule(Protocol):
-    """A rule about numbers of one geometry of a body."""
-
-    def __call__(self, geometry: Any, name: str, origin: Origin, sink: Sink, /) -> None:
-        """Reports faults."""
-
-
-SHAPE_RULES: Mapping[type, ShapeRule] = {
+SHAPE_RULES: Mapping[type, Callable[[Any, str, Origin, Sink], None]] = {
     Ring: _check_ring,
     Heightfield: _check_terrain,
 }
-"""Rules of one type of shape, by its geometry."""
+"""Rules about numbers of one type of shape, by its geometry."""
 
 NUMBER_RULES: tuple[NumberRule, ...] = (
     check_density_mass,

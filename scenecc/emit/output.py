@@ -82,12 +82,7 @@ def format_attribute(value: Any) -> str:
         return value
     if isinstance(value, bool | np.bool_):
         return "true" if value else "false"
-    return format_number(float(value)) if np.ndim(value) == 0 else format_numbers(value)
-
-
-def format_numbers(values: Iterable[float]) -> str:
-    """Formats numbers, separated by spaces."""
-    return " ".join(format_number(float(value)) for value in values)
+    return " ".join(format_number(float(one)) for one in np.atleast_1d(value))
 
 
 def format_number(value: float) -> str:

@@ -16,13 +16,12 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import Pose7, normalized, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, plain_name, starts_at_limits
-from scenecc.importers.urdf import UNREAL_INERTIAS, ReadUrdf, read_urdf
+from scenecc.importers.urdf import UNREAL_INERTIAS, ReadUrdf, read_root, read_urdf
 from scenecc.importers.writer import write_world
 from scenecc.importers.yaml_values import ValueFault, YamlValue, read_yaml_value
 from scenecc.robots.description import DescribedLink, DescribedRobot, MeshGeometry
-from scenecc.robots.files import FileReport, read_robot_bytes
 from scenecc.robots.world import DescribedEntity, DescribedWorld, RobotFile
-from scenecc.robots.xml import SourceElement, XmlBounds, parse_number, parse_xml
+from scenecc.robots.xml import SourceElement, parse_number
 from scenecc.source.paths import Refusal, resolve_path
 
 if TYPE_CHECKING:
@@ -162,7 +161,7 @@ class _Layout:
 
     def _body(self, asset: _Asset, read: ReadUrdf, link: DescribedLink) -> DescribedRobot:
         """Returns a URDF of one link as a body: with its own friction, and the mass of its shapes."""
-        friction = _friction(self._xml(read.path))
+        friction = _friction(read_root(read.path, self._context))
         collisions = tuple(
             replace(
                 shape,
@@ -182,11 +181,6 @@ class _Layout:
         body = replace(link, collisions=collisions, inertial=None)
         kind: Any = "static" if asset.is_static else "dynamic"
         return DescribedRobot((body,), kind, pose=asset.pose, location=asset.value.location)
-
-    def _xml(self, path: Path) -> SourceElement | None:
-        report = FileReport(self._context.sink.another())
-        data = read_robot_bytes(path, str(path), report, XmlBounds().size)
-        return None if data is None else parse_xml(data, str(path), report)
 
 
 def _robot_file(asset: _Asset, read: ReadUrdf) -> RobotFile:

@@ -29,6 +29,7 @@ from scenecc.importers.sdf_files import SdfFile, find_file, find_included_model
 from scenecc.importers.sdf_models import SdfModelReader, WorldParts, add_robot
 from scenecc.importers.sdf_scopes import SEPARATOR, Scope, ScopeReader
 from scenecc.importers.sdf_shapes import FRICTION
+from scenecc.importers.urdf import read_root
 from scenecc.robots.description import (
     IN_WORLD,
     DescribedCollision,
@@ -40,10 +41,9 @@ from scenecc.robots.description import (
     LinkName,
     MeshGeometry,
 )
-from scenecc.robots.files import FileReport, read_robot_bytes
 from scenecc.robots.mujoco.reader import read_mjcf
 from scenecc.robots.world import DescribedEntity, RobotFile
-from scenecc.robots.xml import XmlBounds, element_at, parse_number, parse_xml
+from scenecc.robots.xml import element_at, parse_number
 from scenecc.source.paths import Refusal, resolve_path
 
 if TYPE_CHECKING:
@@ -174,9 +174,7 @@ class ModelReader:
 
     def _urdf_frames(self, path: Path) -> dict[str, tuple[str, Pose7]]:
         """Returns the frames that the element <frame> adds to a URDF, as Drake reads it."""
-        report = FileReport(self._context.sink.another())
-        data = read_robot_bytes(path, str(path), report, XmlBounds().size)
-        root = None if data is None else parse_xml(data, str(path), report)
+        root = read_root(path, self._context)
         found: dict[str, tuple[str, Pose7]] = {}
         for element in () if root is None else root.all("frame"):
             words = [word for key in ("xyz", "rpy") for word in element.attributes.get(key, "0 0 0").split()]

@@ -13,7 +13,7 @@ from scenecc.scene_file.patterns import group_by_pattern
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scenecc.robots.description import DescribedDrive, DescribedJoint, DescribedLink, DescribedRobot
+    from scenecc.robots.description import DescribedDrive, DescribedJoint, DescribedRobot
     from scenecc.scene_file import Node
 
 _X: Final = (1.0, 0.0, 0.0)
@@ -50,8 +50,8 @@ def tree_of(robot: DescribedRobot, links: list[Node], called: Mapping[int, str])
         links: the keys of each link, which get their joint and children.
         called: names of its joints, by index of the link.
     """
-    joints = [link.joint and with_one_resistance(link.joint) for link in robot.links]
-    robot = replace(robot, links=tuple(map(_with_joint, robot.links, joints)))
+    links_of_file = (replace(link, joint=link.joint and with_one_resistance(link.joint)) for link in robot.links)
+    robot = replace(robot, links=tuple(links_of_file))
     moving = [n for n, link in enumerate(robot.links) if link.joint is not None and link.joint.type != "fixed"]
     own_names = {joint.name: called[n] for n in moving if (joint := robot.links[n].joint) is not None}
     rows = {n: _joint_numbers(joint) for n in moving if (joint := robot.links[n].joint) is not None}
@@ -65,10 +65,6 @@ def tree_of(robot: DescribedRobot, links: list[Node], called: Mapping[int, str])
     entity: Node = {"joints": {".*": common}} if common else {}
     entity |= _states(robot, moving, called)
     return {**entity, "root": links[0]}
-
-
-def _with_joint(link: DescribedLink, joint: DescribedJoint | None) -> DescribedLink:
-    return replace(link, joint=joint)
 
 
 def _common(rows: list[Node]) -> Node:

@@ -18,6 +18,7 @@ from scenecc.robots.xml import XmlBounds, parse_xml
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic, Sink
     from scenecc.robots.description import DescribedRobot, RobotDescription
+    from scenecc.robots.xml import SourceElement
     from scenecc.source.paths import ResolvedFile
 
 _REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "missing-files", "shapes": "colliders"}
@@ -73,11 +74,16 @@ def read_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:
     described, losses, repair = (None, (), []) if found is None else _read(found, context)
     if found is None or described is None:
         return None
-    report = FileReport(context.sink.another())
-    data = read_robot_bytes(path, str(path), report, XmlBounds().size)
-    root = None if data is None else parse_xml(data, str(path), report)
+    root = read_root(path, context)
     name = "" if root is None else root.attributes.get("name", "")
     return ReadUrdf(found.path, name, described.robots, losses, tuple(repair))
+
+
+def read_root(path: Path, context: ImportContext) -> SourceElement | None:
+    """Returns the root element of a file that was read before, so its faults are not reported again."""
+    report = FileReport(context.sink.another())
+    data = read_robot_bytes(path, str(path), report, XmlBounds().size)
+    return None if data is None else parse_xml(data, str(path), report)
 
 
 def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription | None, tuple[Loss, ...], list[str]]:

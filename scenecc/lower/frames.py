@@ -339,7 +339,7 @@ class FrameGraph:
         if name not in self._links and (name not in self._frames or self._is_narrowed(name)):
             # A plain frame has no scenes of its own; it inherits those of its parent.
             if around is not None:
-                self._exists_wherever(name, around)
+                self._is_wherever(name, self._fields_of(name).scenes, around, self.origin(name))
             around = name
         read = name if variation is not None else outer and outer.read
         if outer is None or parent is None:
@@ -407,11 +407,8 @@ class FrameGraph:
         self._sink.report("SC303", message, place, hint=suggest_name(shown, seen, self._sink))
         return None
 
-    def _exists_wherever(self, name: str, parent: str) -> None:
-        """Reports a scene that contains the object but not its reference entity."""
-        self._is_wherever(name, self._fields_of(name).scenes, parent, self.origin(name))
-
     def _is_wherever(self, name: str, mine: tuple[int, ...], parent: str, origin: Origin) -> None:
+        """Reports a scene that contains the object but not its reference entity."""
         others = self._fields_of(parent).scenes
         if mine is others or not (missing := set(mine).difference(others)):
             return

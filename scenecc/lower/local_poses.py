@@ -125,20 +125,9 @@ def rotated_frame(pose: Value | None, rotation: Quat | Value, fields: FieldLower
     if rotation == IDENTITY:
         return pose
     frame = literal(IDENTITY_POSE) if pose is None else pose
-    if not isinstance(rotation, Value):
-        return _with_rotation(frame, rotation, fields)
-
-    def turn(poses: NDArray[Any], rotations: NDArray[Any]) -> NDArray[Any]:
-        import numpy as np  # noqa: PLC0415 - loaded where something varies
-
-        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - see above
-
-        count = max(len(poses), len(rotations))
-        return rotation_arrays.turned(
-            np.broadcast_to(poses, (count, 7)), np.broadcast_to(rotations, (count, 4)), np.zeros((count, 3))
-        )
-
-    return derived(turn, [frame, rotation], fields.scenes)
+    if isinstance(rotation, Value):
+        return derived(_turned_rows, [frame, rotation, literal((0.0, 0.0, 0.0))], fields.scenes)
+    return _with_rotation(frame, rotation, fields)
 
 
 def _is_identity(pose: tuple[float, ...]) -> bool:
@@ -157,16 +146,18 @@ def _with_rotation(pose: Value, rotation: Quat, fields: FieldLowerer, step: Vec3
         return literal(turned(seven_numbers(pose), rotation, step))
     if rotation == IDENTITY and not any(step):
         return pose
+    return derived(_turned_rows, [pose, literal(rotation), literal(step)], fields.scenes)
 
-    def turn(poses: NDArray[Any]) -> NDArray[Any]:
-        import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - see above
+def _turned_rows(poses: NDArray[Any], rotations: NDArray[Any], steps: NDArray[Any]) -> NDArray[Any]:
+    """Poses moved by rotations and steps in their own frames; each part has one row, or one per scene."""
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        parts = (np.broadcast_to(part, (len(poses), len(part))) for part in (rotation, step))
-        return rotation_arrays.turned(poses, *parts)
+    from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - see above
 
-    return derived(turn, [pose], fields.scenes)
+    count = max(map(len, (poses, rotations, steps)))
+    parts = ((poses, 7), (rotations, 4), (steps, 3))
+    return rotation_arrays.turned(*(np.broadcast_to(part, (count, size)) for part, size in parts))
 
 
 def seven_numbers(pose: Value) -> Pose7:
@@ -214,14 +205,9 @@ def _lower_varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldL
         poses: NDArray[Any], rotations: NDArray[Any], normals: NDArray[Any], offsets: NDArray[Any]
     ) -> NDArray[Any]:
         """Rotates each pose from x to its normal, and translates it along the normal."""
-        import numpy as np  # noqa: PLC0415 - loaded where something varies
+        from scenecc.geometry.rotation_arrays import hypot  # noqa: PLC0415 - it loads numpy
 
-        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - see above
-
-        count = max(map(len, (poses, rotations, normals, offsets)))
-        steps = normals / rotation_arrays.hypot(normals)[:, None] * offsets[:, None]
-        parts = ((poses, 7), (rotations, 4), (steps, 3))
-        return rotation_arrays.turned(*(np.broadcast_to(part, (count, size)) for part, size in parts))
+        return _turned_rows(poses, rotations, normals / hypot(normals)[:, None] * offsets[:, None])
 
     return derived(turn, [pose, *parts], fields.scenes)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.assets.collada import without_lamps
+from scenecc.assets.collada import LAMPS, without_elements
 from scenecc.assets.errors import AssetError
 from scenecc.assets.obj_materials import image_of_words
 from scenecc.files import ChangedError, read_checked
@@ -118,7 +118,7 @@ def _load_meshes(data: bytes, file: AssetFile) -> list[tuple[Any, bool]]:
     trimesh: Any = import_module("trimesh")  # only partly typed
 
     try:
-        data = without_lamps(data) if suffix == ".dae" else data
+        data = without_elements(data, LAMPS) if suffix == ".dae" else data
         scene = trimesh.load_scene(BytesIO(data), suffix[1:], resolver=_MeshResolver(file), process=False)
     except Exception as error:  # trimesh's readers raise anything
         raise AssetError("SC747", f"'{path}' cannot be read: {error}", "export the mesh again") from error

@@ -8,9 +8,10 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import yaml
+from yaml.events import ScalarEvent, StreamEndEvent
 
 from scenecc.diagnostics.diagnostic import MARKER, Silencing, silencings_of
-from scenecc.source.events import ScalarEvent, StreamEndEvent, next_event
+from scenecc.source.events import next_event
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -13,6 +13,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
 
 import yaml
+from yaml.events import AliasEvent, MappingEndEvent, MappingStartEvent, ScalarEvent, SequenceEndEvent, StreamEndEvent
 
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.diagnostic import At, Location, Origin, Path
@@ -21,14 +22,8 @@ from scenecc.source.events import (
     MAX_INTEGER_CHARS,
     RESERVED_CHARACTER,
     RESERVED_IN_KEY_MESSAGE,
-    AliasEvent,
     Event,
-    MappingEndEvent,
-    MappingStartEvent,
     NodeEvent,
-    ScalarEvent,
-    SequenceEndEvent,
-    StreamEndEvent,
     has_index_keys,
     next_event,
 )

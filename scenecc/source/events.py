@@ -8,18 +8,7 @@ from math import inf, isinf, nan
 from typing import Any, Protocol
 
 import yaml
-from yaml.events import (
-    AliasEvent,
-    DocumentEndEvent,
-    DocumentStartEvent,
-    MappingEndEvent,
-    MappingStartEvent,
-    ScalarEvent,
-    SequenceEndEvent,
-    SequenceStartEvent,
-    StreamEndEvent,
-    StreamStartEvent,
-)
+from yaml.events import ScalarEvent, SequenceStartEvent
 
 from scenecc.diagnostics.coded_error import CodedError
 
@@ -169,24 +158,6 @@ def next_event(text: str) -> NextEvent:
     parser: Any = yaml.CSafeLoader(text) if yaml.__with_libyaml__ else yaml.SafeLoader(text)
     return parser.get_event
 
-
-__all__ = [
-    "AliasEvent",
-    "DocumentEndEvent",
-    "DocumentStartEvent",
-    "Event",
-    "MappingEndEvent",
-    "MappingStartEvent",
-    "Mark",
-    "NextEvent",
-    "NodeEvent",
-    "ScalarEvent",
-    "SequenceEndEvent",
-    "SequenceStartEvent",
-    "StreamEndEvent",
-    "StreamStartEvent",
-    "next_event",
-]
 
 _CORE_TAG_PREFIX = "tag:yaml.org,2002:"
 

@@ -13,6 +13,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import yaml
+from yaml.events import (
+    AliasEvent,
+    DocumentStartEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    SequenceStartEvent,
+    StreamEndEvent,
+)
 
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.diagnostic import Location
@@ -22,19 +32,11 @@ from scenecc.source.document import Document, copy_mapping, find_duplicate_keys
 from scenecc.source.events import (
     RESERVED_CHARACTER,
     RESERVED_IN_KEY_MESSAGE,
-    AliasEvent,
-    DocumentStartEvent,
-    MappingEndEvent,
-    MappingStartEvent,
     NextEvent,
     NodeError,
     NodeEvent,
     PlainKeys,
     PlainValues,
-    ScalarEvent,
-    SequenceEndEvent,
-    SequenceStartEvent,
-    StreamEndEvent,
     check_collection_tag,
     describe_type,
     format_scalar,
@@ -249,24 +251,17 @@ class _Reader:
             if value is None:
                 subject = f"the key `{under}`" if isinstance(under, str) else "the list item"
                 hint = "give it a value, or remove the key to get its default"
+                lines, end = self._faults.lines, key_event.end_mark
                 if isinstance(under, str) and ":" in under.strip(":"):
                     hint = "a space must follow the colon of a key: write `key: value`"
-                elif self._find_next_line(key_event).startswith("-{"):
+                elif lines.line(end.line + 1).lstrip().startswith("-{"):
                     hint = "write a space after the `-` of each item: `- {…}`"
-                elif colour := _COMMENTED_COLOUR.match(self._rest_of_line(key_event)):
+                elif colour := _COMMENTED_COLOUR.match(lines.line(end.line)[end.column :]):
                     hint = f'`#` starts a comment, so quote it: `{under}: "{colour[1]}"`'
                 self._faults.at("SC006", f"{subject} has no value", key_event, path=self._path(under), hint=hint)
         if event.anchor is not None:
             self._aliases.define(event.anchor, value)
         return value
-
-    def _rest_of_line(self, event: NodeEvent) -> str:
-        """Returns the rest of the line after an event."""
-        return self._faults.lines.line(event.end_mark.line)[event.end_mark.column :]
-
-    def _find_next_line(self, event: NodeEvent) -> str:
-        """Returns the line below an event, without indentation."""
-        return self._faults.lines.line(event.end_mark.line + 1).lstrip()
 
     def _read_odd_entry(self, event: NodeEvent, node: dict[str, Any]) -> None:
         """Reads an entry whose key is not simply a new string."""

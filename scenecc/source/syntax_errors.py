@@ -183,7 +183,7 @@ def _find_advice(problem: _Problem) -> _Advice:
         return advice
     for beginning, advise in _ADVICE_BY_PROBLEM.items():
         if problem.problem.startswith(beginning):
-            return _find_tab(problem) or advise(problem)
+            return _find_tab(problem) or (advise if isinstance(advise, _Advice) else advise(problem))
     return _find_tab(problem) or _Advice(f"bad YAML: {problem.problem}")
 
 
@@ -301,13 +301,13 @@ def _explain_key(problem: _Problem) -> _Advice:
     return _Advice("bad indentation", hint, length=problem.rest_length, related="the mapping starts here")
 
 
-def _explain_dash(_: _Problem) -> _Advice:
-    hint = "indent it further to make it part of the item above, or start it with `- `"
-    return _Advice("a list continues with a line that is not an item", hint, related="the list starts here")
+_DASH = _Advice(
+    "a list continues with a line that is not an item",
+    "indent it further to make it part of the item above, or start it with `- `",
+    related="the list starts here",
+)
 
-
-def _explain_dash_in_line(_: _Problem) -> _Advice:
-    return _Advice("a list item cannot start here", "start the list on a line of its own, or write `[…]`")
+_DASH_IN_LINE = _Advice("a list item cannot start here", "start the list on a line of its own, or write `[…]`")
 
 
 def _explain_content(problem: _Problem) -> _Advice:
@@ -335,9 +335,9 @@ def _explain_open_quote(problem: _Problem) -> _Advice:
     return _Advice("this quote is never closed", None, place.line, place.column)
 
 
-def _explain_escape(_: _Problem) -> _Advice:
-    hint = "in double quotes a backslash starts an escape: double it, or use single quotes"
-    return _Advice("unknown escape sequence", hint)
+_ESCAPE = _Advice(
+    "unknown escape sequence", "in double quotes a backslash starts an escape: double it, or use single quotes"
+)
 
 
 def _explain_extra_text(problem: _Problem) -> _Advice:
@@ -345,31 +345,31 @@ def _explain_extra_text(problem: _Problem) -> _Advice:
     return _Advice("there is extra text after the end of the document", hint, length=problem.rest_length)
 
 
-def _explain_depth(_: _Problem) -> _Advice:
-    """Reports libyaml's own depth limit (since 0.2.6). The parser looks ahead, so it can fail before `Limits.depth`."""
-    message = f"more than {MAX_DEPTH} nested mappings and lists"
-    hint = f"use fewer levels: the YAML parser supports only {MAX_DEPTH}, whatever the limits"
-    return _Advice(message, hint, code="SC602")
+_DEPTH = _Advice(
+    f"more than {MAX_DEPTH} nested mappings and lists",
+    f"use fewer levels: the YAML parser supports only {MAX_DEPTH}, whatever the limits",
+    code="SC602",
+)
+"""libyaml's own depth limit (since 0.2.6). The parser looks ahead, so it can fail before `Limits.depth`."""
 
-
-_ADVICE_BY_PROBLEM: dict[str, Callable[[_Problem], _Advice]] = {
-    "exceeded maximum nesting depth": _explain_depth,
+_ADVICE_BY_PROBLEM: dict[str, _Advice | Callable[[_Problem], _Advice]] = {
+    "exceeded maximum nesting depth": _DEPTH,
     "did not find expected ',' or": _explain_brackets,
     "mapping values are not allowed": _explain_colon,
     "could not find expected ':'": _explain_missing_colon,
     "did not find expected key": _explain_key,
-    "did not find expected '-'": _explain_dash,
-    "block sequence entries are not allowed": _explain_dash_in_line,
+    "did not find expected '-'": _DASH,
+    "block sequence entries are not allowed": _DASH_IN_LINE,
     "did not find expected node content": _explain_content,
     "found character that cannot start any token": _explain_first_character,
     "did not find expected alphabetic or numeric character": _explain_anchor,
     "found unexpected end of stream": _explain_open_quote,
-    "found unknown escape character": _explain_escape,
-    "found invalid Unicode character escape code": _explain_escape,
-    "did not find expected hexdecimal number": _explain_escape,
+    "found unknown escape character": _ESCAPE,
+    "found invalid Unicode character escape code": _ESCAPE,
+    "did not find expected hexdecimal number": _ESCAPE,
     "did not find expected <document start>": _explain_extra_text,
 }
-"""The beginnings of libyaml's problem texts → the function that gives advice."""
+"""The beginnings of libyaml's problem texts → the advice, or the function that gives it."""
 
 Container = dict[str, Any] | list[Any]
 

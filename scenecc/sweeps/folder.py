@@ -167,7 +167,7 @@ class SweepFolder:
                 break
             unit, payload = rest[:-1].split(b"\t", 1)
             start = end + len(line) - len(payload) - 1
-            self._found.setdefault(_unit_of(unit), (file, start, len(payload)))
+            self._found.setdefault(Unit(*map(int, unit.split())), (file, start, len(payload)))
             end += len(line)
         if own:
             file.truncate(end)
@@ -249,10 +249,6 @@ def _codes(rows: Iterable[dict[str, Any]]) -> Iterator[tuple[str, str]]:
     for row in rows:
         for finding in row["findings"]:
             yield finding["code"], finding["severity"]
-
-
-def _unit_of(text: bytes) -> Unit:
-    return Unit(*map(int, text.split()))
 
 
 def _seeds_text(seeds: Sequence[int]) -> str:

@@ -92,7 +92,7 @@ def words(
         blocks.append(np.asarray(stream, dtype=np.uint64).reshape(rows, _BLOCK))
     joined = blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
     joined = joined[:, start : start + count]
-    return joined if rows == len(scenes) and _are_consecutive(scenes) else joined[scenes - lowest]
+    return joined if rows == len(scenes) and (np.diff(scenes) == 1).all() else joined[scenes - lowest]
 
 
 def _many_seeds(
@@ -146,10 +146,6 @@ def choice(u: NDArray[np.float64], count: int, weights: Sequence[float] | None) 
     last = max(index for index, weight in enumerate(weights) if weight > 0)
     found = cast("NDArray[np.intp]", np.searchsorted(reached, u * reached[-1], side="right"))
     return np.minimum(found, last).astype(np.int64)
-
-
-def _are_consecutive(scenes: NDArray[np.int64]) -> bool:
-    return bool((scenes[1:] - scenes[:-1] == 1).all())
 
 
 _ROUNDS = 10

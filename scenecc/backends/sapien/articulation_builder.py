@@ -72,7 +72,7 @@ class PreparedJoint:
         ]
         if joint.type != "fixed":
             self._setters.append((JOINT_LIMITS.set, JOINT_LIMITS.column(joint.limits, rows)))
-            self._setters.append((_set_drive_properties, drive_properties(joint, rows)))
+            self._setters.append((lambda obj, values: obj.set_drive_properties(*values), drive_properties(joint, rows)))
         self._properties = split_setters([] if joint.type == "fixed" else JOINT_PROPERTIES.steps(joint, rows))
 
     def apply(self, joint: Any, row: int) -> None:
@@ -82,10 +82,6 @@ class PreparedJoint:
         for setter, column in self._setters:
             setter(joint, row_item(column, row))
         apply_setters(self._properties, joint, row)
-
-
-def _set_drive_properties(joint: Any, values: tuple[Any, ...]) -> None:
-    joint.set_drive_properties(*values)
 
 
 def drive_properties(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ...]]:

@@ -141,9 +141,9 @@ def _prepare_visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resou
     found = [] if shape.pose is None else property_setters(VISUAL_POSE, shape.pose, rows)
     faces = front_face_column(shape.geometry, shape.front_face, rows)
     if faces is not None:
-        found.append((_set_front_face, faces))
+        found.append((render.RenderShape.set_front_face, faces))
     if shape.name:
-        found.append((_set_name, [shape.name]))
+        found.append((render.RenderShape.set_name, [shape.name]))
     fixed, varying = split_setters(found)
     return PreparedShape(make, fixed, varying, False, _rows_of_files(shape.geometry, rows), "SC807", shape.origin)
 
@@ -153,14 +153,6 @@ def _rows_of_files(geometry: CollisionGeometry | VisualGeometry, rows: NDArray[n
         return ()
     _, first = np.unique(select_rows(geometry.file, rows), return_index=True)
     return tuple(first.tolist())
-
-
-def _set_front_face(shape: Any, face: str) -> None:
-    shape.set_front_face(face)
-
-
-def _set_name(shape: Any, name: str) -> None:
-    shape.set_name(name)
 
 
 def prepare_mass(

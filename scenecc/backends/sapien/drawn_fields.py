@@ -310,10 +310,6 @@ class _Rule(NamedTuple):
     words: str
 
 
-def _is_ordered(low: Floats, high: Floats) -> NDArray[np.bool_]:
-    return low <= high
-
-
 def _has_ordered_limits(limits: Floats) -> NDArray[np.bool_]:
     return limits[:, 0] <= limits[:, 1]
 
@@ -322,17 +318,13 @@ def _is_inertia(moments: Floats) -> NDArray[np.bool_]:
     return 2 * moments.max(axis=1) <= moments.sum(axis=1) * (1 + 1e-9)
 
 
-def _is_in_front(near: Floats, far: Floats) -> NDArray[np.bool_]:
-    return near < far
-
-
 _RULES: dict[type, _Rule] = {
     PhysicalMaterial: _Rule(
-        ("dynamic_friction", "static_friction"), _is_ordered, "the drawn dynamic friction exceeds the static friction"
+        ("dynamic_friction", "static_friction"), np.less_equal, "the drawn dynamic friction exceeds the static friction"
     ),
     Joint: _Rule(("limits",), _has_ordered_limits, "the drawn lower limit exceeds the upper limit"),
     Inertial: _Rule(("inertia",), _is_inertia, "a drawn moment of inertia exceeds the sum of the others"),
-    Camera: _Rule(("near", "far"), _is_in_front, "the drawn near plane is not in front of the far plane"),
+    Camera: _Rule(("near", "far"), np.less, "the drawn near plane is not in front of the far plane"),
 }
 
 

@@ -112,18 +112,14 @@ def axis_gain(drive: AxisDrive, field: str) -> LiveProperty:
 _CameraClass = render.RenderCameraComponent
 
 
-def _set_fovx(camera: Any, value: float, *, square: bool) -> None:
-    camera.set_fovx(value, square)
-
-
-def _set_fovy(camera: Any, value: float, *, square: bool) -> None:
-    camera.set_fovy(value, square)
+def _set_angle(field: str, camera: Any, value: float, *, square: bool) -> None:
+    getattr(camera, f"set_{field}")(value, square)
 
 
 def angle_of_view(lens: Perspective, field: str) -> LiveProperty:
     """Returns the property for `fovx` or `fovy`. Pixels are square if only one is given."""
     square = lens.fovx is None or lens.fovy is None
-    setter = partial({"fovx": _set_fovx, "fovy": _set_fovy}[field], square=square)
+    setter = partial(_set_angle, field, square=square)
     return LiveProperty(setter, attrgetter(field), stored="angle")
 
 
@@ -151,9 +147,9 @@ def _set_plane(name: str, camera: Any, value: float) -> None:
     camera.set_orthographic_parameters(planes["near"], planes["far"], *sides)
 
 
-def _set_friction(setter: str, material: Any, value: float) -> None:
-    """Sets a number of a `PhysxMaterial` or a `SharedMaterial`."""
-    getattr(material, setter)(value)
+def _set_by_name(setter: str, obj: Any, value: Any) -> None:
+    """Calls a setter that several classes have: a `PhysxMaterial` and a `SharedMaterial`, a light and a camera."""
+    getattr(obj, setter)(value)
 
 
 def _set_ambient_light(system: Any, color: Any) -> None:
@@ -190,7 +186,7 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
     ),
     (Inertial, "inertia"): _make_property(_Body, "inertia", to_vectors)._replace(stored="inverse"),
     **{
-        (PhysicalMaterial, field): LiveProperty(partial(_set_friction, f"set_{field}"), attrgetter(field))
+        (PhysicalMaterial, field): LiveProperty(partial(_set_by_name, f"set_{field}"), attrgetter(field))
         for field in ("static_friction", "dynamic_friction", "restitution")
     },
     **{
@@ -226,12 +222,7 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
 ENTITY_POSE = LiveProperty(sapien.Entity.set_pose, _pose_getter("pose"), to_poses)
 """`pose` of an unmounted light or camera: that of its own entity."""
 
-
-def _set_local_pose(component: Any, pose: Any) -> None:
-    component.set_local_pose(pose)
-
-
-LOCAL_POSE = LiveProperty(_set_local_pose, _pose_getter("local_pose"), to_poses)
+LOCAL_POSE = LiveProperty(partial(_set_by_name, "set_local_pose"), _pose_getter("local_pose"), to_poses)
 """`pose` of a mounted light or camera."""
 
 

@@ -232,7 +232,8 @@ def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[
     if shape.kind == "triangle_mesh":
         words = "a triangle mesh collides as its convex hull, like all meshes in MuJoCo"
         model.unsupported.change(name, words, shape.shape.origin)
-    return shape.pose, {"type": "mesh", "mesh": cooked_mesh_asset(model, name, shape.mesh)}
+    cooked = _mesh_asset(model, f"{name}_collision", encode_obj(shape.mesh.vertices, shape.mesh.triangles))
+    return shape.pose, {"type": "mesh", "mesh": cooked}
 
 
 _BASE_THICKNESS = 0.1
@@ -256,11 +257,6 @@ def _height_field(
         elevation=tuple(height for row in terrain.heights for height in row),
     )
     return compose(pose, (0.0, 0.0, float(low[2]), *IDENTITY_POSE[3:])), {"type": "hfield", "hfield": asset}
-
-
-def cooked_mesh_asset(model: MjcfModel, name: str, mesh: MeasuredMesh) -> str:
-    """Returns the mesh asset of a cooked mesh."""
-    return _mesh_asset(model, f"{name}_collision", encode_obj(mesh.vertices, mesh.triangles))
 
 
 def _report_shape(model: MjcfModel, name: str, shape: MeasuredShape) -> None:
