@@ -58,6 +58,7 @@ _KINDS: Final = {
     "surface": "moving-surfaces",
     "friction": "surface-friction",
     "fluid": "fluids",
+    "inertia": "assumed-masses",
     "mocap": "kinematic-links",
     "hull": "hulls",
     "sleep": "settings",
@@ -99,7 +100,7 @@ _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
 
 
-CODES_OF_LOSSES: Final = frozenset({"SC484", "SC490"})
+CODES_OF_LOSSES: Final = frozenset({"SC484", "SC490", "SC580"})
 """Codes of findings about an MJCF that its losses cover."""
 
 
