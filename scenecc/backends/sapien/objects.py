@@ -9,7 +9,7 @@ import numpy as np
 
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.shared_materials import MaterialPool
-from scenecc.diagnostics.messages import suggest
+from scenecc.diagnostics.messages import show, suggest
 from scenecc.geometry.rotations import UNIT_TOLERANCE
 
 if TYPE_CHECKING:
@@ -230,10 +230,11 @@ def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) ->
     return found
 
 
-def unknown_name(name: str, known: Sequence[str], what: str, owner: str | None = None) -> KeyError:
+def unknown_name(name: object, known: Sequence[str], what: str, owner: str | None = None) -> KeyError:
     """Returns the error for an unknown name, with the closest known name. `what`: kind of the names: "link"."""
     whose = "" if owner is None else f" of '{owner}'"
-    return KeyError(f"no {what} '{name}'{whose}; {suggest(name, known) or 'there are none'}")
+    by = "" if isinstance(name, str) else " (objects are found by name, not by number)"
+    return KeyError(f"no {what} {show(name)}{whose}{by}; {suggest(str(name), known) or 'there are none'}")
 
 
 class NamedObjects(dict[str, Named]):
