@@ -209,3 +209,13 @@ def test_a_robot_has_the_name_of_its_first_body_and_plain_rotations(folder: Path
     assert "rpy_deg: [0, 90, 0]" in text
     assert "  steel: {visual: {base_color: [0.5, 0.5, 0.5], specular: 0.5, roughness: 0.2}}\n" in text
     assert "{type: capsule, pose: [0, 0, -0.05], radius: 0.02, half_length: 0.05, axis: z" in " ".join(text.split())
+
+
+def test_equal_bodies_with_named_geoms_become_instances_of_a_prefab(folder: Path) -> None:
+    parts = [f'<geom name="chair_{{0}}_part{n}" type="box" size="0.1 0.1 0.{n + 1}"/>' for n in range(7)]
+    chair = f"<body name='chair_{{0}}' pos='{{0}} 0 {{0}}'><freejoint/>{''.join(parts)}</body>"
+    chairs = "".join(chair.format(number) for number in range(5))
+    (folder / "hall.xml").write_text(f"<mujoco><worldbody>{chairs}</worldbody></mujoco>")
+    import_scene(folder / "hall.xml", folder / "hall.yaml")
+    assert "  chair_4: {use: hall_assets/chair.yaml, pose: [4, 0, 4]}\n" in (folder / "hall.yaml").read_text()
+    assert "{name: part6, type: box, " in (folder / "hall_assets/chair.yaml").read_text()
