@@ -188,6 +188,29 @@ def test_absolute_paths_lead_to_the_copies(folder: Path, folder_key: str) -> Non
     assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]
 
 
+def test_absolute_paths_in_included_and_attached_files_lead_to_the_copies(folder: Path) -> None:
+    for name in ("parts", "models/meshes"):
+        (folder / "in" / name).mkdir(parents=True)
+    for name in ("rock.obj", "models/meshes/part.obj"):
+        (folder / "in" / name).write_text(TETRAHEDRON)
+    whole = """<mujoco><include file="{0}/parts/assets.xml"/><!-- <compiler meshdir="gone"/> -->
+<asset><model name="m" file="{0}/models/part.xml"/></asset><worldbody><geom type="mesh" mesh="rock"/>
+<body><freejoint/><geom size="0.1"/><attach model="m" body="part" prefix="a_"/></body></worldbody></mujoco>"""
+    included = """<mujoco><include file="{0}/parts/folders.xml"/><asset><mesh file="{0}/rock.obj"/></asset></mujoco>"""
+    folders = '<mujoco><compiler meshdir="{0}/models"/></mujoco>'
+    attached = """<mujoco><compiler meshdir="{0}/models/meshes"/><asset><mesh file="part.obj"/></asset><worldbody>
+<body name="part"><geom type="mesh" mesh="part"/></body></worldbody></mujoco>"""
+    texts = {"all.xml": whole, "parts/assets.xml": included, "parts/folders.xml": folders, "models/part.xml": attached}
+    for name, text in texts.items():
+        (folder / "in" / name).write_text(text.format(folder / "in"))
+    import_scene(folder / "in/all.xml", folder / "out/all.yaml", keep_file=True)
+    (folder / "in").rename(folder / "gone")
+    assert not [one for one in scenecc.validate(folder / "out/all.yaml") if one.severity == "error"]
+    copies = [path.read_text() for path in (folder / "out/all_assets").rglob("*.xml")]
+    assert len(copies) == len(texts)
+    assert not any(str(folder) in text for text in copies)
+
+
 PLANAR = """<mujoco><asset><material name="steel" rgba="0.5 0.5 0.5 1" shininess="0.8"/></asset><worldbody>
 <body name="puck" pos="0 0 0.1"><joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
 <geom type="capsule" fromto="0 0 0 0 0 -0.1" size="0.02" material="steel"/>
