@@ -384,7 +384,7 @@ class _Tree:
             pose = self._add(anchor.child or anchor.parent, None, ())
         else:
             pose = IDENTITY_POSE
-            self._made.append(DescribedLink(self._fresh.new("base"), anchor.element.location))
+            self._made.append(DescribedLink(self._fresh.new("base"), anchor.element.location, is_added=True))
             self._attach(anchor, "", 0)
         place, collide = self._reader.model.element.location, self._reader.self_collisions
         links = tuple(map(self._with_known_source, self._made))

@@ -175,7 +175,7 @@ class ArticulationReader:
             links = [self._reader.link(self._bodies[tree.root], names[tree.root])]
         else:
             pose = tree.joints[0].frames[0]
-            links = [DescribedLink(free.new(_ADDED_ROOT), self._stage.place)]
+            links = [DescribedLink(free.new(_ADDED_ROOT), self._stage.place, is_added=True)]
         indices, single = {tree.root: 0}, dict[str, int]()
         joint_names = UniqueNames()
         for joint in tree.joints:

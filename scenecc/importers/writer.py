@@ -183,7 +183,8 @@ class _WorldWriter:
 
     def _note(self, link_name: LinkName, link: DescribedLink, name: str) -> None:
         self.names[link_name] = name
-        self.bodies[name] = link.source or link.name
+        if not link.is_added:
+            self.bodies[name] = link.source or link.name
         self.places[name] = link.location
 
     def _body(self, name: str, wish: str, robot: DescribedRobot, index: int) -> Node:
