@@ -15,7 +15,6 @@ from scenecc.diagnostics.messages import cut
 from scenecc.expand.documents import SHIPPED_PREFIX
 from scenecc.files import open_regular
 from scenecc.importers.imported_scene import Asset
-from scenecc.importers.mjcf_paths import with_relative_paths
 from scenecc.source.paths import AssetScope, check_scheme, check_uri, has_package
 
 IMPORTED_FROM: Final = "Imported from"
@@ -157,7 +156,7 @@ class AssetNames:
                 with open_regular(each) as stream:
                     data = stream.read()
                 is_mjcf = each == path and each.suffix.lower() in {".xml", ".mjcf"}
-                self.copies[f"{folder}/{name}"] = with_relative_paths(data, each) if is_mjcf else data
+                self.copies[f"{folder}/{name}"] = _with_relative_paths(data, each) if is_mjcf else data
                 self._originals[f"{folder}/{name}"] = each
         return f"{folder}/{inner[path]}"
 
@@ -174,3 +173,29 @@ class AssetNames:
             self.copies[path] = data
             self._originals[path] = None
         return self._made[digest]
+
+
+_TAG: Final = re.compile(r"<(\w+)\b[^<>]*>")
+_FOLDER: Final = re.compile(r"""\b(meshdir|texturedir|assetdir)\s*=\s*["']([^"']*)""")
+_ABSOLUTE: Final = re.compile(r"""(\b(?:file\w*|\w+dir)\s*=\s*["'])(/[^"']*)""")
+
+
+def _with_relative_paths(data: bytes, file: Path) -> bytes:
+    """Returns an MJCF with its absolute paths, as robosuite writes them, made relative, so that copies are found.
+
+    Args:
+        data: its content.
+        file: its absolute path. In MJCF, meshes and textures are relative to the folders that `<compiler>` names.
+    """
+    text = data.decode("utf-8", "surrogateescape")
+    named = {
+        name: folder for tag in _TAG.finditer(text) if tag[1] == "compiler" for name, folder in _FOLDER.findall(tag[0])
+    }
+
+    def relative(tag: re.Match[str]) -> str:
+        own = {"mesh": "meshdir", "hfield": "meshdir", "texture": "texturedir"}.get(tag[1])
+        folder = named.get(own, named.get("assetdir", "")) if own else ""
+        start = file.parent / folder
+        return _ABSOLUTE.sub(lambda name: name[1] + Path(os.path.relpath(name[2], start)).as_posix(), tag[0])
+
+    return _TAG.sub(relative, text).encode("utf-8", "surrogateescape")
