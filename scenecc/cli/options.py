@@ -158,6 +158,15 @@ SceneArgument = Annotated[
         autocompletion=complete_scene,
     ),
 ]
+ScenePaths = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="PATH...",
+        help="Scene files, folders of them, or - for standard input.",
+        autocompletion=complete_scene,
+    ),
+]
+OutputFile = Annotated[str, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")]
 NumScenes = Annotated[
     int | None,
     typer.Option("--num-scenes", metavar="N", parser=at_least(1), help="Number of scenes, overriding the file."),
