@@ -16,7 +16,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import Pose7, normalized, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, plain_name, starts_at_limits
-from scenecc.importers.urdf import UNREAL_INERTIAS, ReadUrdf, read_root, read_urdf
+from scenecc.importers.urdf import UNREAL_INERTIAS, ReadUrdf, read_repaired_urdf, read_root
 from scenecc.importers.writer import write_world
 from scenecc.importers.yaml_values import ValueFault, YamlValue, read_yaml_value
 from scenecc.robots.description import DescribedLink, DescribedRobot, MeshGeometry
@@ -148,7 +148,7 @@ class _Layout:
         found = resolve_path(uri, base=self._folder, scope=self._context.scope)
         if isinstance(found, Refusal):
             raise value.fault(f"the object `{cut(node)}`: {found.message}", found.hint, loss="models")
-        read = read_urdf(found.path, self._context)
+        read = read_repaired_urdf(found.path, self._context)
         if read is None:
             return None
         links = [link for robot in read.robots for link in robot.links]

@@ -11,7 +11,7 @@ from scenecc.importers.imported_scene import REPAIRED, ImportContext, ImportedSc
 from scenecc.importers.numbers import Names, starts_at_limits
 from scenecc.importers.writer import write_world
 from scenecc.robots.files import FileReport, read_robot_bytes
-from scenecc.robots.urdf import read_urdf as read_robots
+from scenecc.robots.urdf import read_urdf
 from scenecc.robots.world import DescribedEntity, DescribedWorld, RobotFile
 from scenecc.robots.xml import XmlBounds, parse_xml
 
@@ -57,7 +57,7 @@ class ReadUrdf:
 
 def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
     """Returns a scene with the robot of a URDF; None after an error. Repairs are listed as losses."""
-    read = read_urdf(path, context)
+    read = read_repaired_urdf(path, context)
     if read is None:
         return None
     name = Names().new(path.stem)
@@ -68,7 +68,7 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
     return ImportedScene(written.document, read.losses, written.bodies, codes_of_losses=codes)
 
 
-def read_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:
+def read_repaired_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:
     """Reads a URDF with as few repairs as necessary; returns None after an error."""
     found = context.resolve(path)
     described, losses, repair = (None, (), []) if found is None else _read(found, context)
@@ -95,7 +95,7 @@ def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription 
         needed = [name for name in _REPAIRS if _count_errors(_try_read(file, frozenset({name}), context)[1]) < errors]
         described, trial = _try_read(file, frozenset(needed), context)
     if described is None:
-        read_robots(file, scope=context.scope, sink=context.sink, repair=frozenset(needed))
+        read_urdf(file, scope=context.scope, sink=context.sink, repair=frozenset(needed))
         return None, (), []
     if "inertia" not in needed and _inertia_warnings(trial):
         whole, repaired = _try_read(file, frozenset({*needed, "inertia"}), context)
@@ -125,7 +125,7 @@ def _try_read(
     file: ResolvedFile, repair: frozenset[str], context: ImportContext
 ) -> tuple[RobotDescription | None, Sink]:
     trial = context.sink.another()
-    return read_robots(file, scope=context.scope, sink=trial, repair=repair), trial
+    return read_urdf(file, scope=context.scope, sink=trial, repair=repair), trial
 
 
 def _count_errors(sink: Sink) -> int:
