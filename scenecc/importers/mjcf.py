@@ -98,8 +98,7 @@ _LIGHT_TYPES: Final[dict[int, Literal["spot", "directional", "point"]]] = {0: "s
 _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
 
-
-CODES_OF_LOSSES: Final = frozenset({"SC484", "SC490"})
+MJCF_LOSS_CODES: Final = frozenset({"SC484", "SC490"})
 """Codes of findings about an MJCF that its losses cover."""
 
 
@@ -213,7 +212,7 @@ class _Importer:
             self._reference(),
             engine="MuJoCo",
             places={} if keeps else written.places,
-            codes_of_losses=CODES_OF_LOSSES | {"SC494"},
+            codes_of_losses=MJCF_LOSS_CODES | {"SC494"},
         )
 
     def losses(self) -> tuple[Loss, ...]:

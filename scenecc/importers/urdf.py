@@ -24,11 +24,14 @@ if TYPE_CHECKING:
 _REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "missing-files", "shapes": "colliders"}
 """Repair option of the scene → kind of loss."""
 
-UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
+_UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
 """Warnings about inertias that other programs read differently from SAPIEN."""
 
 _ASSUMED_MASS: Final = "SC448"
 """Code of notes about masses that the file does not have."""
+
+URDF_LOSS_CODES: Final = _UNREAL_INERTIAS | {_ASSUMED_MASS}
+"""Codes of findings about a URDF that its losses cover."""
 
 
 @frozen
@@ -64,8 +67,7 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
     keys = (*read.keys, *starts_at_limits(read.robots).items())
     file = RobotFile("urdf", read.path, keys=keys, robots=read.robots)
     written = write_world(DescribedWorld(name, (DescribedEntity(name, file, Location(str(path))),)))
-    codes = UNREAL_INERTIAS | {_ASSUMED_MASS}
-    return ImportedScene(written.document, read.losses, written.bodies, codes_of_losses=codes)
+    return ImportedScene(written.document, read.losses, written.bodies, codes_of_losses=URDF_LOSS_CODES)
 
 
 def read_repaired_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:
@@ -118,7 +120,7 @@ def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription 
 
 
 def _inertia_warnings(sink: Sink) -> list[Diagnostic]:
-    return [note for note in sink.diagnostics() if note.code in UNREAL_INERTIAS]
+    return [note for note in sink.diagnostics() if note.code in _UNREAL_INERTIAS]
 
 
 def _try_read(
