@@ -12,7 +12,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, from_matrix
 from scenecc.importers.numbers import plain_name
 from scenecc.importers.sdf_files import find_element
-from scenecc.importers.sdf_joints import SdfJoint, constraint_of, freedoms_of, read_joint
+from scenecc.importers.sdf_joints import SdfJoint, freedoms_of, read_sdf_joint, sdf_constraint
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import SdfLink, read_collisions, read_visuals
 from scenecc.names import UniqueNames
@@ -102,7 +102,7 @@ class WorldParts:
         parent, child = reversed(ends) if is_reversed else ends
         if child.is_moved:
             rows = (parent.name, parent.pose), (child.name, child.pose)
-            self.constraints.append(constraint_of(joint, *rows, is_reversed=is_reversed))
+            self.constraints.append(sdf_constraint(joint, *rows, is_reversed=is_reversed))
 
 
 def add_robot(model: Scope, pose: Pose7, path: str, parts: WorldParts) -> None:
@@ -202,7 +202,7 @@ class SdfModelReader:
             else:
                 add_robot(model, pose, above + name, self._parts)
         for name, element in scope.joints.items():
-            joint = read_joint(scope, element, name, (above, prefix), turn)
+            joint = read_sdf_joint(scope, element, name, (above, prefix), turn)
             if joint is not None:
                 own = all(not end or end in self._links for end in (joint.parent, joint.child))
                 (self._joints if own else self._parts.loose).append(joint)

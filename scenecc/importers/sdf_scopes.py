@@ -10,7 +10,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.importers.numbers import Names
 from scenecc.importers.sdf_files import SdfFile, SourceElement, find_included_model, read_sdf_file, text_of
 from scenecc.importers.sdf_robots import robot_element
-from scenecc.importers.urdf import ReadUrdf, read_urdf
+from scenecc.importers.urdf import ReadUrdf, read_repaired_urdf
 
 WORLD = "world"
 MODEL = "__model__"
@@ -233,7 +233,7 @@ class ScopeReader:
             file.error(f"`{uri[:80]}` {why}", element)
             return
         if found.suffix.lower() == ".urdf":
-            robot = read_urdf(found, file.context)
+            robot = read_repaired_urdf(found, file.context)
             if robot is not None:
                 self._add(self._robot(element, robot, scope), scope, (*chain, found))
             return

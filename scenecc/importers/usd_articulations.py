@@ -159,7 +159,7 @@ def _span(
     return tree
 
 
-class ArticulationReader:
+class UsdArticulationReader:
     """Describes trees as robots."""
 
     def __init__(self, stage: UsdStage, reader: UsdBodyReader, bodies: Mapping[str, UsdBody]) -> None:

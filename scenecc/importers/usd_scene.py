@@ -14,12 +14,12 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import compose, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, ReferencePose
 from scenecc.importers.numbers import plain_name, plain_numbers
-from scenecc.importers.usd_articulations import ArticulationReader, JointTree, find_trees
+from scenecc.importers.usd_articulations import JointTree, UsdArticulationReader, find_trees
 from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
 from scenecc.importers.usd_contacts import report_contacts
 from scenecc.importers.usd_filters import CollisionFilters
 from scenecc.importers.usd_instancers import expand_instancers
-from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, constraint_of
+from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, usd_constraint
 from scenecc.importers.usd_materials import UsdMaterialReader
 from scenecc.importers.usd_rendering import RenderingReader
 from scenecc.importers.usd_shapes import SOLID_TYPES
@@ -227,7 +227,7 @@ class UsdSceneReader:
 
     def _add_entities(self, groups: dict[str, UsdBody], trees: list[JointTree]) -> None:
         by_body = {body: tree for tree in trees for body in tree.bodies}
-        articulations = ArticulationReader(self._stage, self._reader, self._bodies)
+        articulations = UsdArticulationReader(self._stage, self._reader, self._bodies)
         done: set[int] = set()
         for path, body in groups.items():
             tree = by_body.get(path)
@@ -289,7 +289,7 @@ class UsdSceneReader:
         if parent == IN_WORLD and ends[0]:  # a kinematic body without shapes, which is not built
             joint = replace(joint, frames=(compose(self._bodies[ends[0]].pose, joint.frames[0]), joint.frames[1]))
         collide = joint.collides and all(body in self._links and self._bodies[body].collides for body in ends)
-        return constraint_of(joint, parent, self._links[ends[1]], self._stage, collide=collide)
+        return usd_constraint(joint, parent, self._links[ends[1]], self._stage, collide=collide)
 
     def _is_root(self, prim: Prim) -> bool:
         """Returns whether a prim contains the whole stage: the default prim, or a top one called `World`."""
