@@ -220,9 +220,6 @@ PLANAR = """<mujoco><asset><material name="steel" rgba="0.5 0.5 0.5 1" shininess
 
 
 def test_a_robot_has_the_name_of_its_first_body_and_plain_rotations(folder: Path) -> None:
-    (folder / "table.xml").write_text(PLANAR.replace(' mocap="true"', ""))
-    with pytest.raises(SceneError, match="the weld of `pin` to the body `hand`, which has no shapes and no joints"):
-        import_scene(folder / "table.xml", folder / "table.yaml")
     (folder / "table.xml").write_text(PLANAR)
     import_scene(folder / "table.xml", folder / "table.yaml")
     text = (folder / "table.yaml").read_text()
@@ -232,6 +229,27 @@ def test_a_robot_has_the_name_of_its_first_body_and_plain_rotations(folder: Path
     assert "rpy_deg: [0, 90, 0]" in text
     assert "  steel: {visual: {base_color: [0.5, 0.5, 0.5], specular: 0.5, roughness: 0.2}}\n" in text
     assert "{type: capsule, pose: [0, 0, -0.05], radius: 0.02, half_length: 0.05, axis: z" in " ".join(text.split())
+
+
+@pytest.mark.parametrize(
+    ("held", "parent", "pose"),
+    [
+        ("", "world", "{p: [1, 0, 2], rpy_deg: [0, 90, 0]}"),
+        ('<geom size="0.01"/>', "post", "{p: [0, 0, 2], rpy_deg: [0, 90, 0]}"),
+        ('mocap="true"', "post", "{p: [0, 0, 2], rpy_deg: [0, 90, 0]}"),
+    ],
+)
+def test_a_weld_to_a_body_without_joints_is_to_what_is_built_of_it(
+    folder: Path, held: str, parent: str, pose: str
+) -> None:
+    mocap, geom = (held, "") if "mocap" in held else ("", held)
+    post = f'<body name="post" {mocap} pos="1 0 0">{geom}<body name="hand" pos="0 0 1" euler="0 90 0"/></body>'
+    pin = '<body name="pin" pos="1 0 2" euler="0 90 0"><freejoint/><geom size="0.1"/></body>'
+    weld = '<equality><weld body1="hand" body2="pin" relpose="-1 0 0 1 0 0 0"/></equality>'
+    (folder / "a.xml").write_text(f"<mujoco><worldbody>{post}{pin}</worldbody>{weld}</mujoco>")
+    import_scene(folder / "a.xml", folder / "a.yaml")
+    found = " ".join((folder / "a.yaml").read_text().split())
+    assert f"{{type: weld, parent: {parent}, child: pin, pose_in_parent: {pose}" in found
 
 
 def test_equal_bodies_with_named_geoms_become_instances_of_a_prefab(folder: Path) -> None:
