@@ -203,16 +203,11 @@ def spread_poses(pose: Any, count: int) -> list[sapien.Pose]:
             if len(items) != count:
                 raise ValueError(f"{len(items)} poses for {count} scenes")
             return items
-    rows = _spread_array(pose, 7, count, "a pose")
+    rows = spread_array(pose, 7, count, "a pose")
     lengths = np.linalg.norm(rows[:, 3:].astype(np.float64), axis=1)
     if (np.abs(lengths - 1) > UNIT_TOLERANCE).any():
         raise ValueError("a pose's quaternion (its last four numbers, wxyz) must be of unit length")
     return [sapien.Pose(row[:3], row[3:]) for row in rows]
-
-
-def spread_vectors(vector: Any, count: int) -> NDArray[np.float32]:
-    """Returns (count, 3) float32 from (3,) or (count, 3). Raises ValueError."""
-    return _spread_array(vector, 3, count, "a velocity")
 
 
 def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) -> list[NDArray[np.float32]]:
@@ -263,7 +258,8 @@ def pad_rows(rows: list[Any], width: int) -> NDArray[np.float32]:
     return found
 
 
-def _spread_array(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:
+def spread_array(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:
+    """Returns (count, width) float32 from (width,) or (count, width). Raises ValueError."""
     rows = np.asarray(given, dtype=np.float32)
     if rows.shape not in ((width,), (1, width), (count, width)):
         raise ValueError(f"{what} must be ({width},) or ({count}, {width}), not {rows.shape}")
