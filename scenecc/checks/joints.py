@@ -105,9 +105,11 @@ def _check_speeds(structure: ArticulationStructure, name: str, origin: Origin, s
             report_fault(sink, "SC567", message, origin.child(key), hint, found.sample, at="key")
 
 
-_LINEAR = ("max_linear_velocity", 10.0, "m/s")
-_ANGULAR = ("max_angular_velocity", 50.0, "rad/s")
+_SpeedLimit = tuple[str, float, str]
 """Key, SAPIEN's default and unit of the maximum speed of a link."""
+
+_LINEAR: _SpeedLimit = ("max_linear_velocity", 10.0, "m/s")
+_ANGULAR: _SpeedLimit = ("max_angular_velocity", 50.0, "rad/s")
 
 
 def _check_link_count(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
