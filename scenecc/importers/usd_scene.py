@@ -18,6 +18,7 @@ from scenecc.importers.usd_articulations import JointTree, UsdArticulationReader
 from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
 from scenecc.importers.usd_contacts import report_contacts
 from scenecc.importers.usd_filters import CollisionFilters
+from scenecc.importers.usd_instancers import expand_instancers
 from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, usd_constraint
 from scenecc.importers.usd_materials import UsdMaterialReader
 from scenecc.importers.usd_rendering import RenderingReader
@@ -52,11 +53,16 @@ def _read_opened(stage: UsdStage, path: Path, context: ImportContext) -> Importe
             context.sink.report("SC430", f"`{unit}` is {size:g}, which is out of range", Location(str(path)))
     if stage.frames.up_axis not in UP_ROTATIONS:
         context.sink.report("SC430", f"`upAxis` is `{cut(stage.frames.up_axis)}`: not X, Y or Z", Location(str(path)))
+    check_attribute_types(stage, context.sink)
+    if context.sink.failed:
+        return None
+    expand_instancers(stage, context.limits.objects)
+    if not stage.layers.composes(stage.stage, path):
+        return None
     for prim in stage.prims():
         if prim.IsA(stage.geom.Xformable) and not np.isfinite(stage.frames.world(prim)).all():
             message = f"the transform of {prim.GetPath()} is not finite"
             context.sink.report("SC430", message, Location(str(path)))
-    check_attribute_types(stage, context.sink)
     return None if context.sink.failed else UsdSceneReader(stage, context).read()
 
 
@@ -310,10 +316,9 @@ def _parse(stage: UsdStage) -> dict[str, Any]:
         warnings.simplefilter("ignore", DeprecationWarning)  # the new name is missing in the oldest usd-core supported
         rows: dict[Any, Any] = stage.physics.LoadUsdPhysicsFromRange(stage.stage, ["/"])
     found: dict[str, Any] = {}
-    prototypes = any(prim.IsA(stage.geom.PointInstancer) for prim in stage.prims())
     for kind, (_, parsed) in rows.items():
         name = str(kind).rpartition(".")[2]
-        valid = [each for each in parsed if each.isValid and not (prototypes and stage.is_prototype(each.primPath))]
+        valid = [each for each in parsed if each.isValid]
         if name.endswith("Shape"):
             found.setdefault("Shape", []).extend(valid)
         elif name.endswith("Joint"):
@@ -331,18 +336,8 @@ _OF_OTHERS: Final = re.compile(
 )
 """Other attributes that are read, or that follow from those that are."""
 
-_SHOWN_PROTOTYPES: Final = 3
-
 _SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|ForceAPI|Gear")
 """Schemas for dynamics other than rigid bodies and joints."""
-
-
-def _describe_instancer(stage: UsdStage, prim: Prim) -> str:
-    instancer = stage.geom.PointInstancer(prim)
-    indices, mask = instancer.GetProtoIndicesAttr().Get(stage.time), instancer.ComputeMaskAtTime(stage.time)
-    count = sum(mask) if mask else len(indices or ())
-    names = ", ".join(f"`{path.name}`" for path in instancer.GetPrototypesRel().GetTargets()[:_SHOWN_PROTOTYPES])
-    return f"a `PointInstancer` of {count} instances" + (f" of {names}" if names else "")
 
 
 def report_unread(stage: UsdStage) -> None:
@@ -360,8 +355,6 @@ def report_unread(stage: UsdStage) -> None:
             stage.lose("joint-couplings", words, prim)
         elif any("SurfaceVelocity" in each for each in schemas):
             stage.lose("moving-surfaces", "the velocity of a surface; rollers with a `velocity_target` convey", prim)
-        elif prim.IsA(stage.geom.PointInstancer):
-            stage.lose("point-instancers", _describe_instancer(stage, prim), prim)
         elif name and prim.GetPrimDefinition() is not None and info.GetSchemaType().isUnknown:
             stage.lose("unknown-prims", f"a prim of type `{name}`, which is unknown to usd-core", prim)
         if prim.IsA(stage.geom.Xformable) and stage.geom.Xformable(prim).TransformMightBeTimeVarying():
