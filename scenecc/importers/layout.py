@@ -16,7 +16,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import Pose7, normalized, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, plain_name, starts_at_limits
-from scenecc.importers.urdf import URDF_LOSS_CODES, ReadUrdf, read_repaired_urdf, read_root
+from scenecc.importers.urdf import URDF_LOSS_CODES, ReadUrdf, read_repaired_urdf, read_urdf_root
 from scenecc.importers.writer import write_world
 from scenecc.importers.yaml_values import ValueFault, YamlValue, read_yaml_value
 from scenecc.robots.description import DescribedLink, DescribedRobot, MeshGeometry
@@ -153,7 +153,7 @@ class _Layout:
 
     def _body(self, asset: _Asset, read: ReadUrdf, link: DescribedLink) -> DescribedRobot:
         """Returns a URDF of one link as a body: with its own friction, and the mass of its shapes."""
-        friction = _friction(read_root(read.path, self._context))
+        friction = _friction(read_urdf_root(read.path, self._context))
         collisions = tuple(
             replace(
                 shape,

@@ -29,7 +29,7 @@ from scenecc.importers.sdf_files import SdfFile, find_file, find_included_model
 from scenecc.importers.sdf_models import SdfModelReader, WorldParts, add_robot
 from scenecc.importers.sdf_scopes import SEPARATOR, Scope, ScopeReader
 from scenecc.importers.sdf_shapes import FRICTION
-from scenecc.importers.urdf import read_root
+from scenecc.importers.urdf import read_urdf_root
 from scenecc.robots.description import (
     IN_WORLD,
     DescribedCollision,
@@ -172,7 +172,7 @@ class ModelReader:
 
     def _urdf_frames(self, path: Path) -> dict[str, tuple[str, Pose7]]:
         """Returns the frames that the element <frame> adds to a URDF, as Drake reads it."""
-        root = read_root(path, self._context)
+        root = read_urdf_root(path, self._context)
         found: dict[str, tuple[str, Pose7]] = {}
         for element in () if root is None else root.all("frame"):
             words = [word for key in ("xyz", "rpy") for word in element.attributes.get(key, "0 0 0").split()]

@@ -76,12 +76,12 @@ def read_repaired_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:
     described, losses, repair = (None, (), []) if found is None else _read(found, context)
     if found is None or described is None:
         return None
-    root = read_root(path, context)
+    root = read_urdf_root(path, context)
     name = "" if root is None else root.attributes.get("name", "")
     return ReadUrdf(found.path, name, described.robots, losses, tuple(repair))
 
 
-def read_root(path: Path, context: ImportContext) -> SourceElement | None:
+def read_urdf_root(path: Path, context: ImportContext) -> SourceElement | None:
     """Returns the root element of a file that was read before, so its faults are not reported again."""
     report = FileReport(context.sink.another())
     data = read_robot_bytes(path, str(path), report, XmlBounds().size)

@@ -14,7 +14,7 @@ A reader fills `scenecc.robots.world.DescribedWorld` and calls `write_world`. It
 - Shapes: round solids along x, planes with normal x. A collision and a visual with equal geometry and pose become one
   shape. Meshes that collide have a positive scale.
 - `DescribedCollision.friction`, also where it is the default of the format: the writer leaves out what equals
-  `DescribedPhysics.friction`. Materials with a name in the file stand in the section `materials`.
+  `DescribedPhysics.friction`. Materials that have a name in the file are written to the section `materials`.
 
 What a scene cannot express is the reader's loss; the writer reports only `WrittenWorld.unwritten`.
 """

@@ -224,7 +224,8 @@ def _may_support(under: Placement, one: Placement) -> bool:
 def _is_constant(one: Placement) -> bool:
     """Returns whether all tries of a placement are the same."""
     values = [getattr(one, name) for name in TRIED_FIELDS]
-    return not one.at is one.next_to is None and all(value is None or value.recipe is None for value in values)
+    has_place = one.at is not None or one.next_to is not None
+    return has_place and all(value is None or value.recipe is None for value in values)
 
 
 def _closure(relation: Flags) -> Flags:

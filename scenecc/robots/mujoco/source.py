@@ -92,11 +92,9 @@ _ATTRIBUTES_ELSEWHERE = {
 }
 """Attributes of any element that are reported as a note, by the note's key."""
 
-_MOST = {"element": 100_000, "body": 10_000}
+_MOST = {"elements": 100_000, "bodies": 10_000}
 """Maximum numbers after MuJoCo's replicate and attach. MuJoCo's reader takes 10 s for 10 000 bodies, and four times as
 long for twice as many."""
-
-_PLURALS = {"element": "elements", "body": "bodies"}
 
 MAX_CELLS = 2**24
 """Maximum number of pixels of procedural textures and cells of height fields, together."""
@@ -193,7 +191,7 @@ class SourceBuilder:
         for kind, most in _MOST.items():
             if (count := self.count(root, kind)) > most:
                 shown = f"{count:.0f}" if count < 1e15 else f"{count:.1g}"
-                message = f"the model is too large: it has {shown} {_PLURALS[kind]}, and the limit is {most}"
+                message = f"the model is too large: it has {shown} {kind}, and the limit is {most}"
                 self.report.error("SC452", message, root.location, "replicate or attach less, or split it")
                 return
 
@@ -226,7 +224,7 @@ class SourceBuilder:
 
     def count(self, element: SourceElement, kind: str) -> float:
         """Returns how many elements, or bodies, MuJoCo makes of an element and its children. `kind`: of `_MOST`."""
-        own = kind == "element" or element.tag in {"body", "composite"}
+        own = kind == "elements" or element.tag in {"body", "composite"}
         inner = own + sum(self.count(child, kind) for child in element.children)
         if element.tag == "attach":
             return inner + self._largest[kind]
