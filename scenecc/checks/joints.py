@@ -82,16 +82,15 @@ def _check_speeds(structure: ArticulationStructure, name: str, origin: Origin, s
     """Warns of a motion at the start, or a target speed, above the maximum of its link."""
     root, starts = structure.links[0], f"`{cut(name)}` starts"
     motions = [
-        (root, True, "linear_velocity", starts, structure.linear_velocity),
-        (root, False, "angular_velocity", starts, structure.angular_velocity),
+        (root, _LINEAR, "linear_velocity", starts, structure.linear_velocity),
+        (root, _ANGULAR, "angular_velocity", starts, structure.angular_velocity),
     ]
     for link in structure.links:
         if (joint := link.joint) is not None:
-            slides, words = joint.type == "prismatic", _format_joint(joint)
-            motions.append((link, slides, "qvel", f"{words} starts", joint.qvel))
-            motions.append((link, slides, "drives", f"{words} is driven", joint.drive_velocity_target))
-    for link, slides, key, words, value in motions:
-        field, default, unit = _LINK_SPEEDS[slides]
+            kind, words = _LINEAR if joint.type == "prismatic" else _ANGULAR, _format_joint(joint)
+            motions.append((link, kind, "qvel", f"{words} starts", joint.qvel))
+            motions.append((link, kind, "drives", f"{words} is driven", joint.drive_velocity_target))
+    for link, (field, default, unit), key, words, value in motions:
         limit = getattr(link.body, field)
         most = default if limit is None else highest(limit)[0]
 
@@ -106,8 +105,11 @@ def _check_speeds(structure: ArticulationStructure, name: str, origin: Origin, s
             report_fault(sink, "SC567", message, origin.child(key), hint, found.sample, at="key")
 
 
-_LINK_SPEEDS = {True: ("max_linear_velocity", 10.0, "m/s"), False: ("max_angular_velocity", 50.0, "rad/s")}
-"""Key and SAPIEN's default of the maximum speed of a link along (True) and about an axis."""
+_SpeedLimit = tuple[str, float, str]
+"""Key, SAPIEN's default and unit of the maximum speed of a link."""
+
+_LINEAR: _SpeedLimit = ("max_linear_velocity", 10.0, "m/s")
+_ANGULAR: _SpeedLimit = ("max_angular_velocity", 50.0, "rad/s")
 
 
 def _check_link_count(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:

@@ -25,7 +25,7 @@ from scenecc.geometry.rotations import (
     to_vector,
 )
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
-from scenecc.importers.mjcf import CODES_OF_LOSSES
+from scenecc.importers.mjcf import MJCF_LOSS_CODES
 from scenecc.importers.model_files import ModelReader, NamedModel
 from scenecc.importers.numbers import Names
 from scenecc.importers.placed_entities import still_links
@@ -33,7 +33,7 @@ from scenecc.importers.sdf import SdfViews
 from scenecc.importers.sdf_files import SMALLEST, SdfFile, find_file
 from scenecc.importers.sdf_scopes import SEPARATOR
 from scenecc.importers.sdf_shapes import FRICTION
-from scenecc.importers.urdf import UNREAL_INERTIAS
+from scenecc.importers.urdf import URDF_LOSS_CODES
 from scenecc.importers.writer import write_world
 from scenecc.importers.yaml_values import ValueFault, YamlValue, read_yaml_value
 from scenecc.robots.description import IN_WORLD, DescribedConstraint, LinkName
@@ -130,18 +130,12 @@ class _DirectivesReader:
     def _read_directive(self, item: YamlValue, scope: _Scope) -> None:
         try:
             entries = item.entries(*self._read)
-            for name, value in entries.items() if len(entries) == 1 else ():
-                self._read[name](value, scope)
             if len(entries) != 1:
-                self._report(item.fault("{} must be one directive, such as `add_model`"))
+                raise item.fault("{} must be one directive, such as `add_model`")
+            ((name, value),) = entries.items()
+            self._read[name](value, scope)
         except ValueFault as fault:
-            self._report(fault)
-
-    def _report(self, fault: ValueFault) -> None:
-        if fault.loss:
-            self._losses.append(Loss(fault.loss, fault.message, fault.place))
-        else:
-            self._context.sink.report("SC433", fault.message, fault.place, hint=fault.hint)
+            fault.report(self._context.sink, self._losses)
 
     def _add_model(self, value: YamlValue, scope: _Scope) -> None:
         known = ("name", "file", "default_joint_positions", "default_free_body_pose")
@@ -259,7 +253,7 @@ class _DirectivesReader:
         try:
             return self._frame(value.text(), value, scope)
         except ValueFault as fault:
-            self._report(fault)
+            fault.report(self._context.sink, self._losses)
             return None
 
     def _frame(self, name: str, value: YamlValue, scope: _Scope) -> _Frame:
@@ -303,7 +297,7 @@ class _DirectivesReader:
             tie = next((one for one in pending if (one.parent.link[0] in done) != (one.child.link[0] in done)), None)
             for one in [one for one in pending if one.parent.link[0] in done and one.child.link[0] in done]:
                 words = "{} moves a model that is placed already"
-                self._report(one.value.fault(words, loss="" if one.welds else "settings"))
+                one.value.fault(words, loss="" if one.welds else "settings").report(self._context.sink, self._losses)
                 pending.remove(one)
             if tie is not None:
                 self._join(tie, is_child_placed=tie.child.link[0] in done)
@@ -358,7 +352,7 @@ class _DirectivesReader:
         written = write_world(world)
         self._losses += written.lost_filters(place)
         content = written.document, tuple(self._losses), written.bodies
-        codes = UNREAL_INERTIAS | CODES_OF_LOSSES | {"SC448"}
+        codes = URDF_LOSS_CODES | MJCF_LOSS_CODES
         return ImportedScene(*content, places=written.places, codes_of_losses=codes)
 
     def _ignored_pairs(self) -> frozenset[frozenset[LinkName]]:
@@ -369,7 +363,7 @@ class _DirectivesReader:
             try:
                 groups = self._group(first, value), self._group(second, value)
             except ValueFault as fault:
-                self._report(fault)
+                fault.report(self._context.sink, self._losses)
                 continue
             pairs = {frozenset((a, b)) for a in groups[0] for b in groups[1] if a != b}
             kept = {pair for pair in pairs if any(isinstance(entities[name].content, RobotFile) for name, _ in pair)}

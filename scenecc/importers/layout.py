@@ -16,7 +16,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import Pose7, normalized, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, plain_name, starts_at_limits
-from scenecc.importers.urdf import UNREAL_INERTIAS, ReadUrdf, read_root, read_urdf
+from scenecc.importers.urdf import URDF_LOSS_CODES, ReadUrdf, read_repaired_urdf, read_urdf_root
 from scenecc.importers.writer import write_world
 from scenecc.importers.yaml_values import ValueFault, YamlValue, read_yaml_value
 from scenecc.robots.description import DescribedLink, DescribedRobot, MeshGeometry
@@ -61,10 +61,8 @@ def import_layout(path: Path, context: ImportContext) -> ImportedScene | None:
     folder = path.absolute().parent.name
     world = DescribedWorld(Names().new(folder if path.stem == "layout" and folder else path.stem), tuple(entities))
     written = write_world(world)
-    codes = UNREAL_INERTIAS | {"SC448"}
-    return ImportedScene(
-        written.document, tuple(layout.losses), written.bodies, places=written.places, codes_of_losses=codes
-    )
+    content = written.document, tuple(layout.losses), written.bodies
+    return ImportedScene(*content, places=written.places, codes_of_losses=URDF_LOSS_CODES)
 
 
 @dataclass(slots=True)
@@ -102,20 +100,14 @@ class _Layout:
             try:
                 entity = self._entity(node, value)
             except ValueFault as fault:
-                self._report(fault)
+                fault.report(self._context.sink, self.losses)
                 continue
             found += [] if entity is None else [entity]
         try:
             self._lose_robot()
         except ValueFault as fault:
-            self._report(fault)
+            fault.report(self._context.sink, self.losses)
         return found
-
-    def _report(self, fault: ValueFault) -> None:
-        if fault.loss:
-            self.losses.append(Loss(fault.loss, fault.message, fault.place))
-        else:
-            self._context.sink.report("SC433", fault.message, fault.place, hint=fault.hint)
 
     def _lose_robot(self) -> None:
         """Lists the robot: the layout names it, but EmbodiedGen takes it from ManiSkill's agents."""
@@ -148,7 +140,7 @@ class _Layout:
         found = resolve_path(uri, base=self._folder, scope=self._context.scope)
         if isinstance(found, Refusal):
             raise value.fault(f"the object `{cut(node)}`: {found.message}", found.hint, loss="models")
-        read = read_urdf(found.path, self._context)
+        read = read_repaired_urdf(found.path, self._context)
         if read is None:
             return None
         links = [link for robot in read.robots for link in robot.links]
@@ -161,7 +153,7 @@ class _Layout:
 
     def _body(self, asset: _Asset, read: ReadUrdf, link: DescribedLink) -> DescribedRobot:
         """Returns a URDF of one link as a body: with its own friction, and the mass of its shapes."""
-        friction = _friction(read_root(read.path, self._context))
+        friction = _friction(read_urdf_root(read.path, self._context))
         collisions = tuple(
             replace(
                 shape,

@@ -27,7 +27,7 @@ from scenecc.robots.description import (
     LinkName,
     MeshGeometry,
 )
-from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
+from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, built_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import ReadModel, read_model
 from scenecc.robots.mujoco.worker import FLAGS
@@ -99,34 +99,34 @@ _LIGHT_TYPES: Final[dict[int, Literal["spot", "directional", "point"]]] = {0: "s
 _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
 
-
-CODES_OF_LOSSES: Final = frozenset({"SC484", "SC490", "SC580"})
+MJCF_LOSS_CODES: Final = frozenset({"SC484", "SC490", "SC580"})
 """Codes of findings about an MJCF that its losses cover."""
 
 
-def import_mjcf(path: Path, context: ImportContext, *, is_model: bool = False) -> ImportedScene | None:
-    """Returns the scene of an MJCF; None after an error.
+def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
+    """Returns the scene of an MJCF; None after an error."""
+    importer = _open(path, context, is_model=False)
+    return None if importer is None else importer.scene()
 
-    `is_model`: the file is one model of several, without its constraints to the world, settings, lights and cameras.
+
+def read_mjcf_model(path: Path, context: ImportContext) -> tuple[RobotFile, tuple[Loss, ...]] | None:
+    """Returns an MJCF that is one model of several, as a file, and its losses; None after an error.
+
+    Its constraints to the world, settings, lights and cameras are losses.
     """
+    importer = _open(path, replace(context, keep_file=True), is_model=True)
+    return None if importer is None else (importer.robot_file(), importer.losses())
+
+
+def _open(path: Path, context: ImportContext, *, is_model: bool) -> _Importer | None:
     found = context.resolve(path)
     if found is None:
         return None
-    trial = context.sink.another()
-    read = read_model(found, scope=context.scope, sink=trial, limits=context.limits)
+    read = read_model(found, scope=context.scope, sink=context.sink.another(), limits=context.limits)
     if read is None:
         read_model(found, scope=context.scope, sink=context.sink, limits=context.limits)
         return None
-    made = _Importer(path, found, read, context, is_model=is_model).scene()
-    # Paths of included files are relative to the root of the scope.
-    root = context.scope.root or Path.cwd()
-    base = root if path.is_absolute() else Path(os.path.relpath(root))
-    places = [loss.place for loss in made.losses]
-    shown = [
-        place if place.file == str(path) else replace(place, file=str(base / (place.file or ""))) for place in places
-    ]
-    losses = tuple(replace(loss, place=place) for loss, place in zip(made.losses, shown, strict=True))
-    return replace(made, losses=losses)
+    return _Importer(path, found, read, context, is_model=is_model)
 
 
 _MATERIAL_LINE: Final = re.compile(rb"^[ \t]*(?:mtllib|usemtl)\b.*$", re.MULTILINE)
@@ -152,7 +152,6 @@ class _Importer:
         self._links = read.links
         self._called: dict[LinkName, LinkName] = {}
         self._name = Names().new(path.stem)
-        self._is_model = is_model
         to_world = {place for kind, _, place in read.losses if kind == WORLD_EQUALITY and not is_model}
         self._constraints = self._world_constraints(to_world)
         built = {constraint.location for constraint in self._constraints}
@@ -201,29 +200,43 @@ class _Importer:
             entities,
             DescribedPhysics(header["option"]["timestep"], gravity, None if keeps else _FRICTION),
             tuple(map(self._renamed, constraints)),
-            () if self._is_model else self._lights(),
-            () if self._is_model else self._cameras(),
+            self._lights(),
+            self._cameras(),
             ambient=to_vector(header["ambient"]),
         )
         written = write_world(world)
         self._losses += written.lost_filters(Location(str(self._path)))
         return ImportedScene(
             written.document,
-            tuple(self._losses),
+            self.losses(),
             written.bodies,
             self._reference(),
             engine="MuJoCo",
             places={} if keeps else written.places,
-            codes_of_losses=CODES_OF_LOSSES | {"SC494"},
+            codes_of_losses=MJCF_LOSS_CODES | {"SC494"},
         )
 
-    def _kept_file(self) -> tuple[DescribedEntity, ...]:
+    def losses(self) -> tuple[Loss, ...]:
+        """Returns what is lost so far. Places in included files, relative to the scope's root, become user's paths."""
+        root = self._context.scope.root or Path.cwd()
+        base = root if self._path.is_absolute() else Path(os.path.relpath(root))
+        return tuple(
+            loss
+            if loss.place.file == str(self._path)
+            else replace(loss, place=replace(loss.place, file=str(base / (loss.place.file or ""))))
+            for loss in self._losses
+        )
+
+    def robot_file(self) -> RobotFile:
+        """Returns the MJCF as a file that the scene names."""
         keys: dict[str, Any] = {"keyframe": self._keyframe} if self._keyframe else {}
         keys = keys or starts_at_limits(self._description.robots)
+        return RobotFile("mjcf", self._file.path, keys=tuple(keys.items()), robots=self._description.robots)
+
+    def _kept_file(self) -> tuple[DescribedEntity, ...]:
         for robot in self._description.robots:
             self._called |= {(robot.links[0].name, link.name): (self._name, link.name) for link in robot.links}
-        file = RobotFile("mjcf", self._file.path, keys=tuple(keys.items()), robots=self._description.robots)
-        return (DescribedEntity(self._name, file, Location(str(self._path))),)
+        return (DescribedEntity(self._name, self.robot_file(), Location(str(self._path))),)
 
     def _entity(self, robot: DescribedRobot) -> DescribedEntity:
         """Returns a robot or body as an entity.
@@ -313,7 +326,7 @@ class _Importer:
             place = model.location("eq", number)
             if place not in lost:
                 continue
-            ends = equality_frames(model, number, kind)
+            ends = built_frames(model, number, kind, self._links)
             (first, in_world), (body, in_body) = ends if ends[0][0] == WORLD else ends[::-1]
             if first != WORLD or body not in self._links or not model["body_weldid"][body]:
                 continue

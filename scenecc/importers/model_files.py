@@ -21,7 +21,7 @@ from scenecc.geometry.rotations import (
 )
 from scenecc.importers.imported_scene import ImportContext, Loss
 from scenecc.importers.meshes import MeshError, load_mesh
-from scenecc.importers.mjcf import import_mjcf
+from scenecc.importers.mjcf import read_mjcf_model
 from scenecc.importers.numbers import starts_at_limits
 from scenecc.importers.placed_entities import PlacedEntities, robots_of
 from scenecc.importers.sdf import report_model_losses
@@ -29,7 +29,7 @@ from scenecc.importers.sdf_files import SdfFile, find_file, find_included_model
 from scenecc.importers.sdf_models import SdfModelReader, WorldParts, add_robot
 from scenecc.importers.sdf_scopes import SEPARATOR, Scope, ScopeReader
 from scenecc.importers.sdf_shapes import FRICTION
-from scenecc.importers.urdf import read_root
+from scenecc.importers.urdf import read_urdf_root
 from scenecc.robots.description import (
     IN_WORLD,
     DescribedCollision,
@@ -41,10 +41,8 @@ from scenecc.robots.description import (
     LinkName,
     MeshGeometry,
 )
-from scenecc.robots.mujoco.reader import read_mjcf
 from scenecc.robots.world import DescribedEntity, RobotFile
 from scenecc.robots.xml import element_at, parse_number
-from scenecc.source.paths import Refusal, resolve_path
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -174,7 +172,7 @@ class ModelReader:
 
     def _urdf_frames(self, path: Path) -> dict[str, tuple[str, Pose7]]:
         """Returns the frames that the element <frame> adds to a URDF, as Drake reads it."""
-        root = read_root(path, self._context)
+        root = read_urdf_root(path, self._context)
         found: dict[str, tuple[str, Pose7]] = {}
         for element in () if root is None else root.all("frame"):
             words = [word for key in ("xyz", "rpy") for word in element.attributes.get(key, "0 0 0").split()]
@@ -192,20 +190,15 @@ class ModelReader:
             self.placed.set_position(entity.name, joint, value)
 
     def _mjcf(self, name: str, plain: str, found: Path, uri: YamlValue) -> NamedModel | None:
-        resolved = resolve_path(str(found), base=found.parent, scope=self._context.scope)
-        kept = import_mjcf(found, replace(self._context, keep_file=True), is_model=True)
-        if kept is None or isinstance(resolved, Refusal):
+        read = read_mjcf_model(found, self._context)
+        if read is None:
             return None
-        described = read_mjcf(resolved, scope=self._context.scope, sink=self._context.sink.another())
-        if described is None:
-            return None
-        self._losses.extend(kept.losses)
-        ((_, keys),) = kept.document["entities"].items()
-        rows = tuple((key, value) for key, value in keys.items() if key != "mjcf")
-        file = RobotFile("mjcf", found, keys=rows, robots=described.robots)
-        links = {link.name: (plain, link.name) for robot in described.robots for link in robot.links}
+        file, losses = read
+        self._losses.extend(losses)
         self.parts.entities.append(DescribedEntity(plain, file, uri.location))
-        return NamedModel(name, self, links=links)
+        return NamedModel(
+            name, self, links={link.name: (plain, link.name) for robot in file.robots for link in robot.links}
+        )
 
     def _mesh(self, name: str, plain: str, found: Path, uri: YamlValue) -> NamedModel | None:
         """Returns a mesh as a body of its shape, with the density of water."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
 from scenecc.importers.numbers import plain_number
 from scenecc.robots.description import IN_WORLD, DescribedRobot, LinkName
-from scenecc.robots.link_poses import link_poses
+from scenecc.robots.link_poses import robot_link_poses
 from scenecc.robots.world import DescribedEntity, FilePart, RobotFile
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class PlacedEntities:
         content = self._content(link[0])
         base = content.pose if isinstance(content, RobotFile) else IDENTITY_POSE
         robot, index = self._found(link)
-        return link_poses(robot, compose(base, robot.pose), at_start=True)[index]
+        return robot_link_poses(robot, compose(base, robot.pose), at_start=True)[index]
 
     def _found(self, link: LinkName) -> tuple[DescribedRobot, int]:
         rows = ((robot, index) for robot in robots_of(self._content(link[0])) for index in range(len(robot.links)))

@@ -10,11 +10,11 @@ from typing import Final
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
 from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find_element, read_sdf_file
-from scenecc.importers.sdf_joints import read_joint
+from scenecc.importers.sdf_joints import read_sdf_joint
 from scenecc.importers.sdf_models import BuiltLink, SdfModelReader, WorldParts, add_robot
 from scenecc.importers.sdf_scopes import SEPARATOR, Scope, ScopeReader
 from scenecc.importers.sdf_shapes import FRICTION, SdfLink
-from scenecc.importers.urdf import UNREAL_INERTIAS
+from scenecc.importers.urdf import URDF_LOSS_CODES
 from scenecc.importers.writer import write_world
 from scenecc.robots.description import IN_WORLD, LinkName
 from scenecc.robots.world import DescribedCamera, DescribedLight, DescribedPhysics, DescribedWorld
@@ -75,7 +75,7 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
             continue
         SdfModelReader(model, world.model_pose(model), parts).read()
         report_model_losses(model)
-    joints = (read_joint(world, element, name, ("", ""), IDENTITY_POSE) for name, element in world.joints.items())
+    joints = (read_sdf_joint(world, element, name, ("", ""), IDENTITY_POSE) for name, element in world.joints.items())
     for joint in (*parts.loose, *joints):
         if joint is not None:
             parts.connect(joint)
@@ -83,7 +83,7 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
         file.error("there is nothing to import: the file has no world and no model", top)
     written = write_world(_describe(path, world, parts, is_world=is_world))
     losses += written.lost_filters(top.location)
-    places, codes = written.places, UNREAL_INERTIAS
+    places, codes = written.places, URDF_LOSS_CODES
     return ImportedScene(written.document, tuple(losses), written.bodies, places=places, codes_of_losses=codes)
 
 

@@ -59,7 +59,7 @@ class SdfJoint:
     turn: Pose7
 
 
-def read_joint(
+def read_sdf_joint(
     scope: Scope, element: SourceElement, name: str, prefixes: tuple[str, str], turn: Pose7
 ) -> SdfJoint | None:
     """Returns a joint; None after an error or a loss.
@@ -191,7 +191,7 @@ def _axis_of(joint: SdfJoint, tag: str) -> Vec3:
     return rotate(local[3:], xyz)
 
 
-def constraint_of(
+def sdf_constraint(
     joint: SdfJoint, parent: tuple[LinkName, Pose7], child: tuple[LinkName, Pose7], *, is_reversed: bool
 ) -> DescribedConstraint:
     """Returns a joint as a constraint.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from scenecc.robots.link_poses import link_poses
+from scenecc.robots.link_poses import robot_link_poses
 
 if TYPE_CHECKING:
     from scenecc.importers.sdf_files import SourceElement
@@ -23,7 +23,7 @@ def robot_element(robots: tuple[DescribedRobot, ...], include: SourceElement) ->
 
     made: list[SourceElement] = []
     for robot in robots:
-        for link, pose in zip(robot.links, link_poses(robot, robot.pose, at_start=False), strict=True):
+        for link, pose in zip(robot.links, robot_link_poses(robot, robot.pose, at_start=False), strict=True):
             text = " ".join(map(repr, (*pose[:3], *pose[4:], pose[3])))
             made.append(element("link", "", element("pose", text, rotation_format="quat_xyzw"), name=link.name))
             if link.joint is not None:

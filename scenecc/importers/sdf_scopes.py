@@ -10,7 +10,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.importers.numbers import Names
 from scenecc.importers.sdf_files import SdfFile, SourceElement, find_included_model, read_sdf_file, text_of
 from scenecc.importers.sdf_robots import robot_element
-from scenecc.importers.urdf import ReadUrdf, read_urdf
+from scenecc.importers.urdf import ReadUrdf, read_repaired_urdf
 
 WORLD = "world"
 MODEL = "__model__"
@@ -223,6 +223,8 @@ class ScopeReader:
     def _include(self, element: SourceElement, scope: Scope, chain: tuple[Path, ...]) -> None:
         self._count += 1
         uri, file = text_of(element, "uri"), scope.file
+        for plugin in element.all("plugin"):
+            file.lose("plugins", f"<plugin> `{plugin.attributes.get('filename', '')}` of an <include>", plugin)
         found = find_included_model(uri, file)
         if isinstance(found, str):
             file.lose("models", f"<include>: {found}", element)
@@ -233,7 +235,7 @@ class ScopeReader:
             file.error(f"`{uri[:80]}` {why}", element)
             return
         if found.suffix.lower() == ".urdf":
-            robot = read_urdf(found, file.context)
+            robot = read_repaired_urdf(found, file.context)
             if robot is not None:
                 self._add(self._robot(element, robot, scope), scope, (*chain, found))
             return

@@ -11,7 +11,7 @@ from scenecc.importers.imported_scene import REPAIRED, ImportContext, ImportedSc
 from scenecc.importers.numbers import Names, starts_at_limits
 from scenecc.importers.writer import write_world
 from scenecc.robots.files import FileReport, read_robot_bytes
-from scenecc.robots.urdf import read_urdf as read_robots
+from scenecc.robots.urdf import read_urdf
 from scenecc.robots.world import DescribedEntity, DescribedWorld, RobotFile
 from scenecc.robots.xml import XmlBounds, parse_xml
 
@@ -24,11 +24,14 @@ if TYPE_CHECKING:
 _REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "missing-files", "shapes": "colliders"}
 """Repair option of the scene → kind of loss."""
 
-UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
+_UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
 """Warnings about inertias that other programs read differently from SAPIEN."""
 
 _ASSUMED_MASS: Final = "SC448"
 """Code of notes about masses that the file does not have."""
+
+URDF_LOSS_CODES: Final = _UNREAL_INERTIAS | {_ASSUMED_MASS}
+"""Codes of findings about a URDF that its losses cover."""
 
 
 @frozen
@@ -57,29 +60,28 @@ class ReadUrdf:
 
 def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
     """Returns a scene with the robot of a URDF; None after an error. Repairs are listed as losses."""
-    read = read_urdf(path, context)
+    read = read_repaired_urdf(path, context)
     if read is None:
         return None
     name = Names().new(path.stem)
     keys = (*read.keys, *starts_at_limits(read.robots).items())
     file = RobotFile("urdf", read.path, keys=keys, robots=read.robots)
     written = write_world(DescribedWorld(name, (DescribedEntity(name, file, Location(str(path))),)))
-    codes = UNREAL_INERTIAS | {_ASSUMED_MASS}
-    return ImportedScene(written.document, read.losses, written.bodies, codes_of_losses=codes)
+    return ImportedScene(written.document, read.losses, written.bodies, codes_of_losses=URDF_LOSS_CODES)
 
 
-def read_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:
+def read_repaired_urdf(path: Path, context: ImportContext) -> ReadUrdf | None:
     """Reads a URDF with as few repairs as necessary; returns None after an error."""
     found = context.resolve(path)
     described, losses, repair = (None, (), []) if found is None else _read(found, context)
     if found is None or described is None:
         return None
-    root = read_root(path, context)
+    root = read_urdf_root(path, context)
     name = "" if root is None else root.attributes.get("name", "")
     return ReadUrdf(found.path, name, described.robots, losses, tuple(repair))
 
 
-def read_root(path: Path, context: ImportContext) -> SourceElement | None:
+def read_urdf_root(path: Path, context: ImportContext) -> SourceElement | None:
     """Returns the root element of a file that was read before, so its faults are not reported again."""
     report = FileReport(context.sink.another())
     data = read_robot_bytes(path, str(path), report, XmlBounds().size)
@@ -95,7 +97,7 @@ def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription 
         needed = [name for name in _REPAIRS if _count_errors(_try_read(file, frozenset({name}), context)[1]) < errors]
         described, trial = _try_read(file, frozenset(needed), context)
     if described is None:
-        read_robots(file, scope=context.scope, sink=context.sink, repair=frozenset(needed))
+        read_urdf(file, scope=context.scope, sink=context.sink, repair=frozenset(needed))
         return None, (), []
     if "inertia" not in needed and _inertia_warnings(trial):
         whole, repaired = _try_read(file, frozenset({*needed, "inertia"}), context)
@@ -118,14 +120,14 @@ def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription 
 
 
 def _inertia_warnings(sink: Sink) -> list[Diagnostic]:
-    return [note for note in sink.diagnostics() if note.code in UNREAL_INERTIAS]
+    return [note for note in sink.diagnostics() if note.code in _UNREAL_INERTIAS]
 
 
 def _try_read(
     file: ResolvedFile, repair: frozenset[str], context: ImportContext
 ) -> tuple[RobotDescription | None, Sink]:
     trial = context.sink.another()
-    return read_robots(file, scope=context.scope, sink=trial, repair=repair), trial
+    return read_urdf(file, scope=context.scope, sink=trial, repair=repair), trial
 
 
 def _count_errors(sink: Sink) -> int:

@@ -159,7 +159,7 @@ def _span(
     return tree
 
 
-class ArticulationReader:
+class UsdArticulationReader:
     """Describes trees as robots."""
 
     def __init__(self, stage: UsdStage, reader: UsdBodyReader, bodies: Mapping[str, UsdBody]) -> None:
@@ -175,8 +175,9 @@ class ArticulationReader:
             links = [self._reader.link(self._bodies[tree.root], names[tree.root])]
         else:
             pose = tree.joints[0].frames[0]
-            links = [DescribedLink(free.new(_ADDED_ROOT), self._stage.place)]
-        indices, single = {tree.root: 0}, dict[str, int]()
+            links = [DescribedLink(free.new(_ADDED_ROOT), self._stage.place, is_added=True)]
+        indices = {tree.root: 0}
+        single: dict[int, Prim] = {}
         joint_names = UniqueNames()
         for joint in tree.joints:
             parent, body = joint.bodies
@@ -188,11 +189,8 @@ class ArticulationReader:
             links += split_joint(replace(link, parent=indices[parent]), freedoms, small, len(links))
             indices[body] = len(links) - 1
             if len(joint.freedoms) == 1:
-                single[str(joint.prim.GetPath())] = indices[body]
-        for path, index in single.items():
-            mimic = self._mimic(self._stage.prim(path), links[index].joint, single, links)
-            if mimic is not None:
-                links[index] = replace(links[index], joint=mimic)
+                single[indices[body]] = joint.prim
+        links = self._with_mimics(links, single)
         dynamics = None if tree.fixed else self._reader.velocities(self._bodies[tree.root])
         read, collide = self._stage.authored, True
         if tree.prim is not None:
@@ -273,30 +271,35 @@ class ArticulationReader:
             stage.lose("joint-friction", words, prim)
         return made
 
-    def _mimic(
-        self, prim: Prim, joint: DescribedJoint | None, single: Mapping[str, int], links: Sequence[DescribedLink]
-    ) -> DescribedJoint | None:
-        """Returns a joint with its `PhysxMimicJointAPI`: position + gearing · reference + offset = 0; None without one.
+    def _with_mimics(self, links: Sequence[DescribedLink], prims: Mapping[int, Prim]) -> list[DescribedLink]:
+        """Returns links whose joints follow others. `prims`: number of a link on one freedom → prim of its joint."""
+        joints = {str(prim.GetPath()): joint for number, prim in prims.items() if (joint := links[number].joint)}
+        found = [*links]
+        for number, prim in prims.items():
+            joint = joints[str(prim.GetPath())]
+            found[number] = replace(links[number], joint=replace(joint, mimic=self._mimic(prim, joint, joints)))
+        return found
 
-        `single`: prim of each joint of one freedom in this tree → its link.
+    def _mimic(self, prim: Prim, joint: DescribedJoint, joints: Mapping[str, DescribedJoint]) -> DescribedMimic | None:
+        """Returns what the `PhysxMimicJointAPI` of a joint says: position + gearing · reference + offset = 0.
+
+        `joints`: prim path → joint, those of one freedom in the same tree.
         """
-        schema = next(
-            (each for each in map(str, prim.GetPrimTypeInfo().GetAppliedAPISchemas()) if each.startswith(_MIMIC)), None
-        )
-        if schema is None or joint is None:
+        schemas = map(str, prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+        instance = next((each.removeprefix(_MIMIC) for each in schemas if each.startswith(_MIMIC)), None)
+        if instance is None:
             return None
-        stage, attributes = self._stage, f"physxMimicJoint:{schema.removeprefix(_MIMIC)}:"
+        stage, attributes = self._stage, f"physxMimicJoint:{instance}:"
         reference = prim.GetRelationship(f"{attributes}referenceJoint")
-        source = links[single.get(str(next(iter(reference.GetTargets() if reference else ()), "")), 0)].joint
-        gearing = stage.authored(prim, f"{attributes}gearing")
-        gearing = 1.0 if gearing is None else float(gearing)
-        offset = float(stage.authored(prim, f"{attributes}offset") or 0.0)
+        targets = reference.GetTargets() if reference else ()
+        source = joints.get(str(targets[0])) if targets else None
+        gearing, offset = (stage.authored(prim, attributes + name) for name in ("gearing", "offset"))
+        gearing, offset = 1.0 if gearing is None else float(gearing), float(offset or 0.0)
         if source is None or source is joint or not (math.isfinite(offset) and math.isfinite(gearing) and gearing):
             return None
-        own, other = (stage.frames.metres if each.type == "prismatic" else math.radians(1) for each in (joint, source))
         stage.mimics.add(str(prim.GetPath()))
-        mimic = DescribedMimic(source.name, -gearing * own / other, -offset * own, stage.place)
-        return replace(joint, mimic=mimic)
+        own, other = (stage.frames.metres if each.type == "prismatic" else math.radians(1) for each in (joint, source))
+        return DescribedMimic(source.name, -gearing * own / other, -offset * own, stage.place)
 
     def _friction_force(self, prim: Prim, freedom: Freedom) -> float:
         """Returns the friction that does not depend on the load [N, N·m]; 0 if there is none."""

@@ -297,7 +297,7 @@ def _freedom_name(dof: Any) -> str:
     return name[0].lower() + name[1:]
 
 
-def constraint_of(
+def usd_constraint(
     joint: UsdJoint, parent: LinkName, child: LinkName, stage: UsdStage, *, collide: bool
 ) -> DescribedConstraint | None:
     """Returns a joint as a constraint between links; None if it constrains nothing, which is reported as a loss."""

@@ -14,11 +14,12 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import compose, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, ReferencePose
 from scenecc.importers.numbers import plain_name, plain_numbers
-from scenecc.importers.usd_articulations import ArticulationReader, JointTree, find_trees
+from scenecc.importers.usd_articulations import JointTree, UsdArticulationReader, find_trees
 from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
 from scenecc.importers.usd_contacts import report_contacts
 from scenecc.importers.usd_filters import CollisionFilters
-from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, constraint_of
+from scenecc.importers.usd_instancers import expand_instancers
+from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, usd_constraint
 from scenecc.importers.usd_materials import UsdMaterialReader
 from scenecc.importers.usd_rendering import RenderingReader
 from scenecc.importers.usd_shapes import SOLID_TYPES
@@ -52,11 +53,16 @@ def _read_opened(stage: UsdStage, path: Path, context: ImportContext) -> Importe
             context.sink.report("SC430", f"`{unit}` is {size:g}, which is out of range", Location(str(path)))
     if stage.frames.up_axis not in UP_ROTATIONS:
         context.sink.report("SC430", f"`upAxis` is `{cut(stage.frames.up_axis)}`: not X, Y or Z", Location(str(path)))
+    check_attribute_types(stage, context.sink)
+    if context.sink.failed:
+        return None
+    expand_instancers(stage, context.limits.objects)
+    if not stage.layers.composes(stage.stage, path):
+        return None
     for prim in stage.prims():
         if prim.IsA(stage.geom.Xformable) and not np.isfinite(stage.frames.world(prim)).all():
             message = f"the transform of {prim.GetPath()} is not finite"
             context.sink.report("SC430", message, Location(str(path)))
-    check_attribute_types(stage, context.sink)
     return None if context.sink.failed else UsdSceneReader(stage, context).read()
 
 
@@ -115,10 +121,11 @@ class UsdSceneReader:
             rendering.environment,
         )
         written = write_world(world)
-        bodies = {name: path for name, path in written.bodies.items() if path in self._links}
         for first, second in written.unwritten:
-            stage.lose("collision-filters", f"`{first}` and `{second}` would collide", stage.prim(bodies[first]))
-        return ImportedScene(written.document, tuple(stage.losses), bodies, self._reference())
+            stage.lose(
+                "collision-filters", f"`{first}` and `{second}` would collide", stage.prim(written.bodies[first])
+            )
+        return ImportedScene(written.document, tuple(stage.losses), written.bodies, self._reference())
 
     def _reference(self) -> dict[str, ReferencePose]:
         found: dict[str, ReferencePose] = {}
@@ -220,7 +227,7 @@ class UsdSceneReader:
 
     def _add_entities(self, groups: dict[str, UsdBody], trees: list[JointTree]) -> None:
         by_body = {body: tree for tree in trees for body in tree.bodies}
-        articulations = ArticulationReader(self._stage, self._reader, self._bodies)
+        articulations = UsdArticulationReader(self._stage, self._reader, self._bodies)
         done: set[int] = set()
         for path, body in groups.items():
             tree = by_body.get(path)
@@ -282,7 +289,7 @@ class UsdSceneReader:
         if parent == IN_WORLD and ends[0]:  # a kinematic body without shapes, which is not built
             joint = replace(joint, frames=(compose(self._bodies[ends[0]].pose, joint.frames[0]), joint.frames[1]))
         collide = joint.collides and all(body in self._links and self._bodies[body].collides for body in ends)
-        return constraint_of(joint, parent, self._links[ends[1]], self._stage, collide=collide)
+        return usd_constraint(joint, parent, self._links[ends[1]], self._stage, collide=collide)
 
     def _is_root(self, prim: Prim) -> bool:
         """Returns whether a prim contains the whole stage: the default prim, or a top one called `World`."""
@@ -310,10 +317,9 @@ def _parse(stage: UsdStage) -> dict[str, Any]:
         warnings.simplefilter("ignore", DeprecationWarning)  # the new name is missing in the oldest usd-core supported
         rows: dict[Any, Any] = stage.physics.LoadUsdPhysicsFromRange(stage.stage, ["/"])
     found: dict[str, Any] = {}
-    prototypes = any(prim.IsA(stage.geom.PointInstancer) for prim in stage.prims())
     for kind, (_, parsed) in rows.items():
         name = str(kind).rpartition(".")[2]
-        valid = [each for each in parsed if each.isValid and not (prototypes and stage.is_prototype(each.primPath))]
+        valid = [each for each in parsed if each.isValid]
         if name.endswith("Shape"):
             found.setdefault("Shape", []).extend(valid)
         elif name.endswith("Joint"):
@@ -331,18 +337,8 @@ _OF_OTHERS: Final = re.compile(
 )
 """Other attributes that are read, or that follow from those that are."""
 
-_SHOWN_PROTOTYPES: Final = 3
-
 _SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|ForceAPI|Gear")
 """Schemas for dynamics other than rigid bodies and joints."""
-
-
-def _describe_instancer(stage: UsdStage, prim: Prim) -> str:
-    instancer = stage.geom.PointInstancer(prim)
-    indices, mask = instancer.GetProtoIndicesAttr().Get(stage.time), instancer.ComputeMaskAtTime(stage.time)
-    count = sum(mask) if mask else len(indices or ())
-    names = ", ".join(f"`{path.name}`" for path in instancer.GetPrototypesRel().GetTargets()[:_SHOWN_PROTOTYPES])
-    return f"a `PointInstancer` of {count} instances" + (f" of {names}" if names else "")
 
 
 def report_unread(stage: UsdStage) -> None:
@@ -360,8 +356,6 @@ def report_unread(stage: UsdStage) -> None:
             stage.lose("joint-couplings", words, prim)
         elif any("SurfaceVelocity" in each for each in schemas):
             stage.lose("moving-surfaces", "the velocity of a surface; rollers with a `velocity_target` convey", prim)
-        elif prim.IsA(stage.geom.PointInstancer):
-            stage.lose("point-instancers", _describe_instancer(stage, prim), prim)
         elif name and prim.GetPrimDefinition() is not None and info.GetSchemaType().isUnknown:
             stage.lose("unknown-prims", f"a prim of type `{name}`, which is unknown to usd-core", prim)
         if prim.IsA(stage.geom.Xformable) and stage.geom.Xformable(prim).TransformMightBeTimeVarying():

@@ -58,10 +58,7 @@ class UsdLayers:
         except self.error as error:
             self.report_unreadable(path, error)
             return None
-        faults = stage.GetCompositionErrors()
-        if faults:
-            message = cut(" ".join(str(faults[0]).split()))
-            self._context.sink.report("SC430", f"the stage does not compose: {message}", Location(str(path)))
+        if not self.composes(stage, path):
             return None
         # The layers' references were followed above; this checks that usd-core opened nothing else.
         for layer in stage.GetUsedLayers():
@@ -70,6 +67,14 @@ class UsdLayers:
                 self._context.sink.report("SC430", message, Location(str(path)))
                 return None
         return stage
+
+    def composes(self, stage: Prim, path: Path) -> bool:
+        """Returns whether a stage has no composition error; the first one is reported."""
+        for fault in stage.GetCompositionErrors()[:1]:
+            message = cut(" ".join(str(fault).split()))
+            self._context.sink.report("SC430", f"the stage does not compose: {message}", Location(str(path)))
+            return False
+        return True
 
     def resolve(self, name: str, owner: Path) -> ResolvedFile | Refusal:
         """Returns the file that a layer refers to, if it may be read. `owner`: resolved path of the layer."""
@@ -289,23 +294,8 @@ class UsdStage:
         self.mimics: set[str] = set()
 
     def prims(self) -> Iterator[Prim]:
-        """Iterates over all active, loaded and defined prims, including those of instances but not the prototypes of
-        point instancers, parents first.
-        """
-        found = iter(self.usd.PrimRange.Stage(self.stage, self.usd.TraverseInstanceProxies()))
-        for prim in found:
-            yield prim
-            if prim.IsA(self.geom.PointInstancer):
-                found.PruneChildren()
-
-    def is_prototype(self, path: Any) -> bool:
-        """Returns whether a prim is below a point instancer, and so only seen where its instances are."""
-        above = self.prim(path).GetParent()
-        while above and not above.IsPseudoRoot():
-            if above.IsA(self.geom.PointInstancer):
-                return True
-            above = above.GetParent()
-        return False
+        """Iterates over all active, loaded and defined prims, including those of instances, parents first."""
+        return iter(self.usd.PrimRange.Stage(self.stage, self.usd.TraverseInstanceProxies()))
 
     def prim(self, path: Any) -> Prim:
         """Returns the prim at a path; invalid if there is none."""

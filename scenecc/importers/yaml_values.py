@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from scenecc.diagnostics.messages import cut, nearest
+from scenecc.importers.imported_scene import Loss
 from scenecc.source.events import resolve_scalar
 from scenecc.source.syntax_errors import ReadAborted, SourceReporter, report_syntax
 from scenecc.source.text import TextLines, check_value_count, decode_text, read_bytes
@@ -22,6 +23,7 @@ from scenecc.source.text import TextLines, check_value_count, decode_text, read_
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Location
     from scenecc.importers.imported_scene import ImportContext
 
@@ -43,6 +45,13 @@ class ValueFault(Exception):
         self.place = place
         self.hint = hint
         self.loss = loss
+
+    def report(self, sink: Sink, losses: list[Loss]) -> None:
+        """Reports it as an error (SC433), or adds it to the losses."""
+        if self.loss:
+            losses.append(Loss(self.loss, self.message, self.place))
+        else:
+            sink.report("SC433", self.message, self.place, hint=self.hint)
 
 
 @dataclass(frozen=True, slots=True)

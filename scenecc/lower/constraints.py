@@ -27,7 +27,7 @@ from scenecc.plan import (
     literal,
 )
 from scenecc.plan.body import Mount
-from scenecc.plan.constraint import WELD_SWING, DriveAxis, LimitAxis
+from scenecc.plan.constraint import WELD_SWING, ConstraintJoint, DriveAxis, LimitAxis
 from scenecc.plan.link_poses import PoseStep, steps_to_link
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.spec.constraint import (
@@ -58,8 +58,6 @@ if TYPE_CHECKING:
     from scenecc.plan import Entity
     from scenecc.robots.description import DescribedConstraint
 
-    Joint = Weld | Connection | Distance | Gear | Drive
-
 _DISTANCES = field_type("Distance.limits")
 _LIMITS = field_type("AxisLimit.limits")
 _RATIO = field_type("Gear.ratio", fallback=1.0)
@@ -72,7 +70,7 @@ _NUMBER = FieldType()
 _ENABLED = field_type("Constraint.enabled", fallback=True)
 
 
-def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -> Joint:
+def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -> ConstraintJoint:
     """Lowers the type-specific part of a constraint.
 
     Args:

@@ -429,13 +429,12 @@ def warn_of_areas(
     tops: dict[str, float | None] = {}
     for one in placements:
         name = one.target.entity
-        if name not in tops:
+        if one.kind == "on" and name not in tops:
             tops[name] = _top_area(entities[name])
         if one.kind == "on" and one.target.link is None and tops[name] == 0 and one.origin is not None:
             message = f"`{cut(one.name)}` cannot fit: `{cut(name)}` has no level surface, to about a degree"
-            sink.report(
-                "SC355", message, one.origin.child("on"), hint="place it on something level, or give it a `pose`"
-            )
+            hint = "place it on something level, or give it a `pose`"
+            sink.report("SC355", message, one.origin.child("on"), hint=hint)
             continue
         if one.name in upright and _is_outside(one, entities) and one.origin is not None:
             key = "region" if one.at is None else "at"

@@ -32,7 +32,7 @@ TRIES: Final = 128
 _STEPS: Final = 500
 """Maximum number of these times in all scenes together in which a placement still has no room."""
 
-_STEPS_OF_SCENE: Final = 5
+_STEPS_OF_SCENE: Final = 10
 """Number of times that each scene of the batch adds to it."""
 
 _VAIN_TIMES: Final = 4
@@ -219,7 +219,8 @@ def _may_support(under: Placement, one: Placement) -> bool:
 def _is_constant(one: Placement) -> bool:
     """Returns whether all tries of a placement are the same."""
     values = [getattr(one, name) for name in TRIED_FIELDS]
-    return not one.at is one.next_to is None and all(value is None or value.recipe is None for value in values)
+    has_place = one.at is not None or one.next_to is not None
+    return has_place and all(value is None or value.recipe is None for value in values)
 
 
 def _closure(relation: Flags) -> Flags:

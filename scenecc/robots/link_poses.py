@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from scenecc.robots.description import DescribedJoint, DescribedRobot
 
 
-def link_poses(robot: DescribedRobot, root: Pose7, *, at_start: bool) -> list[Pose7]:
+def robot_link_poses(robot: DescribedRobot, root: Pose7, *, at_start: bool) -> list[Pose7]:
     """Returns the poses of all links. `root`: pose of the root; `at_start`: joints are at their starts, else at 0."""
     found: list[Pose7] = []
     for link in robot.links:

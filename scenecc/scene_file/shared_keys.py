@@ -1,4 +1,4 @@
-"""Shapes that collide and are seen become one entry, and keys that several entries share stand once above them."""
+"""Joins collisions with equal visuals, and writes keys that several entries share once, above them."""
 
 from __future__ import annotations
 

@@ -117,8 +117,11 @@ def _run_end(items: Sequence[Node], start: int, allows: Callable[[int, _Path], b
         start: index of the first item of the run.
         allows: whether the run may contain an item, by its index and the path that differs in the run; (): no path.
     """
-    first, path = items[start], _Path()
-    for end in range(start + 1, 0 if "repeat" in first else len(items)):
+    first = items[start]
+    if "repeat" in first:
+        return start + 1
+    path: _Path = ()
+    for end in range(start + 1, len(items)):
         other = items[end]
         differing = {path, *_differing_paths(first, other, ())} - {()}
         if other.keys() != first.keys() or len(differing) > 1:
@@ -128,7 +131,7 @@ def _run_end(items: Sequence[Node], start: int, allows: Callable[[int, _Path], b
             return end
         if not allows(end, path):
             return end
-    return start + 1 if "repeat" in first else len(items)
+    return len(items)
 
 
 def _copies(items: Sequence[Node]) -> Node:
@@ -216,19 +219,20 @@ def _entity_run(
     names: list[str], nodes: list[Node], start: int, referred: frozenset[str]
 ) -> tuple[int, Node | None, str]:
     stem, _, first = names[start].rpartition("_")
-    unnumbered = [] if stem and first == "0" else [start]
+    numbered = start
+    if stem and first == "0":
+        numbers = range(start, len(names))
+        numbered = next((index for index in numbers if names[index] != f"{stem}_{index - start}"), len(names))
 
     def allows(index: int, path: _Path) -> bool:
         """Returns whether a run contains an entity: its name follows, or it differs from the first in its name only."""
-        if not unnumbered and names[index] != f"{stem}_{index - start}":
-            unnumbered.append(index)
-        return names[index] not in referred and not (path and (unnumbered or path[0] in _FIXED_KEYS))
+        return names[index] not in referred and (not path or (index < numbered and path[0] not in _FIXED_KEYS))
 
     end = start if names[start] in referred else _run_end(nodes, start, allows)
     if end - start < _LEAST_COPIES:
         return start + 1, None, names[start]
     node = _copies(nodes[start:end])
-    if not unnumbered or unnumbered[0] >= end:
+    if end <= numbered:
         return end, node, stem
     return end, {"name": "${name}", **node, "repeat": {"name": names[start:end]}}, f"{names[start]}_and_others"
 

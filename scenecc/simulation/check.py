@@ -196,7 +196,7 @@ class _Check:
             if document is not None and document.path is not None and document.name is not None:
                 command = view_command(self._file or document.name, options)
             origins = origins_of(result.plan)
-            findings = _without_undamped(self._findings, origins, self._diagnostics)
+            findings = _without_consequences(self._findings, origins, self._diagnostics)
             report_findings(findings, origins, command, sink, several_seeds=self._seeds > 1)
             if self._complete:
                 report_unused_exceptions(result.plan, self._excused, sink)
@@ -236,11 +236,12 @@ class _Check:
             self._progress(done, self._seeds * plan.num_scenes)
 
 
-def _without_undamped(
+def _without_consequences(
     findings: list[Finding], origins: Mapping[str, Origin | None], diagnostics: Iterable[Diagnostic]
 ) -> list[Finding]:
-    """Returns the findings, but no restless joints (SC858) of articulations with a reported drive (SC537), and no
-    constraints that do not hold (SC584) beside a chain that is too long (SC582) or a body that is thrown (SC856).
+    """Returns the findings without those that follow from others: restless joints (SC858) of articulations with a
+    reported drive (SC537), and constraints that do not hold (SC584) beside a chain that is too long (SC582) or a body
+    that is thrown (SC856).
     """
     if any(one.code in {"SC582", "SC856"} for one in (*diagnostics, *findings)):
         findings = [one for one in findings if one.code != "SC584"]

@@ -509,7 +509,7 @@ class ArticulationLowerer:
                 made = lower_joint(joint, drives, starts.get(index, (None, None)), values, work.targets)
                 made, without = with_friction_force(made, joint, drives)
                 # A body of all links has no joints.
-                lost += [] if without is None or whole[0].body_type is not None else [without]
+                lost += [] if without is None or entity.body_type is not None else [without]
                 made = with_counted_turns(made, is_coupled=joint.name in coupled)
             links.append(Link(link.name, body, link.parent, made, link.file))
         _report_lost_forces(lost, self._sink)

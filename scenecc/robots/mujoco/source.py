@@ -9,7 +9,6 @@ original file.
 from __future__ import annotations
 
 import math
-import os
 import posixpath
 import struct
 from dataclasses import dataclass, field
@@ -93,11 +92,9 @@ _ATTRIBUTES_ELSEWHERE = {
 }
 """Attributes of any element that are reported as a note, by the note's key."""
 
-_MOST = {"element": 100_000, "body": 10_000}
+_MOST = {"elements": 100_000, "bodies": 10_000}
 """Maximum numbers after MuJoCo's replicate and attach. MuJoCo's reader takes 10 s for 10 000 bodies, and four times as
 long for twice as many."""
-
-_PLURALS = {"element": "elements", "body": "bodies"}
 
 MAX_CELLS = 2**24
 """Maximum number of pixels of procedural textures and cells of height fields, together."""
@@ -194,14 +191,14 @@ class SourceBuilder:
         for kind, most in _MOST.items():
             if (count := self.count(root, kind)) > most:
                 shown = f"{count:.0f}" if count < 1e15 else f"{count:.1g}"
-                message = f"the model is too large: it has {shown} {_PLURALS[kind]}, and the limit is {most}"
+                message = f"the model is too large: it has {shown} {kind}, and the limit is {most}"
                 self.report.error("SC452", message, root.location, "replicate or attach less, or split it")
                 return
 
     def _read_model(self, element: SourceElement) -> tuple[SourceBuilder, SourceElement] | None:
         """Returns the builder and the root of an attached model; None after an error."""
         place, files = element.at("file"), self.files
-        found = files.find(self._relative_path(element.attributes.get("file", "")), place)
+        found = files.find(element.attributes.get("file", ""), place)
         if found is None:
             return None
         above = (*self._above, files.named.owner.path)
@@ -225,13 +222,9 @@ class SourceBuilder:
         self._attached[id(element)] = name
         return builder, root
 
-    def _relative_path(self, written: str) -> str:
-        """Converts an absolute path, as compiled models have; it must still be inside the allowed folders."""
-        return os.path.relpath(written, self.files.named.owner.path.parent) if written.startswith("/") else written
-
     def count(self, element: SourceElement, kind: str) -> float:
         """Returns how many elements, or bodies, MuJoCo makes of an element and its children. `kind`: of `_MOST`."""
-        own = kind == "element" or element.tag in {"body", "composite"}
+        own = kind == "elements" or element.tag in {"body", "composite"}
         inner = own + sum(self.count(child, kind) for child in element.children)
         if element.tag == "attach":
             return inner + self._largest[kind]
@@ -365,8 +358,7 @@ class SourceBuilder:
             written = posixpath.basename(written.replace("\\", "/"))
         own = "texturedir" if element.tag == "texture" else "meshdir"
         folder = self._folders.get(own, self._folders.get("assetdir", ""))
-        path = self._relative_path(posixpath.join(folder, written) if written else "")
-        return self.files.find(path, element.at(attribute))
+        return self.files.find(posixpath.join(folder, written) if written else "", element.at(attribute))
 
 
 def _written(attributes: dict[str, str]) -> str:

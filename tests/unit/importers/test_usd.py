@@ -839,15 +839,70 @@ def test_a_friction_force_of_a_joint(tmp_path: Path, name: str, is_driven: bool)
     assert ("joint-friction" in kinds(found)) == is_driven
 
 
-def test_prototypes_of_an_instancer_are_not_drawn_where_they_are_defined(tmp_path: Path) -> None:
-    rock = f'def Cube "rock" ({BODY})\n{{\n}}\n'
-    text = (
-        'def PointInstancer "rocks"\n{\nrel prototypes = </World/rocks/rock>\nint[] protoIndices = [0, 0, 0, 0]\n'
-        f"point3f[] positions = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)]\nint64[] invisibleIds = [1]\n{rock}}}\n"
+ROCK = f'def Cube "rock" ({BODY})\n{{\n{at(0, 0, 0.5)}}}\n'
+POST = f'def Xform "post"\n{{\ndef Cylinder "pole" ({BODY})\n{{\n{at(0, 0, 1)}}}\n}}\n'
+
+
+def instancer(name: str, count: int, prototypes: str, inside: str, more: str = "") -> str:
+    """Instances 2 m apart along x, of each prototype in turn."""
+    paths = [f"</World/{each}>" for each in prototypes.split()]
+    indices = [number % len(paths) for number in range(count)]
+    points = ", ".join(f"({2 * number}, 0, 0)" for number in range(count))
+    arrays = f"int[] protoIndices = {indices}\npoint3f[] positions = [{points}]\n"
+    return f'def PointInstancer "{name}"\n{{\nrel prototypes = [{", ".join(paths)}]\n{arrays}{more}{inside}}}\n'
+
+
+def test_instances_are_where_usd_core_puts_them(tmp_path: Path) -> None:
+    more = (
+        "quath[] orientations = [(1, 0, 0, 0), (0.8, 0.6, 0, 0), (0, 0.6, 0, 0.8), (0.5, 0.5, 0.5, 0.5)]\n"
+        f"float3[] scales = [(1, 1, 1), (2, 2, 2), (1, 1, 1), (1, 1, 2)]\nint64[] invisibleIds = [2]\n{at(1, 2, 3)}"
     )
-    found = read(tmp_path, text + f'def Cube "a" ({BODY})\n{{\n}}\n')
-    assert list(entities(found)) == ["a"]
-    assert [loss.message for loss in found.losses] == ["a `PointInstancer` of 3 instances of `rock` (/World/rocks)"]
+    text = instancer("many", 4, "many/rock many/post", ROCK + POST, more)
+    found = read(tmp_path, text, head='defaultPrim = "World"\nmetersPerUnit = 0.01\nupAxis = "Z"')
+    assert not found.losses
+    assert list(entities(found)) == ["rock", "pole", "pole_2"]
+    assert [each["shapes"][0]["type"] for each in entities(found).values()] == ["box", "cylinder", "cylinder"]
+    core, geom = (pytest.importorskip(name) for name in ("pxr.Usd", "pxr.UsdGeom"))
+    stage = core.Stage.Open(str(tmp_path / "stage.usda"))
+    judge = geom.PointInstancer(stage.GetPrimAtPath("/World/many"))
+    made = judge.ComputeInstanceTransformsAtTime(0, 0)
+    world = judge.GetLocalTransformation()
+    local = {"rock": (0, 0, 0), "pole": (0, 0, 1)}
+    for matrix, (name, entity) in zip(made, entities(found).items(), strict=True):
+        expected = (matrix * world).Transform(local[name.removesuffix("_2")])
+        place = entity["pose"]["p"] if isinstance(entity["pose"], dict) else entity["pose"]
+        assert place == pytest.approx([each / 100 for each in expected], abs=1e-5)
+
+
+def test_instancers_in_prototypes_and_in_native_instances_are_expanded(tmp_path: Path) -> None:
+    nested = instancer("outer", 2, "outer/inner", instancer("inner", 2, "outer/inner/rock", ROCK))
+    native = f'def Xform "copy" (instanceable = true\nreferences = </World/outer>)\n{{\n{at(0, 9, 0)}}}\n'
+    found = read(tmp_path, nested + native)
+    assert not found.losses
+    places = sorted(tuple(each["pose"]) for each in entities(found).values())
+    assert places == sorted((x, y, 0.5) for x in (0, 2, 2, 4) for y in (0, 9))
+
+
+def test_what_instances_cannot_be_is_a_loss(tmp_path: Path) -> None:
+    more = (
+        "vector3f[] velocities = [(1, 0, 0), (1, 0, 0)]\n"
+        'color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0)] (interpolation = "vertex")\n'
+    )
+    first = instancer("first", 2, "first/rock", ROCK, more)
+    hidden = instancer("hidden", 1, "hidden/rock", ROCK, "int64[] invisibleIds = [0]\nfloat3[] scales = []\n")
+    third = hidden + instancer("third", 1, "third", ROCK) + instancer("fourth", 1, "none", ROCK)
+    found = read(tmp_path, first + third)
+    assert list(entities(found)) == ["rock", "rock_2"]
+    lost = [("animations", "first"), ("material-looks", "first")]
+    lost += [("point-instancers", name) for name in ("hidden", "third", "fourth")]
+    assert [(loss.kind, loss.path.removeprefix("/World/")) for loss in found.losses] == lost
+
+
+def test_instancers_that_contain_one_another_are_refused(tmp_path: Path) -> None:
+    text = f'def Xform "p"\n{{\n{instancer("b", 1, "q", "")}}}\ndef Xform "q"\n{{\n{instancer("c", 1, "p", "")}}}\n'
+    found, sink = attempt(tmp_path, text)
+    assert found is None
+    assert [(one.code, "Cycle detected" in one.message) for one in sink.diagnostics()] == [("SC430", True)]
 
 
 @pytest.mark.parametrize("head", [HEAD, "metersPerUnit = 1"])
@@ -892,3 +947,21 @@ def test_a_material_that_is_missing(tmp_path: Path, purpose: str, kind: str, tar
     schemas = BODY.replace("[", '["MaterialBindingAPI", ')
     text = f'def Cube "box" ({schemas})\n{{\nrel material:binding{purpose} = </World/{target}>\n}}\n'
     assert kinds(read(tmp_path, text)) == [kind]
+
+
+def test_colours_beyond_the_range_are_cut(tmp_path: Path) -> None:
+    """A colour of 1.2 is no reason to refuse a stage."""
+    schemas = BODY.replace("[", '["MaterialBindingAPI", ')
+    inputs = (
+        "color3f inputs:diffuseColor = (1.2, nan, 0.5)\ncolor3f inputs:emissiveColor = (10, inf, 0)\n"
+        "float inputs:roughness = -3\n"
+    )
+    shader = f'def Shader "s"\n{{\nuniform token info:id = "UsdPreviewSurface"\n{inputs}token outputs:surface\n}}\n'
+    text = (
+        f'def Material "m"\n{{\ntoken outputs:surface.connect = </World/m/s.outputs:surface>\n{shader}}}\n'
+        f'def Cube "box" ({schemas})\n{{\nrel material:binding = </World/m>\n}}\n'
+    )
+    found = read(tmp_path, text)
+    assert kinds(found) == ["material-looks"] * 3
+    look = {"base_color": [1, 0, 0.5], "emission": [10, 1, 0], "roughness": 0}
+    assert found.document["materials"]["m"] == {"visual": look}
