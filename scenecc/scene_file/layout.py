@@ -267,7 +267,9 @@ def number_text(value: Any) -> str:
     # NumPy's and Python's formats differ between versions.
     decimal = decimal.normalize()
     plain, exponent = f"{decimal:f}", decimal.adjusted()
-    scientific = f"{decimal.scaleb(-exponent):f}e{exponent}"
+    # With a dot and a sign, since readers of YAML 1.1, such as PyYAML, take `1e-5` for text.
+    factor = f"{decimal.scaleb(-exponent):f}"
+    scientific = f"{factor}{'' if '.' in factor else '.0'}e{exponent:+d}"
     # From 2**53 on, an integer with the same digits may be a different number.
     short = len(scientific) < len(plain) or exponent >= _INTEGER_DIGITS
     return scientific if not -4 < exponent < 6 and short else plain

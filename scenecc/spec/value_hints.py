@@ -185,6 +185,7 @@ _NUMERIC_SLIPS: tuple[TextSlip, ...] = (
         re.compile(rf"([-+]?\d{{1,12}}(?:\.\d{{1,12}})?) ?({'|'.join(_UNITS)})"),
         lambda found: f"write {float(found[1]) * _UNITS[found[2]]:.12g}: {_SI}",
     ),
+    (re.compile(r"[-+]?\d+[eE][-+]?\d+"), "remove the quotes; PyYAML takes `1e-5` for text, and `1.0e-5` for a number"),
     (re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"), "remove the quotes"),
     (re.compile(r"[-+]?[\d.]{1,24} ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}"), f"write only the number: {_SI}"),
     (re.compile(r".*random.*"), "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
