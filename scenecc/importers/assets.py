@@ -84,6 +84,11 @@ def map_assets(node: Any, name: Callable[[Asset], str]) -> Any:
     return node
 
 
+def _content(path: Path) -> bytes:
+    with open_regular(path) as stream:
+        return stream.read()
+
+
 class AssetNames:
     """Assigns paths to a scene's assets, and collects the necessary copies.
 
@@ -152,12 +157,10 @@ class AssetNames:
         while any(self._originals.get(f"{folder}/{name}", each) != each for each, name in inner.items()):
             count += 1
             folder = f"{self._copied}/{count}"
+        texts = with_relative_paths(path, files) if path.suffix.lower() in {".xml", ".mjcf"} else {}
         for each, name in inner.items():
             if f"{folder}/{name}" not in self.copies:
-                with open_regular(each) as stream:
-                    data = stream.read()
-                is_mjcf = each == path and each.suffix.lower() in {".xml", ".mjcf"}
-                self.copies[f"{folder}/{name}"] = with_relative_paths(data, each) if is_mjcf else data
+                self.copies[f"{folder}/{name}"] = texts[each] if each in texts else _content(each)
                 self._originals[f"{folder}/{name}"] = each
         return f"{folder}/{inner[path]}"
 

@@ -28,6 +28,7 @@ from scenecc.options import Options, check_types, path_argument
 from scenecc.pipeline import CompileResult, compile_or_raise
 from scenecc.scene_file import Node, is_list_node, is_mapping_node
 from scenecc.scene_file.layout import Comments, scene_text
+from scenecc.scene_file.shared_keys import SHAPE_LISTS
 from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
 
@@ -438,11 +439,11 @@ def find_prefabs(document: Node, taken: Iterable[str], path: Callable[[str], str
     entities: Node = document.get("entities", {})
     alike: dict[str, list[str]] = {}
     for name, node in entities.items():
-        alike.setdefault(json.dumps(_without_pose(node), sort_keys=True), []).append(name)
+        alike.setdefault(json.dumps(_shared_content(name, node), sort_keys=True), []).append(name)
     files, free = dict[str, Node](), Names(*taken)
     made, inner = dict[str, Node](), dict[str, str]()
     for text, names in alike.items():
-        content = _without_pose(entities[names[0]])
+        content = _shared_content(names[0], entities[names[0]])
         if "repeat" in content or _NOT_SHARED in text:
             continue
         lines = len(scene_text({"entities": {names[0]: content}}).splitlines())
@@ -466,8 +467,18 @@ def find_prefabs(document: Node, taken: Iterable[str], path: Callable[[str], str
     return replace(found, document={**found.document, **({"materials": named} if named else {})})
 
 
-def _without_pose(node: Node) -> Node:
-    return {key: value for key, value in node.items() if key != "pose"}
+def _shared_content(name: str, node: Node) -> Node:
+    """Returns an entity without its pose, and a body without its name at the start of the names of its shapes.
+
+    An MJCF needs unique names of geoms: `chair_1_seat` of the body `chair_1` becomes `seat`.
+    """
+    content = {key: value for key, value in node.items() if key != "pose"}
+    own = re.compile(rf"^{re.escape(name)}[_./-](?=[A-Za-z])")
+    for key in SHAPE_LISTS & content.keys() if "root" not in node else ():
+        shapes = [{**one, "name": own.sub("", one["name"])} if "name" in one else one for one in node[key]]
+        names = [one["name"] for one in shapes if "name" in one]
+        content[key] = shapes if len({*names}) == len(names) else node[key]
+    return content
 
 
 def _materials(node: Any) -> Iterator[str]:

@@ -173,7 +173,7 @@ class ImportedScene:
         document: a scene document, as plain data with `Asset`s for files.
         losses: in file order.
         bodies: name in the scene (`ENTITY` or `ENTITY/LINK`) → name in the source (`model::link`, a prim's path), for
-            the comparison of poses and masses.
+            the comparison of poses and masses; without added links.
         reference: name in the source → pose and mass from the source's own library; empty if an engine is used instead.
         engine: name of the library that gave `reference`.
         places: name in the scene, as in `bodies`, or of an entity → location in the file.

@@ -27,7 +27,7 @@ from scenecc.robots.description import (
     LinkName,
     MeshGeometry,
 )
-from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
+from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, built_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import ReadModel, read_model
 from scenecc.robots.mujoco.worker import FLAGS
@@ -325,7 +325,7 @@ class _Importer:
             place = model.location("eq", number)
             if place not in lost:
                 continue
-            ends = equality_frames(model, number, kind)
+            ends = built_frames(model, number, kind, self._links)
             (first, in_world), (body, in_body) = ends if ends[0][0] == WORLD else ends[::-1]
             if first != WORLD or body not in self._links or not model["body_weldid"][body]:
                 continue

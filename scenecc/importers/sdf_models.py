@@ -112,7 +112,7 @@ def add_robot(model: Scope, pose: Pose7, path: str, parts: WorldParts) -> None:
         model: its scope.
         pose: of the model in the world.
         path: of the model from the world.
-        parts: receives the entity, and a constraint for each single body of a static model.
+        parts: receives the entity, and a constraint for each single body called `world`.
     """
     read = model.robot
     if read is None:
@@ -120,17 +120,18 @@ def add_robot(model: Scope, pose: Pose7, path: str, parts: WorldParts) -> None:
     model.file.losses.extend(read.losses)
     place = model.placing.location
     shown = path.rpartition(SEPARATOR)[0] if model.is_merged else path
-    keys = [*read.keys]
-    moves = any(link.joint and link.joint.type != "fixed" for robot in read.robots for link in robot.links)
-    if model.is_static and moves:
-        keys.append(("joints", {".*": {"limits": [0, 0]}}))
+    keys = [*read.keys, *([("body_type", "static")] if model.is_static else [])]
     is_freed = False
     for robot in read.robots:
         root = robot.links[0].name
         is_free = not model.is_static and root != WORLD
         for link in robot.links:
             world = compose(pose, model.pose_of(link.name, model.placing))
-            parts.links[path + SEPARATOR + link.name] = BuiltLink((path, link.name), world, not model.is_static)
+            # The links of a static model are one body.
+            name = IN_WORLD if model.is_static else (path, link.name)
+            parts.links[path + SEPARATOR + link.name] = BuiltLink(name, world, not model.is_static)
+        if model.is_static:
+            continue
         is_freed = is_freed or is_free or len(robot.links) == 1
         if is_free and len(robot.links) > 1:
             parts.free_roots[path + SEPARATOR + root] = len(parts.entities)
@@ -139,6 +140,9 @@ def add_robot(model: Scope, pose: Pose7, path: str, parts: WorldParts) -> None:
             weld = DescribedConstraint(shown, "weld", IN_WORLD, (path, root), at, IDENTITY_POSE, place)
             parts.constraints.append(weld)
     keys += [("fix_root_link", False)] if is_freed else []
+    if model.is_static and not any(link.collisions or link.visuals for robot in read.robots for link in robot.links):
+        model.file.lose("empty-links", f"`{shown}` has no shape and does not move", model.placing)
+        return
     file = RobotFile("urdf", read.path, pose, tuple(keys), _named(read, shown))
     parts.entities.append(DescribedEntity(path, file, place, shown.replace(SEPARATOR, ".")))
 
@@ -384,7 +388,7 @@ class _Tree:
             pose = self._add(anchor.child or anchor.parent, None, ())
         else:
             pose = IDENTITY_POSE
-            self._made.append(DescribedLink(self._fresh.new("base"), anchor.element.location))
+            self._made.append(DescribedLink(self._fresh.new("base"), anchor.element.location, is_added=True))
             self._attach(anchor, "", 0)
         place, collide = self._reader.model.element.location, self._reader.self_collisions
         links = tuple(map(self._with_known_source, self._made))

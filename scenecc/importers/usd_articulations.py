@@ -175,7 +175,7 @@ class UsdArticulationReader:
             links = [self._reader.link(self._bodies[tree.root], names[tree.root])]
         else:
             pose = tree.joints[0].frames[0]
-            links = [DescribedLink(free.new(_ADDED_ROOT), self._stage.place)]
+            links = [DescribedLink(free.new(_ADDED_ROOT), self._stage.place, is_added=True)]
         indices = {tree.root: 0}
         single: dict[int, Prim] = {}
         joint_names = UniqueNames()

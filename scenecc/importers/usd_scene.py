@@ -120,10 +120,11 @@ class UsdSceneReader:
             rendering.environment,
         )
         written = write_world(world)
-        bodies = {name: path for name, path in written.bodies.items() if path in self._links}
         for first, second in written.unwritten:
-            stage.lose("collision-filters", f"`{first}` and `{second}` would collide", stage.prim(bodies[first]))
-        return ImportedScene(written.document, tuple(stage.losses), bodies, self._reference())
+            stage.lose(
+                "collision-filters", f"`{first}` and `{second}` would collide", stage.prim(written.bodies[first])
+            )
+        return ImportedScene(written.document, tuple(stage.losses), written.bodies, self._reference())
 
     def _reference(self) -> dict[str, ReferencePose]:
         found: dict[str, ReferencePose] = {}

@@ -173,18 +173,20 @@ class _WorldWriter:
 
     def _note_file(self, name: str, wish: str, file: RobotFile) -> None:
         """Records the names of links in a file, which become several entities if the file has several robots."""
-        is_one = len(file.robots) == 1
+        is_one, is_whole = len(file.robots) == 1, "body_type" in dict(file.keys)
         for robot in file.robots:
             root, is_part = robot.links[0].name, "/" in name
             entity = name if is_one else f"{name}/{root}"
             for link in robot.links:
-                is_body = robot.body_type is not None and not is_part
+                is_body = is_whole or (robot.body_type is not None and not is_part)
                 self._note((wish, link.name), link, entity if is_body else f"{entity}/{link.name}")
 
     def _note(self, link_name: LinkName, link: DescribedLink, name: str) -> None:
         self.names[link_name] = name
-        self.bodies[name] = link.source or link.name
-        self.places[name] = link.location
+        # The links of a file that is one body have its name; its frame is that of the first.
+        if not link.is_added:
+            self.bodies.setdefault(name, link.source or link.name)
+        self.places.setdefault(name, link.location)
 
     def _body(self, name: str, wish: str, robot: DescribedRobot, index: int) -> Node:
         (link,) = robot.links

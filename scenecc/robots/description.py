@@ -258,6 +258,7 @@ class DescribedLink:
         disable_gravity: whether gravity is off.
         motion: None: not in the file.
         source: name in the source's own library, to compare poses and masses; "": its name.
+        is_added: whether the source has no such link: it is between freedoms of a joint, or the root before a joint.
     """
 
     name: str
@@ -271,6 +272,7 @@ class DescribedLink:
     disable_gravity: bool = False
     motion: DescribedMotion | None = None
     source: str = ""
+    is_added: bool = False
 
 
 @frozen

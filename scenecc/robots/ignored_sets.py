@@ -42,7 +42,7 @@ def cover_pairs(wanted: Pairs, free: NDArray[np.bool_]) -> list[list[int]]:
     sets: list[list[int]] = []
     while wanted:
         together = [*min(wanted)]
-        fits = free[together].all(axis=0)
+        fits = free[together[0]] & free[together[1]]
         fits[together] = False
         while (number := int(fits.argmax())) or fits[0]:
             together.append(number)

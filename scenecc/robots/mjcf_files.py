@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -73,7 +74,12 @@ class MjcfFiles:
     _size: int = 0
 
     def find(self, written: str, place: Location) -> DescribedFile | None:
-        """Returns a file by its path; None after an error at `place`."""
+        """Returns a file by its path; None after an error at `place`.
+
+        The path may be absolute, as in compiled models, but the file must be inside the allowed folders.
+        """
+        if written.startswith("/"):
+            written = os.path.relpath(written, self.named.owner.path.parent)
         return self.named.find(written, place, self.report.of(place))
 
     def read_model(self) -> SourceElement | None:

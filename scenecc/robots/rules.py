@@ -62,7 +62,7 @@ def split_joint(
     parent = link.parent
     for number, (joint, name) in enumerate(zip(others, names, strict=True)):
         inertial = light_link(mass, moment, joint.location)
-        made.append(DescribedLink(name, joint.location, parent, joint, inertial=inertial))
+        made.append(DescribedLink(name, joint.location, parent, joint, inertial=inertial, is_added=True))
         parent = first + number
     return (*made, replace(link, parent=parent, joint=last))
 

@@ -252,9 +252,7 @@ def test_a_mocap_body_without_shapes_moves_the_hand_that_is_welded_to_it(tmp_pat
     scene = {"scenecc": 1, "entities": {"r": {"mjcf": str(tmp_path / "a.xml")}}}
     with load_scene(scene, render=False, asset_roots=[tmp_path]) as batch:
         assert [*batch.entities] == ["r/mocap"]
-        mocap = next(
-            one for one in batch.entities["r/mocap"].objs[0].components if hasattr(one, "set_kinematic_target")
-        )
+        mocap: Any = batch.entities["r/mocap"].objs[0].find_component_by_type(sapien.physx.PhysxRigidDynamicComponent)
         mocap.set_kinematic_target(sapien.Pose([0.2, 0, 0.4]))
         batch.step(500)
         (robot,) = batch.articulations.values()

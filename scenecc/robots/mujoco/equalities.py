@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.robots.description import DescribedConstraint, LinkName
 from scenecc.robots.mujoco.model import CONNECT_EQUALITY, JOINT_EQUALITY, WELD_EQUALITY, WORLD, CompiledModel
+from scenecc.robots.poses import compose_poses
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -39,15 +40,16 @@ def read_constraints(
                 "inactive", f"{_what(model, number, kind)} is not built: it is inactive at the start", place
             )
         elif kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
-            (first, in_first), (second, in_second) = equality_frames(model, number, kind)
-            if _has_no_effect(model, first, second):
+            if _has_no_effect(model, *(body for body, _ in equality_frames(model, number, kind))):
                 message = (
                     f"{_what(model, number, kind)} is not built: no force moves one of its bodies against the other"
                 )
                 report.note_elsewhere("inactive/fixed", message, place)
                 continue
-            if first not in links or second not in links or first == second:
-                report.leave_out(WORLD_EQUALITY, _unbuilt(model, kind, first, second, links), place)
+            (first, in_first), (second, in_second) = built_frames(model, number, kind, links)
+            if first not in links or second not in links:
+                message = "an equality with the world is built only if it involves a fixed robot of the file"
+                report.leave_out(WORLD_EQUALITY, message, place)
                 continue
             name = model.name("eq", number) or f"equality_{number}"
             word = "weld" if kind == WELD_EQUALITY else "connection"
@@ -67,7 +69,8 @@ def mocaps_with_equalities(model: CompiledModel) -> set[int]:
         if model["eq_active0"][number] and kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
             bodies = [body for body, _ in equality_frames(model, number, kind)]
             if not _has_no_effect(model, *bodies):
-                found.update(body for body in bodies if model["body_mocapid"][body] >= 0)
+                roots = (int(model["body_weldid"][body]) for body in bodies)
+                found.update(root for root in roots if model["body_mocapid"][root] >= 0)
     return found
 
 
@@ -75,16 +78,6 @@ def _has_no_effect(model: CompiledModel, first: int, second: int) -> bool:
     """Returns whether no force moves one body against another: they are fixed together, or to the world or mocaps."""
     groups = {int(model["body_weldid"][body]) for body in (first, second)}
     return len(groups) == 1 or all(group == WORLD or model["body_mocapid"][group] >= 0 for group in groups)
-
-
-def _unbuilt(model: CompiledModel, kind: int, first: int, second: int, links: Mapping[int, LinkName]) -> str:
-    empty = next((body for body in (first, second) if body not in links and body != WORLD), None)
-    if empty is None:
-        return "an equality with the world is built only if it involves a fixed robot of the file"
-    other = second if empty == first else first
-    what = f"the {'weld' if kind == WELD_EQUALITY else 'connection'} of `{model.body_name(other)}`"
-    reason = "which has no shapes and no joints, so the scene does not have it"
-    return f"{what} to the body `{model.body_name(empty)}`, {reason}"
 
 
 def _what(model: CompiledModel, number: int, kind: int) -> str:
@@ -103,6 +96,24 @@ def equality_frames(model: CompiledModel, number: int, kind: int) -> tuple[tuple
         return (first, (*data[:3], 1.0, 0.0, 0.0, 0.0)), (second, (*data[3:6], 1.0, 0.0, 0.0, 0.0))
     # The pose of the second body in the first.
     return (first, (*data[3:6], *data[6:10])), (second, IDENTITY_POSE)
+
+
+def built_frames(
+    model: CompiledModel, number: int, kind: int, links: Mapping[int, LinkName]
+) -> tuple[tuple[int, Pose7], tuple[int, Pose7]]:
+    """Returns the ends of an equality as `equality_frames`, on the bodies that are built, or the world.
+
+    A body that is fixed to the world or to a mocap body, and has no link, is a part of the body above it.
+    """
+
+    def built(body: int, pose: Pose7) -> tuple[int, Pose7]:
+        """Returns a frame on the next body above that is built."""
+        if body in links or body == WORLD:
+            return body, pose
+        return built(int(model["body_parentid"][body]), compose_poses(model.body_pose(body), pose))
+
+    first, second = equality_frames(model, number, kind)
+    return built(*first), built(*second)
 
 
 def _site(model: CompiledModel, site: int) -> tuple[int, Pose7]:

@@ -9,7 +9,6 @@ original file.
 from __future__ import annotations
 
 import math
-import os
 import posixpath
 import struct
 from dataclasses import dataclass, field
@@ -199,7 +198,7 @@ class SourceBuilder:
     def _read_model(self, element: SourceElement) -> tuple[SourceBuilder, SourceElement] | None:
         """Returns the builder and the root of an attached model; None after an error."""
         place, files = element.at("file"), self.files
-        found = files.find(self._relative_path(element.attributes.get("file", "")), place)
+        found = files.find(element.attributes.get("file", ""), place)
         if found is None:
             return None
         above = (*self._above, files.named.owner.path)
@@ -222,10 +221,6 @@ class SourceBuilder:
         name, builder, root = self._models[found.path]
         self._attached[id(element)] = name
         return builder, root
-
-    def _relative_path(self, written: str) -> str:
-        """Converts an absolute path, as compiled models have; it must still be inside the allowed folders."""
-        return os.path.relpath(written, self.files.named.owner.path.parent) if written.startswith("/") else written
 
     def count(self, element: SourceElement, kind: str) -> float:
         """Returns how many elements, or bodies, MuJoCo makes of an element and its children. `kind`: of `_MOST`."""
@@ -363,8 +358,7 @@ class SourceBuilder:
             written = posixpath.basename(written.replace("\\", "/"))
         own = "texturedir" if element.tag == "texture" else "meshdir"
         folder = self._folders.get(own, self._folders.get("assetdir", ""))
-        path = self._relative_path(posixpath.join(folder, written) if written else "")
-        return self.files.find(path, element.at(attribute))
+        return self.files.find(posixpath.join(folder, written) if written else "", element.at(attribute))
 
 
 def _written(attributes: dict[str, str]) -> str:

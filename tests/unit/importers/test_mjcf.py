@@ -59,7 +59,7 @@ def test_joints_that_cannot_be_at_0_are_compared_within_their_limits(folder: Pat
 <joint type="hinge" axis="1 0 0" ref="10" range="-60 -20"/><joint type="slide" axis="0 0 1" range="0.1 0.2"/>
 <geom size="0.1" pos="0 1 0"/></body></body></worldbody></mujoco>""")
     found = import_scene(folder / "arm.xml", folder / "arm.yaml").certificate
-    assert found.compared == 2
+    assert (found.compared, found.not_compared) == (2, ())
     assert max(found.position, found.angle, found.relative_mass) < 1e-6
 
 
@@ -188,6 +188,29 @@ def test_absolute_paths_lead_to_the_copies(folder: Path, folder_key: str) -> Non
     assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]
 
 
+def test_absolute_paths_in_included_and_attached_files_lead_to_the_copies(folder: Path) -> None:
+    for name in ("parts", "models/meshes"):
+        (folder / "in" / name).mkdir(parents=True)
+    for name in ("rock.obj", "models/meshes/part.obj"):
+        (folder / "in" / name).write_text(TETRAHEDRON)
+    whole = """<mujoco><include file="{0}/parts/assets.xml"/><!-- <compiler meshdir="gone"/> -->
+<asset><model name="m" file="{0}/models/part.xml"/></asset><worldbody><geom type="mesh" mesh="rock"/>
+<body><freejoint/><geom size="0.1"/><attach model="m" body="part" prefix="a_"/></body></worldbody></mujoco>"""
+    included = """<mujoco><include file="{0}/parts/folders.xml"/><asset><mesh file="{0}/rock.obj"/></asset></mujoco>"""
+    folders = '<mujoco><compiler meshdir="{0}/models"/></mujoco>'
+    attached = """<mujoco><compiler meshdir="{0}/models/meshes"/><asset><mesh file="part.obj"/></asset><worldbody>
+<body name="part"><geom type="mesh" mesh="part"/></body></worldbody></mujoco>"""
+    texts = {"all.xml": whole, "parts/assets.xml": included, "parts/folders.xml": folders, "models/part.xml": attached}
+    for name, text in texts.items():
+        (folder / "in" / name).write_text(text.format(folder / "in"))
+    import_scene(folder / "in/all.xml", folder / "out/all.yaml", keep_file=True)
+    (folder / "in").rename(folder / "gone")
+    assert not [one for one in scenecc.validate(folder / "out/all.yaml") if one.severity == "error"]
+    copies = [path.read_text() for path in (folder / "out/all_assets").rglob("*.xml")]
+    assert len(copies) == len(texts)
+    assert not any(str(folder) in text for text in copies)
+
+
 PLANAR = """<mujoco><asset><material name="steel" rgba="0.5 0.5 0.5 1" shininess="0.8"/></asset><worldbody>
 <body name="puck" pos="0 0 0.1"><joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
 <geom type="capsule" fromto="0 0 0 0 0 -0.1" size="0.02" material="steel"/>
@@ -197,9 +220,6 @@ PLANAR = """<mujoco><asset><material name="steel" rgba="0.5 0.5 0.5 1" shininess
 
 
 def test_a_robot_has_the_name_of_its_first_body_and_plain_rotations(folder: Path) -> None:
-    (folder / "table.xml").write_text(PLANAR.replace(' mocap="true"', ""))
-    with pytest.raises(SceneError, match="the weld of `pin` to the body `hand`, which has no shapes and no joints"):
-        import_scene(folder / "table.xml", folder / "table.yaml")
     (folder / "table.xml").write_text(PLANAR)
     import_scene(folder / "table.xml", folder / "table.yaml")
     text = (folder / "table.yaml").read_text()
@@ -209,3 +229,34 @@ def test_a_robot_has_the_name_of_its_first_body_and_plain_rotations(folder: Path
     assert "rpy_deg: [0, 90, 0]" in text
     assert "  steel: {visual: {base_color: [0.5, 0.5, 0.5], specular: 0.5, roughness: 0.2}}\n" in text
     assert "{type: capsule, pose: [0, 0, -0.05], radius: 0.02, half_length: 0.05, axis: z" in " ".join(text.split())
+
+
+@pytest.mark.parametrize(
+    ("held", "parent", "pose"),
+    [
+        ("", "world", "{p: [1, 0, 2], rpy_deg: [0, 90, 0]}"),
+        ('<geom size="0.01"/>', "post", "{p: [0, 0, 2], rpy_deg: [0, 90, 0]}"),
+        ('mocap="true"', "post", "{p: [0, 0, 2], rpy_deg: [0, 90, 0]}"),
+    ],
+)
+def test_a_weld_to_a_body_without_joints_is_to_what_is_built_of_it(
+    folder: Path, held: str, parent: str, pose: str
+) -> None:
+    mocap, geom = (held, "") if "mocap" in held else ("", held)
+    post = f'<body name="post" {mocap} pos="1 0 0">{geom}<body name="hand" pos="0 0 1" euler="0 90 0"/></body>'
+    pin = '<body name="pin" pos="1 0 2" euler="0 90 0"><freejoint/><geom size="0.1"/></body>'
+    weld = '<equality><weld body1="hand" body2="pin" relpose="-1 0 0 1 0 0 0"/></equality>'
+    (folder / "a.xml").write_text(f"<mujoco><worldbody>{post}{pin}</worldbody>{weld}</mujoco>")
+    import_scene(folder / "a.xml", folder / "a.yaml")
+    found = " ".join((folder / "a.yaml").read_text().split())
+    assert f"{{type: weld, parent: {parent}, child: pin, pose_in_parent: {pose}" in found
+
+
+def test_equal_bodies_with_named_geoms_become_instances_of_a_prefab(folder: Path) -> None:
+    parts = [f'<geom name="chair_{{0}}_part{n}" type="box" size="0.1 0.1 0.{n + 1}"/>' for n in range(7)]
+    chair = f"<body name='chair_{{0}}' pos='{{0}} 0 {{0}}'><freejoint/>{''.join(parts)}</body>"
+    chairs = "".join(chair.format(number) for number in range(5))
+    (folder / "hall.xml").write_text(f"<mujoco><worldbody>{chairs}</worldbody></mujoco>")
+    import_scene(folder / "hall.xml", folder / "hall.yaml")
+    assert "  chair_4: {use: hall_assets/chair.yaml, pose: [4, 0, 4]}\n" in (folder / "hall.yaml").read_text()
+    assert "{name: part6, type: box, " in (folder / "hall_assets/chair.yaml").read_text()

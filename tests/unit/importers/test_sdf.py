@@ -674,7 +674,8 @@ def test_prefabs_of_an_earlier_import_are_removed(folder: Path) -> None:
     assert {path.name for path in assets.iterdir()} == {"mine.yaml", "shelf.yaml"}
 
 
-ARM = """<robot name="arm"><link name="base"><inertial><mass value="1"/>
+ARM = """<robot name="arm"><link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision>
+<inertial><mass value="1"/>
 <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="tool0"><inertial>
 <mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <joint name="j" type="revolute"><parent link="base"/><child link="tool0"/><origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>
@@ -699,7 +700,7 @@ FIX = joint("fixed", "world", "robot::base")
     [
         (included("<pose>0 0 5 0 0 0</pose>"), "robot", {"pose": [0, 0, 5], "fix_root_link": False}),
         (included(name=""), "arm", {"fix_root_link": False}),
-        (included("<static>true</static>"), "robot", {"joints": {".*": {"limits": [0, 0]}}}),
+        (included("<static>true</static>"), "robot", {"body_type": "static"}),
         (included() + FIX, "robot", {}),
         (included() + joint("fixed", "robot", "world"), "robot", {}),
         (included(file="pole.urdf"), "robot", {}),
@@ -711,7 +712,7 @@ FIX = joint("fixed", "world", "robot::base")
         (f'<model name="m"><pose>1 0 0 0 0 0</pose>{included()}</model>', "m.robot", {"pose": [1, 0, 0]}),
         (f'<model name="m">{included()}{FIX}</model>', "m.robot", {}),
         (f'<model name="m">{included(merge="true")}</model>', "m", {"fix_root_link": False}),
-        (f'<model name="m"><static>1</static>{included()}</model>', "m.robot", {"joints": {".*": {"limits": [0, 0]}}}),
+        (f'<model name="m"><static>1</static>{included()}</model>', "m.robot", {"body_type": "static"}),
     ],
 )
 def test_the_root_of_an_included_urdf_is_free_unless_something_fixes_it(
@@ -766,7 +767,23 @@ def test_an_included_urdf_of_one_link_is_free_or_welded(folder: Path) -> None:
     found, _ = imported(folder, world(included(file="ball.urdf")))
     assert found["entities"]["robot"]["fix_root_link"] is False
     found, _ = imported(folder, world(included("<static>1</static><pose>0 0 1 0 0 0</pose>", file="ball.urdf")))
-    assert found["constraints"]["robot"]["pose_in_parent"] == [0, 0, 1]
+    assert found["entities"]["robot"] == {"urdf": "scene_assets/ball.urdf", "body_type": "static", "pose": [0, 0, 1]}
+
+
+def test_a_static_urdf_is_one_body_to_which_joints_hold_others_in_the_world(folder: Path) -> None:
+    (folder / "in/arm.urdf").write_text(ARM)
+    static = included("<static>1</static><pose>0 0 1 0 0 0</pose>")
+    hung = f'<model name="tool"><pose>1 0 1.5 0 0 0</pose>{link("l", mass=2)}</model>'
+    held = joint("fixed", "robot::tool0", "tool::l", name="mount")
+    found, made = imported(folder, world(static + hung + held))
+    mount = {"type": "weld", "parent": "world", "child": "tool", "pose_in_parent": [1, 0, 1.5]}
+    assert found["constraints"]["mount"] == mount
+    assert set(body_poses(folder)) == {"robot", "tool"}
+    assert made.losses == ()
+    (folder / "in/arm.urdf").write_text(ARM.replace("collision>", "sensor>"))
+    found, made = imported(folder, world(static + hung + held))
+    assert [*found["entities"]] == ["tool"]
+    assert [loss.kind for loss in made.losses] == ["empty-links"]
 
 
 def test_a_broken_included_urdf_is_an_error_at_its_line_and_a_repaired_one_a_loss(folder: Path) -> None:
