@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from scenecc.cli.checking import CHECK_OPTIONS, ScenesOnly, run_checks
-from scenecc.cli.completion import complete_scene
-from scenecc.cli.options import Format, FormatOption, quote_text, takes_compile_options
+from scenecc.cli.options import Format, FormatOption, ScenePaths, quote_text, takes_compile_options
 from scenecc.cli.output import of_settings, progress
 from scenecc.cli.paths import find_files, source_of
 
@@ -48,14 +47,7 @@ def parse_seconds(text: str | float) -> float:
 
 @partial(takes_compile_options, others=CHECK_OPTIONS)
 def check(
-    paths: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="PATH...",
-            help="Scene files, folders of them, or - for standard input.",
-            autocompletion=complete_scene,
-        ),
-    ],
+    paths: ScenePaths,
     *,
     settle: Annotated[
         float,

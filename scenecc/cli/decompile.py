@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenecc.cli.options import at_least
+from scenecc.cli.options import OutputFile, at_least
 from scenecc.cli.output import STDOUT, Status, base_folder, end, print_err, refusal, usage_error, write_output
 
 if TYPE_CHECKING:
@@ -20,9 +20,7 @@ _SHOWN = 20
 def decompile(
     task: Annotated[str, typer.Argument(metavar="TASK", help="A task of ManiSkill, such as PickCube-v1.")],
     *,
-    output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")
-    ] = STDOUT,
+    output: OutputFile = STDOUT,
     seed: Annotated[int, typer.Option("--seed", metavar="N", parser=at_least(0), help="Seed of the task's reset.")] = 0,
     num_envs: Annotated[
         int,

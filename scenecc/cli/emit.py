@@ -12,6 +12,7 @@ import typer
 
 from scenecc.cli.completion import complete_entity
 from scenecc.cli.options import (
+    OutputFile,
     SceneArgument,
     Show,
     at_least,
@@ -66,9 +67,7 @@ def emit(
     scene: SceneArgument,
     *,
     target: Annotated[Target, typer.Option("--to", help="Target format.")],
-    output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")
-    ] = STDOUT,
+    output: OutputFile = STDOUT,
     index: SceneIndex = None,
     grid: Grid = False,
     show: Shown = Show.visual,

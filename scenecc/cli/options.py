@@ -137,16 +137,9 @@ def _read_setting(text: str) -> tuple[str, Any, str | None]:
     value = read_value(written, sink)
     for found in sink.diagnostics():
         empty = found.code == "SC006"
-        return (
-            name,
-            None,
-            'it has no value (an empty string is "")' if empty else found.message + _in_brackets(found.hint),
-        )
+        fault = found.message + (f" ({found.hint})" if found.hint else "")
+        return name, None, 'it has no value (an empty string is "")' if empty else fault
     return name.strip(), value, None
-
-
-def _in_brackets(hint: str | None) -> str:
-    return f" ({hint})" if hint else ""
 
 
 SceneArgument = Annotated[
@@ -158,6 +151,15 @@ SceneArgument = Annotated[
         autocompletion=complete_scene,
     ),
 ]
+ScenePaths = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="PATH...",
+        help="Scene files, folders of them, or - for standard input.",
+        autocompletion=complete_scene,
+    ),
+]
+OutputFile = Annotated[str, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")]
 NumScenes = Annotated[
     int | None,
     typer.Option("--num-scenes", metavar="N", parser=at_least(1), help="Number of scenes, overriding the file."),

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from scenecc.cli.checking import CHECK_OPTIONS, Check, ScenesOnly, run_checks
-from scenecc.cli.completion import complete_scene
 from scenecc.cli.corrections import corrected, summary
-from scenecc.cli.options import Format, FormatOption, takes_compile_options
+from scenecc.cli.options import Format, FormatOption, ScenePaths, takes_compile_options
 from scenecc.cli.output import of_settings, print_err
 from scenecc.cli.paths import STDIN, find_files, source_of
 from scenecc.simulation.summary import Checked
@@ -29,14 +28,7 @@ if TYPE_CHECKING:
     others=CHECK_OPTIONS,
 )
 def validate(
-    paths: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="PATH...",
-            help="Scene files, folders of them, or - for standard input.",
-            autocompletion=complete_scene,
-        ),
-    ],
+    paths: ScenePaths,
     *,
     form: FormatOption = Format.text,
     fix: Annotated[bool, typer.Option("--fix", help="Apply safe corrections to the files.")] = False,

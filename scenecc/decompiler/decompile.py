@@ -96,12 +96,30 @@ def decompile(
     merged = merge_scenes(documents)
     if render or live.maniskill:  # ManiSkill's own bodies look as in the prefabs
         merged = use_lights(use_prefabs(merged, facts[0], render=render))
+    if "constraints" in merged:
+        merged = {**merged, "constraints": {key: _as_ball(node) for key, node in merged["constraints"].items()}}
     head = {"scenecc": 1} | ({"name": name} if name else {}) | ({"description": description} if description else {})
     document = {**head, **simplify(merged)}
     differences = None
     if check:
         differences = tuple(_differences(document, folder, facts, render=render))
     return Decompiled(document, scene_text(document), tuple(problems), differences)
+
+
+def _as_ball(node: dict[str, Any]) -> dict[str, Any]:
+    """Returns a constraint in the short form `type: ball`, if that means the same."""
+    if node.get("type") != "drive":
+        return node
+    limits, drives = dict(node.get("limits", {})), node.get("drive", {})
+    held = [limits.pop(axis, None) for axis in "xyz"]
+    if held != [[0, 0]] * 3 or not drives.keys() <= {"slerp"} or node.keys() & _ONLY_OF_DRIVES:
+        return node
+    rest = {"limits": limits.get("twist"), "drive": drives.get("slerp")}
+    kept = {key: value for key, value in {**node, **rest}.items() if value is not None}
+    return {**kept, "type": "ball"}
+
+
+_ONLY_OF_DRIVES = {"limit_springs", "target", "velocity_target", "inv_mass_scales", "inv_inertia_scales"}
 
 
 def _differences(document: dict[str, Any], base: Path, facts: list[Any], *, render: bool) -> list[str]:

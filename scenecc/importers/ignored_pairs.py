@@ -161,11 +161,8 @@ class IgnoredPairs:
     def _with_closed(self, ignored: Pairs) -> Pairs:
         """Returns the pairs with those inside closed entities, so that their links can share a group."""
         held = {number for pair in ignored for number in pair if self.colliders[number].entity in self.closed}
-        alike = (pair for pair in combinations(sorted(held), 2) if self._are_in_one_entity(*pair))
-        return ignored.union(alike)
-
-    def _are_in_one_entity(self, first: int, second: int) -> bool:
-        return self.colliders[first].entity == self.colliders[second].entity
+        pairs = combinations(sorted(held), 2)
+        return ignored.union((a, b) for a, b in pairs if self.colliders[a].entity == self.colliders[b].entity)
 
     def _write_groups(self, ignored: Pairs, classes: Mapping[int, int]) -> None:
         names, called = Names(), dict[int, str]()

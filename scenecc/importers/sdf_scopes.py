@@ -223,6 +223,8 @@ class ScopeReader:
     def _include(self, element: SourceElement, scope: Scope, chain: tuple[Path, ...]) -> None:
         self._count += 1
         uri, file = text_of(element, "uri"), scope.file
+        for plugin in element.all("plugin"):
+            file.lose("plugins", f"<plugin> `{plugin.attributes.get('filename', '')}` of an <include>", plugin)
         found = find_included_model(uri, file)
         if isinstance(found, str):
             file.lose("models", f"<include>: {found}", element)

@@ -51,8 +51,21 @@ class UsdMaterialReader:
         path = str(material.GetPath()) if material else ""
         if path and path not in self._visual:
             look = self._read_look(material)
-            self._visual[path] = _material_of(look, path) if look else None
+            self._visual[path] = _material_of(self._within_range(look, material.GetPrim()), path) if look else None
         return self._visual.get(path) or self._color(prim if prim.IsA(self._stage.geom.Gprim) else prim.GetParent())
+
+    def _within_range(self, look: dict[str, Any], prim: Prim) -> dict[str, Any]:
+        """Returns the fields of a material with numbers in 0..1, as the renderer needs them; emission from 0."""
+        found = dict(look)
+        for key, value in look.items():
+            if key == "normal" or isinstance(value, DescribedTexture):
+                continue
+            given = np.asarray(value, np.float64)
+            within = np.clip(np.nan_to_num(given, posinf=1.0), 0.0, np.inf if key == "emission" else 1.0)
+            if not np.array_equal(given, within):
+                self._stage.lose("material-looks", f"`{key}` of a material, {value}, which is not in 0..1", prim)
+                found[key] = within.tolist()
+        return found
 
     def density(self, parsed: Any) -> float:
         """Returns the density of a collider's material, in the stage's units; 0 if it has none."""

@@ -15,6 +15,7 @@ from scenecc.inspect.facts import Fact, FactReader, Item, axis_words, fact, moun
 from scenecc.inspect.varying import Fields, VaryingField, entity_fields, object_fields
 from scenecc.plan import ArticulationStructure, BodyStructure, Constraint, Plane, VisualPlane
 from scenecc.plan.articulation import friction_force
+from scenecc.plan.constraint import is_ball
 from scenecc.plan.display import link_shape_path, shape_path
 from scenecc.plan.geometry import SOLID_SIZES, SOLIDS, Primitive, Solid
 from scenecc.plan.properties import JOINT_PROPERTIES
@@ -299,7 +300,9 @@ class _Bodies:
         force = friction_force(joint)
         if force is not None:
             found += facts.value("friction_force", force)
-        hidden = () if force is None else ("friction", "damping", "force_limit")
+        hidden = () if force is None else ("damping", "force_limit")
+        if force is not None and joint.friction is not None and not any(joint.friction.numbers()):
+            hidden += ("friction",)  # the force replaces the ratio
         found += facts.of(joint, without=("type", "name", *hidden))
         for mimic in structure.mimics:
             if mimic.joint == joint.name:
@@ -455,7 +458,8 @@ def _other_row(
     mounts: tuple[Mount | None, ...] = ()
     match one:
         case Constraint():
-            name, word, mounts = one.name, type_name(one.joint.__class__), (one.child, one.parent)
+            name, mounts = one.name, (one.child, one.parent)
+            word = "ball" if is_ball(one.joint) else type_name(one.joint.__class__)
         case Light():
             name, word, mounts = one.name, type_name(one.light.__class__), (one.mount,)
         case Camera():

@@ -22,6 +22,7 @@ from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import CompileResult, Source, build_batch, compile_or_raise, list_result_params, select_scenes
 from scenecc.plan import ArticulationStructure, Constraint, Value
 from scenecc.plan.body import Texture
+from scenecc.plan.constraint import is_ball
 from scenecc.plan.rendering import Camera, Light, SkyMap
 from scenecc.plan.schema import type_name
 
@@ -115,7 +116,8 @@ def _object_item(one: Constraint | Light | Camera, kind: Any, plan: ScenePlan, s
     elif isinstance(one, Camera):
         first = (fact("size", [one.width, one.height], "px"),)
     listed = (*scene_facts(one.scene_idxs, plan), *first, *facts.of(one, without=_DESCRIBED_FIELDS), *facts.of(kind))
-    return Item(one.name, type_name(kind.__class__), listed)
+    is_joint = isinstance(one, Constraint)
+    return Item(one.name, "ball" if is_joint and is_ball(kind) else type_name(kind.__class__), listed)
 
 
 def _map_word(plan: ScenePlan) -> str:

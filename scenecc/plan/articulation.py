@@ -22,7 +22,19 @@ creeps by 1e-6 m/s."""
 
 LIGHT_DAMPING = 0.1
 """Ratio of damping to friction force up to which a joint that has both gets the friction: a tenth of the force at 1 m/s
-or 1 rad/s is lost. PhysX has one drive for each joint."""
+or 1 rad/s is lost."""
+
+
+def unbuilt_resistance(force: float, damping: float, *, is_driven: bool) -> Literal["", "friction", "damping"]:
+    """Which of a joint's friction force [N, N·m] and damping is not built, since PhysX has one drive for each joint.
+
+    A spring or an actuator (`is_driven`) replaces the friction, and so does a damping that is not light.
+    """
+    if not force:
+        return ""
+    if is_driven or damping > LIGHT_DAMPING * force:
+        return "friction"
+    return "damping" if damping else ""
 
 
 class TendonPull(NamedTuple):

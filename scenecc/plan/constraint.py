@@ -158,6 +158,16 @@ def component_joints(joint: ConstraintJoint) -> tuple[ConstraintJoint, ...]:
     return replace(joint, drives=others), Drive((), swing, None, None, None, *scales)
 
 
+def is_ball(joint: ConstraintJoint) -> bool:
+    """Returns whether a joint is the drive that `type: ball` of a scene becomes."""
+    if not isinstance(joint, Drive) or replace(joint, limits=(), drives=()) != Drive():
+        return False
+    held = [each for each in joint.limits if each.axis != "twist"]
+    is_locked = all(each.limits.is_constant and not any(each.limits.numbers()) for each in held)
+    is_hard = all(each.stiffness is None and each.damping is None for each in joint.limits)
+    return len(held) == 3 and is_locked and is_hard and all(each.axis == "slerp" for each in joint.drives)
+
+
 def colliding_constraints(constraints: Iterable[Constraint]) -> dict[str, frozenset[int]]:
     """Returns where two bodies collide that constraints connect: where all of these that exist have `collide`.
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Vec3
-from scenecc.plan.articulation import LIGHT_DAMPING
+from scenecc.plan.articulation import unbuilt_resistance
 from scenecc.robots.description import DescribedInertial, DescribedJoint, DescribedLink, ball_moment
 
 if TYPE_CHECKING:
@@ -82,22 +82,20 @@ def default_position(joint: DescribedJoint) -> float:
 
 
 def with_one_resistance(joint: DescribedJoint) -> DescribedJoint:
-    """Returns a joint with its friction force or its damping, since PhysX has one drive for each joint.
-
-    A spring or an actuator replaces the friction, and so does a damping that is not light (`LIGHT_DAMPING`).
-    """
-    if not joint.friction_force:
-        return joint
-    if joint.drive is not None or joint.damping > LIGHT_DAMPING * joint.friction_force:
+    """Returns a joint without its friction force or its damping, if it cannot have both."""
+    lost = _unbuilt_resistance(joint)
+    if lost == "friction":
         return replace(joint, friction_force=None)
-    return replace(joint, damping=0.0)
+    return replace(joint, damping=0.0) if lost else joint
 
 
 def lost_resistance(joint: DescribedJoint) -> str:
     """Returns what `with_one_resistance` drops from a joint, in words; "" if nothing."""
-    kept, of = with_one_resistance(joint), f" of `{joint.name}`" if joint.name else ""
-    if kept.friction_force != joint.friction_force:
+    lost, of = _unbuilt_resistance(joint), f" of `{joint.name}`" if joint.name else ""
+    if lost == "friction":
         return f"the friction {joint.friction_force:g}{of} beside a spring, a drive or a damping"
-    if kept.damping != joint.damping:
-        return f"the damping {joint.damping:g}{of} beside friction"
-    return ""
+    return f"the damping {joint.damping:g}{of} beside friction" if lost else ""
+
+
+def _unbuilt_resistance(joint: DescribedJoint) -> str:
+    return unbuilt_resistance(joint.friction_force or 0.0, joint.damping, is_driven=joint.drive is not None)

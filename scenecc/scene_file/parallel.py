@@ -71,16 +71,12 @@ def _section(sections: list[Node], count: int, section: str) -> Node:
                 nodes = [node if key in node else {**node, key: default} for node in nodes]
         # A cycle counts all scenes, not only those with the object.
         node = _merge_nodes(nodes, count if len(present) == count else 0)
-        if node is None and section == "entities" and not any(_is_articulation(each) for each in nodes):
+        if node is None and section == "entities" and not any(each.keys() & {"urdf", "mjcf", "root"} for each in nodes):
             node = _variants(nodes)
         if node is None:
             raise UnlikeScenes(f"`{name}` is built differently in different scenes")
         merged[name] = node if len(present) == count else {"scene_idxs": _indices(present), **node}
     return merged
-
-
-def _is_articulation(node: Node) -> bool:
-    return bool(node.keys() & {"urdf", "mjcf", "root"})
 
 
 def _names_in_order(sections: list[Node]) -> list[str]:

@@ -15,9 +15,9 @@ from scenecc.backends.sapien.objects import (
     freeze_array,
     pad_rows,
     root_is_fixed,
+    spread_array,
     spread_joint_values,
     spread_poses,
-    spread_vectors,
 )
 from scenecc.options import check_scene_idxs
 
@@ -116,7 +116,7 @@ class MovingBatch(ComponentBatch):
 
     def _set_velocity(self, kind: str, velocity: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
         moving, rows = self._find_movable(scene_idxs)
-        for row, new in zip(rows, spread_vectors(velocity, len(rows)), strict=True):
+        for row, new in zip(rows, spread_array(velocity, 3, len(rows), "a velocity"), strict=True):
             getattr(moving[row], f"set_{self._prefix}{kind}_velocity")(new)
 
     def _rows(self, scene_idxs: Sequence[int] | None) -> Sequence[int]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.shared_materials import MaterialPool
-from scenecc.diagnostics.messages import suggest
+from scenecc.diagnostics.messages import show, suggest
 from scenecc.geometry.rotations import UNIT_TOLERANCE
 
 if TYPE_CHECKING:
@@ -203,16 +203,11 @@ def spread_poses(pose: Any, count: int) -> list[sapien.Pose]:
             if len(items) != count:
                 raise ValueError(f"{len(items)} poses for {count} scenes")
             return items
-    rows = _spread_array(pose, 7, count, "a pose")
+    rows = spread_array(pose, 7, count, "a pose")
     lengths = np.linalg.norm(rows[:, 3:].astype(np.float64), axis=1)
     if (np.abs(lengths - 1) > UNIT_TOLERANCE).any():
         raise ValueError("a pose's quaternion (its last four numbers, wxyz) must be of unit length")
     return [sapien.Pose(row[:3], row[3:]) for row in rows]
-
-
-def spread_vectors(vector: Any, count: int) -> NDArray[np.float32]:
-    """Returns (count, 3) float32 from (3,) or (count, 3). Raises ValueError."""
-    return _spread_array(vector, 3, count, "a velocity")
 
 
 def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) -> list[NDArray[np.float32]]:
@@ -230,10 +225,11 @@ def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) ->
     return found
 
 
-def unknown_name(name: str, known: Sequence[str], what: str, owner: str | None = None) -> KeyError:
+def unknown_name(name: object, known: Sequence[str], what: str, owner: str | None = None) -> KeyError:
     """Returns the error for an unknown name, with the closest known name. `what`: kind of the names: "link"."""
     whose = "" if owner is None else f" of '{owner}'"
-    return KeyError(f"no {what} '{name}'{whose}; {suggest(name, known) or 'there are none'}")
+    by = "" if isinstance(name, str) else " (objects are found by name, not by number)"
+    return KeyError(f"no {what} {show(name)}{whose}{by}; {suggest(str(name), known) or 'there are none'}")
 
 
 class NamedObjects(dict[str, Named]):
@@ -262,7 +258,8 @@ def pad_rows(rows: list[Any], width: int) -> NDArray[np.float32]:
     return found
 
 
-def _spread_array(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:
+def spread_array(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:
+    """Returns (count, width) float32 from (width,) or (count, width). Raises ValueError."""
     rows = np.asarray(given, dtype=np.float32)
     if rows.shape not in ((width,), (1, width), (count, width)):
         raise ValueError(f"{what} must be ({width},) or ({count}, {width}), not {rows.shape}")

@@ -226,16 +226,11 @@ def _write_head(source: SourceWriter, plan: ScenePlan, *, is_bound: bool) -> Non
     source.comment("Run this file, or import it and call build_scenes(). It needs sapien, but not scenecc.")
     if is_bound:
         source.comment("It finds its files relative to its own folder: move it together with them, or emit it again.")
-    if _has_reset_draws(plan):
+    if any(value.recipe is not None for _, _, value in plan_values(plan)):
         source.comment(f"Values that a reset would draw again are those of seed {plan.seed}.")
     if plan.physics.scene_spacing is not None or plan.physics.gpu_memory is not None:
         source.comment("Scene spacing and GPU memory are left out: they only apply to a shared GPU simulation.")
     source.line()
-
-
-def _has_reset_draws(plan: ScenePlan) -> bool:
-    """Returns whether a reset would redraw any value."""
-    return any(value.recipe is not None for _, _, value in plan_values(plan))
 
 
 def _scene_count_text(count: int) -> str:

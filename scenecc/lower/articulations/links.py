@@ -17,7 +17,7 @@ from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
 from scenecc.lower.shapes import ShapeDefaults
 from scenecc.lower.variation import ResettableValue
 from scenecc.plan import BodyStructure, Inertial, Value, derived, literal
-from scenecc.plan.articulation import BRAKE_DAMPING, LIGHT_DAMPING, NON_LINK_FIELDS, Joint
+from scenecc.plan.articulation import BRAKE_DAMPING, NON_LINK_FIELDS, Joint, unbuilt_resistance
 from scenecc.plan.properties import FLOAT32_MAX, JOINT_PROPERTIES, properties_of, property_fields
 from scenecc.variation.nodes import AffineClamp, Stacked
 
@@ -275,23 +275,15 @@ def with_friction_force(joint: Joint, draft: DraftJoint, drives: Sequence[Layer]
         is_written = place is not draft.origin
         code, place = ("SC494", place) if is_written else ("SC495", drives[-1][1])
         return joint, (code, f"the {what} is not built: the drive replaces it", place)
-    lost = None
-    if joint.stiffness is not None:
-        return joint, ("SC494", f"the {what} is not built: the joint has a spring or an actuator", place)
     damping = 0.0 if joint.damping is None else max(joint.damping.numbers())
-    if damping:
-        unit = "N·s/m" if slides else "N·m·s/rad"
-        if damping > LIGHT_DAMPING * max(force.numbers()):
-            message = f"the {what} is not built: the joint has a damping of {damping:g} {unit}"
-            return joint, ("SC494", message, place)
-        lost = ("SC494", f"the damping of {damping:g} {unit} is not built, but the {what} is", place)
-    made = replace(
-        joint,
-        friction=joint.friction or literal(0.0),
-        damping=literal(BRAKE_DAMPING),
-        force_limit=force,
-    )
-    return made, lost
+    words = f"damping of {damping:g} {'N·s/m' if slides else 'N·m·s/rad'}"
+    lost = unbuilt_resistance(max(force.numbers()), damping, is_driven=joint.stiffness is not None)
+    if lost == "friction":
+        reason = f"a {words}" if joint.stiffness is None else "a spring or an actuator"
+        return joint, ("SC494", f"the {what} is not built: the joint has {reason}", place)
+    friction = joint.friction or literal(0.0)
+    made = replace(joint, friction=friction, damping=literal(BRAKE_DAMPING), force_limit=force)
+    return made, ("SC494", f"the {words} is not built, but the {what} is", place) if lost else None
 
 
 _TURN = 2 * math.pi - 0.1

@@ -90,7 +90,7 @@ class MjcfJointReader:
                 )
                 for i, ((word, axis), angle) in enumerate(zip(AXES.items(), angles, strict=True))
             ]
-        zero = self._zero(joint)
+        zero = float(model["qpos0"][model["jnt_qposadr"][joint]])  # MuJoCo's `ref`: the position that becomes 0 here
         limited = bool(model["jnt_limited"][joint])
         low, high = model["jnt_range"][joint].tolist() if limited else (-math.inf, math.inf)
         kinds: dict[int, SapienJointType] = {SLIDE: "prismatic", HINGE: "revolute_unwrapped" if limited else "revolute"}
@@ -129,10 +129,6 @@ class MjcfJointReader:
             armature=float(self._model["dof_armature"][dof]) or None,
             qpos=qpos,
         )
-
-    def _zero(self, joint: int) -> float:
-        """Returns MuJoCo's `ref`: the joint position that becomes 0 here."""
-        return float(self._model["qpos0"][self._model["jnt_qposadr"][joint]])
 
     def _start(self, joint: int) -> list[float] | None:
         if self._keyframe is None:

@@ -52,6 +52,9 @@ def test_link_poses_and_velocities_are_read_by_name(batch: SceneBatch) -> None:
     assert arm.link_velocity("tip").shape == (3, 1, 6)
     arm.qvel = [0.5]
     assert arm.link_velocity("tip")[:, 0, 4] == pytest.approx(0.5)
+    links: Any = arm.links
+    with pytest.raises(KeyError, match=r"no link -1 of 'arm' \(objects are found by name, not by number\); known here"):
+        links[-1]
     for read in (arm.link_pose, arm.link_velocity):
         with pytest.raises(KeyError, match=r"no link 'tpi' of 'arm'; did you mean `tip`\?"):
             read(["tpi"])

@@ -133,6 +133,34 @@ def test_a_robot_is_decompiled_as_its_urdf_with_differences(tmp_path: Path) -> N
     }
 
 
+def test_a_drive_that_is_a_ball_joint_is_decompiled_as_one() -> None:
+    with scenecc.record() as recording:
+        scenes = [physical_scene() for _ in range(2)]
+        for number, scene in enumerate(scenes):
+            builder = scene.create_actor_builder()
+            builder.add_sphere_collision(radius=0.1)
+            body: Any = builder.build(name="bob")
+            for name, axes in (("ball", "xyz"), ("rail", "xy")):
+                drive = scene.create_drive(None, sapien.Pose(), body, sapien.Pose())
+                drive.name = name
+                for axis in axes:
+                    getattr(drive, f"set_limit_{axis}")(0, 0)
+                drive.set_limit_twist(-1, 0.5 + number)
+                drive.set_drive_property_slerp(0, 0.1)
+    found = scenecc.decompile(scenes, recording=recording)
+    assert found.is_equal, (found.problems, found.differences)
+    constraints = found.document["constraints"]
+    assert constraints["ball"] == {
+        "type": "ball",
+        "parent": "world",
+        "child": "bob",
+        "pose_in_parent": [0, 0, 0],
+        "limits": {"per_scene": [[-1, 0.5], [-1, 1.5]]},
+        "drive": {"damping": pytest.approx(0.1)},
+    }
+    assert constraints["rail"]["type"] == "drive"
+
+
 def test_a_link_tree_is_decompiled() -> None:
     with scenecc.record() as recording:
         scene = physical_scene()

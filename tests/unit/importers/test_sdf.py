@@ -829,3 +829,10 @@ def test_the_friction_of_a_joint_is_a_force(
     (arm,) = found["entities"]["m"]["root"]["children"]
     assert {key: arm["joint"][key] for key in ("friction_force", "damping") if key in arm["joint"]} == expected
     assert [loss.message[: len(each)] for loss, each in zip(made.losses, lost, strict=True)] == lost
+
+
+def test_a_plugin_of_an_include_is_lost(folder: Path) -> None:
+    (folder / "in/arm.urdf").write_text(ARM)
+    plugin = '<plugin filename="libdrive.so" name="drive"/>'
+    _, made = imported(folder, world(f"<include><uri>arm.urdf</uri>{plugin}</include>"))
+    assert [loss.kind for loss in made.losses] == ["plugins"]

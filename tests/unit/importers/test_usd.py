@@ -947,3 +947,21 @@ def test_a_material_that_is_missing(tmp_path: Path, purpose: str, kind: str, tar
     schemas = BODY.replace("[", '["MaterialBindingAPI", ')
     text = f'def Cube "box" ({schemas})\n{{\nrel material:binding{purpose} = </World/{target}>\n}}\n'
     assert kinds(read(tmp_path, text)) == [kind]
+
+
+def test_colours_beyond_the_range_are_cut(tmp_path: Path) -> None:
+    """A colour of 1.2 is no reason to refuse a stage."""
+    schemas = BODY.replace("[", '["MaterialBindingAPI", ')
+    inputs = (
+        "color3f inputs:diffuseColor = (1.2, nan, 0.5)\ncolor3f inputs:emissiveColor = (10, inf, 0)\n"
+        "float inputs:roughness = -3\n"
+    )
+    shader = f'def Shader "s"\n{{\nuniform token info:id = "UsdPreviewSurface"\n{inputs}token outputs:surface\n}}\n'
+    text = (
+        f'def Material "m"\n{{\ntoken outputs:surface.connect = </World/m/s.outputs:surface>\n{shader}}}\n'
+        f'def Cube "box" ({schemas})\n{{\nrel material:binding = </World/m>\n}}\n'
+    )
+    found = read(tmp_path, text)
+    assert kinds(found) == ["material-looks"] * 3
+    look = {"base_color": [1, 0, 0.5], "emission": [10, 1, 0], "roughness": 0}
+    assert found.document["materials"]["m"] == {"visual": look}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import math
 from pathlib import Path
 from typing import Any
@@ -128,6 +129,24 @@ def test_the_size_of_a_rotated_round_shape_is_exact() -> None:
         assert row.size == pytest.approx((long, 0.2, long), abs=1e-6), kind
 
 
+def test_a_drive_that_is_a_ball_joint_is_shown_as_one() -> None:
+    held = tuple(AxisLimit(axis, literal((0.0, 0.0))) for axis in ("x", "y", "z"))
+    slerp = AxisDrive("slerp", literal(0), literal(2))
+    twist = AxisDrive("twist", literal(0), literal(2))
+    for drive, word in (
+        (Drive(held), "ball"),
+        (Drive((*held, AxisLimit("twist", per_scene([[0, 1], [0, 2]]))), (slerp,)), "ball"),
+        (Drive(held[:2]), "drive"),
+        (Drive(held, (twist,)), "drive"),
+        (Drive(held, inv_mass_scales=literal((0.5, 1.0))), "drive"),
+        (Drive((*held[:2], AxisLimit("z", literal((0.0, 0.0)), literal(10.0)))), "drive"),
+    ):
+        ball = entity("ball", pose(0, 0, 0), solid(Sphere(constant(0.1))))
+        tie = Constraint("tie", (0, 1), drive, Mount("ball"))
+        plan = dataclasses.replace(robots(), entities=(ball,), constraints=(tie,))
+        assert [row.body_type for row in summarize(plan, None) if row.section == "constraints"] == [word]
+
+
 def test_constraints_lights_and_cameras_have_summary_rows() -> None:
     here: dict[str, Any] = {"scene_idxs": (0,), "pose": pose(0, 0, 1)}
     drive = Drive((AxisLimit("x", per_scene([[0, 1], [0, 2]])),), (AxisDrive("slerp", literal(1), literal(2)),))
@@ -165,3 +184,16 @@ def test_constraints_lights_and_cameras_have_summary_rows() -> None:
     assert [field.field for field in rows["tied"].varying] == ["limits.x"]
     assert [field.field for field in rows["environment"].varying] == ["ambient_light"]
     assert [row.name for row in summarize(plan, None, (1,))] == ["robot", "ball", "tied", "environment"]
+
+
+def test_a_joint_with_a_friction_force_shows_a_ratio_that_is_built_as_well() -> None:
+    text = (
+        "{scenecc: 1, entities: {door: {root: {name: frame, shapes: [{type: sphere, radius: 0.1}], children: ["
+        "{name: a, shapes: [{type: sphere, radius: 0.1}], joint: {name: j, type: revolute, friction_force: 3}},"
+        "{name: b, shapes: [{type: sphere, radius: 0.1}],"
+        " joint: {name: k, type: revolute, friction: 0.2, friction_force: 3}}]}}}}"
+    )
+    (door,) = scenecc.inspect_scene(io.StringIO(text)).data()["entities"]
+    first, second = (link["joint"] for link in door["links"][1:])
+    assert (first["friction_force"], second["friction_force"]) == (3, 3)
+    assert ("friction" in first, second["friction"]) == (False, 0.2)

@@ -55,8 +55,16 @@ def test_known_distances_are_computed(a: Cores, b: Cores, distance: float) -> No
     assert not are_apart(a, b, np.array([distance + 1e-5]))[0]
 
 
-def test_are_apart_agrees_with_the_distance() -> None:
-    a, b = cores(*some(2000, 1)), cores(*some(2000, 2))
+@pytest.mark.parametrize("of", ["any", "boxes", "upright boxes"])
+def test_are_apart_agrees_with_the_distance(of: str) -> None:
+    rows = [some(2000, seed) for seed in (1, 2)]
+    for kind, _, q, _ in rows:
+        if of != "any":
+            kind[:] = 0
+        if of == "upright boxes":
+            q[:, 1:3] = 0
+            q[:] = q / np.linalg.norm(q, axis=1)[:, None]
+    a, b = (cores(*row) for row in rows)
     found = distances(a, b)
     for least in (0.001, 0.01, 0.1):
         clear = np.abs(found - least) > 1e-6
