@@ -160,9 +160,14 @@ def _span(
 
 
 class UsdArticulationReader:
-    """Describes trees as robots."""
+    """Describes trees as robots.
+
+    Attributes:
+        mimics: paths of the joints that follow another.
+    """
 
     def __init__(self, stage: UsdStage, reader: UsdBodyReader, bodies: Mapping[str, UsdBody]) -> None:
+        self.mimics: set[str] = set()
         self._stage = stage
         self._reader = reader
         self._bodies = bodies
@@ -300,7 +305,7 @@ class UsdArticulationReader:
         gearing, offset = 1.0 if gearing is None else float(gearing), float(offset or 0.0)
         if source is None or source is joint or not (math.isfinite(offset) and math.isfinite(gearing) and gearing):
             return None
-        stage.mimics.add(str(prim.GetPath()))
+        self.mimics.add(str(prim.GetPath()))
         own, other = (stage.frames.metres if each.type == "prismatic" else math.radians(1) for each in (joint, source))
         return DescribedMimic(source.name, -gearing * own / other, -offset * own, stage.place)
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.diagnostics.diagnostic import Location
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from scenecc.diagnostics import Sink
     from scenecc.importers.usd_stage import Prim, UsdStage
 
@@ -23,8 +25,8 @@ _SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|ForceAPI|Ge
 """Schemas for dynamics other than rigid bodies and joints."""
 
 
-def report_unread(stage: UsdStage) -> None:
-    """Reports unsupported prims, schemas, animations and attributes."""
+def report_unread(stage: UsdStage, mimics: Collection[str]) -> None:
+    """Reports unsupported prims, schemas, animations and attributes. `mimics`: paths of joints that follow another."""
     attributes: dict[str, list[Prim]] = {}
     for prim in stage.prims():
         info = prim.GetPrimTypeInfo()
@@ -33,7 +35,7 @@ def report_unread(stage: UsdStage) -> None:
         soft = next((each for each in (name, *schemas) if _SOFT.search(each)), None)
         if soft is not None:
             stage.lose("soft-bodies", f"`{soft}`", prim)
-        elif any("Mimic" in each for each in schemas) and str(prim.GetPath()) not in stage.mimics:
+        elif any("Mimic" in each for each in schemas) and str(prim.GetPath()) not in mimics:
             words = "a joint that follows one of several freedoms or of another articulation, or not by PhysX's schema"
             stage.lose("joint-couplings", words, prim)
         elif any("SurfaceVelocity" in each for each in schemas):

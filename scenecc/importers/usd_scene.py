@@ -83,6 +83,7 @@ class UsdSceneReader:
         self._reader = UsdBodyReader(stage, self._materials)
         self._parsed = _parse(stage)
         self._bodies: dict[str, UsdBody] = {}
+        self._articulations = UsdArticulationReader(stage, self._reader, self._bodies)
         self._entities: list[DescribedEntity] = []
         self._links: dict[str, LinkName] = {}
 
@@ -105,7 +106,7 @@ class UsdSceneReader:
         report_contacts(stage, self._materials, groups, {*filters.pairs, *adjacent})
         rendering = RenderingReader(stage, self._materials, self._link_of)
         rendering.read()
-        report_unread(stage)
+        report_unread(stage, self._articulations.mimics)
         world = DescribedWorld(
             plain_name(stage.path.stem),
             tuple(self._entities),
@@ -226,7 +227,6 @@ class UsdSceneReader:
 
     def _add_entities(self, groups: dict[str, UsdBody], trees: list[JointTree]) -> None:
         by_body = {body: tree for tree in trees for body in tree.bodies}
-        articulations = UsdArticulationReader(self._stage, self._reader, self._bodies)
         done: set[int] = set()
         for path, body in groups.items():
             tree = by_body.get(path)
@@ -237,7 +237,7 @@ class UsdSceneReader:
                 names = UniqueNames()
                 links = {each: names.new(self._checked_name(self._bodies[each].prim)) for each in tree.bodies}
                 self._links |= {each: (path, name) for each, name in links.items()}
-                self._add(path, articulations.robot(tree, links), self._preferred_tree_name(tree))
+                self._add(path, self._articulations.robot(tree, links), self._preferred_tree_name(tree))
 
     def _add_body(self, body: UsdBody) -> None:
         link = self._reader.link(body, self._preferred_name(body.prim))
