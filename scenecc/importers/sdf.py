@@ -83,8 +83,8 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
         file.error("there is nothing to import: the file has no world and no model", top)
     written = write_world(_describe(path, world, parts, is_world=is_world))
     losses += written.lost_filters(top.location)
-    places, codes = written.places, URDF_LOSS_CODES
-    return ImportedScene(written.document, tuple(losses), written.bodies, places=places, codes_of_losses=codes)
+    content = written.document, tuple(losses), written.bodies
+    return ImportedScene(*content, places=written.places, codes_of_losses=URDF_LOSS_CODES)
 
 
 def _describe(path: Path, world: Scope, parts: WorldParts, *, is_world: bool) -> DescribedWorld:

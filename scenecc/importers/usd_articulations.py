@@ -160,9 +160,14 @@ def _span(
 
 
 class UsdArticulationReader:
-    """Describes trees as robots."""
+    """Describes trees as robots.
+
+    Attributes:
+        mimics: paths of the joints that follow another.
+    """
 
     def __init__(self, stage: UsdStage, reader: UsdBodyReader, bodies: Mapping[str, UsdBody]) -> None:
+        self.mimics: set[str] = set()
         self._stage = stage
         self._reader = reader
         self._bodies = bodies
@@ -191,18 +196,21 @@ class UsdArticulationReader:
             if len(joint.freedoms) == 1:
                 single[indices[body]] = joint.prim
         links = self._with_mimics(links, single)
-        dynamics = None if tree.fixed else self._reader.velocities(self._bodies[tree.root])
-        read, collide = self._stage.authored, True
-        if tree.prim is not None:
-            counts = (read(tree.prim, f"physxArticulation:solver{name}IterationCount") for name in _ITERATIONS)
-            position, velocity = (
-                int(count) if count is not None and math.isfinite(count) else None for count in counts
-            )
-            given = dynamics or DescribedDynamics()
-            dynamics = replace(given, solver_position_iterations=position, solver_velocity_iterations=velocity)
-            collide = read(tree.prim, "physxArticulation:enabledSelfCollisions") is not False
+        dynamics, collide = self._settings(tree)
         place = self._stage.place
         return DescribedRobot(tuple(links), None, tree.fixed, pose, place, self_collisions=collide, dynamics=dynamics)
+
+    def _settings(self, tree: JointTree) -> tuple[DescribedDynamics | None, bool]:
+        """Returns initial velocities and solver iterations, and whether the links collide with one another."""
+        dynamics = None if tree.fixed else self._reader.velocities(self._bodies[tree.root])
+        if tree.prim is None:
+            return dynamics, True
+        read = self._stage.authored
+        counts = (read(tree.prim, f"physxArticulation:solver{name}IterationCount") for name in _ITERATIONS)
+        position, velocity = (int(count) if count is not None and math.isfinite(count) else None for count in counts)
+        given = dynamics or DescribedDynamics()
+        dynamics = replace(given, solver_position_iterations=position, solver_velocity_iterations=velocity)
+        return dynamics, read(tree.prim, "physxArticulation:enabledSelfCollisions") is not False
 
     def _freedoms(self, joint: UsdJoint, first: Pose7, name: str) -> list[DescribedJoint]:
         """Returns the joints in series that a joint consists of: one for each freedom, and a fixed one before them if
@@ -297,7 +305,7 @@ class UsdArticulationReader:
         gearing, offset = 1.0 if gearing is None else float(gearing), float(offset or 0.0)
         if source is None or source is joint or not (math.isfinite(offset) and math.isfinite(gearing) and gearing):
             return None
-        stage.mimics.add(str(prim.GetPath()))
+        self.mimics.add(str(prim.GetPath()))
         own, other = (stage.frames.metres if each.type == "prismatic" else math.radians(1) for each in (joint, source))
         return DescribedMimic(source.name, -gearing * own / other, -offset * own, stage.place)
 

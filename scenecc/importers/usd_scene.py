@@ -1,8 +1,7 @@
-"""Converts a USD stage: bodies, joints, materials, lights, cameras, and a list of unsupported content."""
+"""Converts a USD stage: bodies, joints, materials, lights and cameras."""
 
 from __future__ import annotations
 
-import re
 import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
@@ -20,6 +19,7 @@ from scenecc.importers.usd_contacts import report_contacts
 from scenecc.importers.usd_filters import CollisionFilters
 from scenecc.importers.usd_instancers import expand_instancers
 from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, usd_constraint
+from scenecc.importers.usd_losses import check_attribute_types, report_unread
 from scenecc.importers.usd_materials import UsdMaterialReader
 from scenecc.importers.usd_rendering import RenderingReader
 from scenecc.importers.usd_shapes import SOLID_TYPES
@@ -32,7 +32,6 @@ from scenecc.robots.world import DescribedEntity, DescribedPhysics, DescribedWor
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from scenecc.diagnostics import Sink
     from scenecc.geometry.rotations import Pose7
 
 
@@ -84,6 +83,7 @@ class UsdSceneReader:
         self._reader = UsdBodyReader(stage, self._materials)
         self._parsed = _parse(stage)
         self._bodies: dict[str, UsdBody] = {}
+        self._articulations = UsdArticulationReader(stage, self._reader, self._bodies)
         self._entities: list[DescribedEntity] = []
         self._links: dict[str, LinkName] = {}
 
@@ -106,7 +106,7 @@ class UsdSceneReader:
         report_contacts(stage, self._materials, groups, {*filters.pairs, *adjacent})
         rendering = RenderingReader(stage, self._materials, self._link_of)
         rendering.read()
-        report_unread(stage)
+        report_unread(stage, self._articulations.mimics)
         world = DescribedWorld(
             plain_name(stage.path.stem),
             tuple(self._entities),
@@ -227,7 +227,6 @@ class UsdSceneReader:
 
     def _add_entities(self, groups: dict[str, UsdBody], trees: list[JointTree]) -> None:
         by_body = {body: tree for tree in trees for body in tree.bodies}
-        articulations = UsdArticulationReader(self._stage, self._reader, self._bodies)
         done: set[int] = set()
         for path, body in groups.items():
             tree = by_body.get(path)
@@ -238,7 +237,7 @@ class UsdSceneReader:
                 names = UniqueNames()
                 links = {each: names.new(self._checked_name(self._bodies[each].prim)) for each in tree.bodies}
                 self._links |= {each: (path, name) for each, name in links.items()}
-                self._add(path, articulations.robot(tree, links), self._preferred_tree_name(tree))
+                self._add(path, self._articulations.robot(tree, links), self._preferred_tree_name(tree))
 
     def _add_body(self, body: UsdBody) -> None:
         link = self._reader.link(body, self._preferred_name(body.prim))
@@ -327,99 +326,3 @@ def _parse(stage: UsdStage) -> dict[str, Any]:
         else:
             found[name] = valid
     return found
-
-
-_VENDOR: Final = re.compile(r"(physx|newton|mjc|mjcf|state|isaac|omniphysics)[A-Za-z]*:")
-"""Namespaces of simulation schemas that usd-core does not have."""
-
-_OF_OTHERS: Final = re.compile(
-    r"physxMaterial:(\w+CombineMode|compliantContact\w+)|physxMimicJoint:\w+:referenceJointAxis|physxSurfaceVelocity:\w+"
-)
-"""Other attributes that are read, that follow from those that are, or whose schema is reported."""
-
-_SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|ForceAPI|Gear")
-"""Schemas for dynamics other than rigid bodies and joints."""
-
-
-def report_unread(stage: UsdStage) -> None:
-    """Reports unsupported prims, schemas, animations and attributes."""
-    attributes: dict[str, list[Prim]] = {}
-    for prim in stage.prims():
-        info = prim.GetPrimTypeInfo()
-        name = str(info.GetTypeName())
-        schemas = [str(each) for each in info.GetAppliedAPISchemas()]
-        soft = next((each for each in (name, *schemas) if _SOFT.search(each)), None)
-        if soft is not None:
-            stage.lose("soft-bodies", f"`{soft}`", prim)
-        elif any("Mimic" in each for each in schemas) and str(prim.GetPath()) not in stage.mimics:
-            words = "a joint that follows one of several freedoms or of another articulation, or not by PhysX's schema"
-            stage.lose("joint-couplings", words, prim)
-        elif any("SurfaceVelocity" in each for each in schemas):
-            stage.lose("moving-surfaces", "the velocity of a surface; rollers with a `velocity_target` convey", prim)
-        elif name and prim.GetPrimDefinition() is not None and info.GetSchemaType().isUnknown:
-            stage.lose("unknown-prims", f"a prim of type `{name}`, which is unknown to usd-core", prim)
-        if prim.IsA(stage.geom.Xformable) and stage.geom.Xformable(prim).TransformMightBeTimeVarying():
-            stage.lose("animations", "an animated transform; the first pose is used", prim)
-        _report_missing_materials(stage, prim)
-        for each in prim.GetAuthoredAttributes():
-            label = str(each.GetName())
-            if _VENDOR.match(label) and not READ_OF_PHYSX.fullmatch(label) and not _OF_OTHERS.fullmatch(label):
-                attributes.setdefault(label, []).append(prim)
-    for label, prims in attributes.items():
-        stage.lose("vendor-attributes", f"`{label}` of {len(prims)} prims", prims[0])
-
-
-def _report_missing_materials(stage: UsdStage, prim: Prim) -> None:
-    for name, kind in (("material:binding:physics", "contact-materials"), ("material:binding", "material-looks")):
-        binding = prim.GetRelationship(name)
-        for target in binding.GetTargets() if binding else ():
-            found = stage.prim(target)
-            if not (found and found.IsA(stage.shade.Material)):
-                stage.lose(kind, f"the material `{target}`, which is missing or no `Material`", prim)
-
-
-READ_OF_PHYSX: Final = re.compile(
-    r"physxRigidBody:(disableGravity|linearDamping|angularDamping|max\w+Velocity|maxContactImpulse|sleepThreshold"
-    r"|solver\w+IterationCount|locked\w+Axis)"
-    r"|physxCollision:(contact|rest)Offset|physxJoint:(jointFriction|armature|maxJointVelocity)"
-    r"|physxMimicJoint:\w+:(gearing|offset)|physxJointAxis:\w+:dynamicFrictionEffort|mjc:frictionloss"
-    r"|physxArticulation:(enabledSelfCollisions|solver\w+IterationCount)|physxScene:timeStepsPerSecond"
-)
-"""Supported attributes of the schemas of PhysX and MuJoCo. Each is a number or a boolean."""
-
-_OF_LOOKS: Final = {
-    **dict.fromkeys(("diffuseColor", "emissiveColor", "diffuse_color_constant"), "GfVec3"),
-    **dict.fromkeys(("roughness", "metallic", "opacity", "ior"), "number"),
-    **dict.fromkeys(("reflection_roughness_constant", "metallic_constant"), "number"),
-    **dict.fromkeys(("file", "diffuse_texture"), "SdfAssetPath"),
-}
-"""Shader inputs, which no prim schema declares."""
-
-_NUMBER: Final = re.compile(r"\b(bool|u?int(64)?|unsigned \w+|(pxr_half::)?half|float|double)\b")
-_PRECISION: Final = re.compile(r"(?<=\d)[fdhi]\b|(?<=Quat)[fdh]\b")
-_TEXT: Final = re.compile(r"\b(TfToken|string)\b")
-
-
-def check_attribute_types(stage: UsdStage, sink: Sink) -> None:
-    """Reports attributes of the wrong type (SC430), such as numbers where text is expected."""
-    for prim in stage.prims():
-        is_shader = prim.IsA(stage.shade.Shader)
-        definition = prim.GetPrimDefinition()
-        for attribute in prim.GetAuthoredAttributes():
-            name = str(attribute.GetName())
-            declared = definition.GetSchemaAttributeSpec(name)
-            if declared is not None:
-                wanted = _type_family(declared.typeName.type)
-            elif READ_OF_PHYSX.fullmatch(name):
-                wanted = "number"
-            else:
-                wanted = _OF_LOOKS.get(name.removeprefix("inputs:")) if is_shader else None
-            found = {_type_family(each.typeName.type) for each in attribute.GetPropertyStack(stage.time)}
-            if wanted is not None and (wrong := found - {wanted}):
-                message = f"`{name}` of {prim.GetPath()} has type `{wrong.pop()}`, not `{wanted}`"
-                sink.report("SC430", message, Location(str(stage.path)))
-
-
-def _type_family(kind: Any) -> str:
-    """Returns the name of a usd-core type without its numeric precision."""
-    return _TEXT.sub("text", _PRECISION.sub("", _NUMBER.sub("number", str(kind.typeName))))

@@ -274,7 +274,6 @@ class UsdStage:
         frames: frames of its prims.
         meshes: reads its meshes.
         losses: content that the scene does not have.
-        mimics: paths of joints whose mimic relation is read.
     """
 
     def __init__(self, stage: Prim, path: Path, layers: UsdLayers) -> None:
@@ -291,7 +290,6 @@ class UsdStage:
         self.meshes = UsdMeshReader(self.geom, self.time)
         self.place = Location(str(path))
         self.losses: list[Loss] = []
-        self.mimics: set[str] = set()
 
     def prims(self) -> Iterator[Prim]:
         """Iterates over all active, loaded and defined prims, including those of instances, parents first."""

@@ -27,6 +27,9 @@ _SURE: Final = 1e-5
 _PARALLEL: Final = 1e-6
 """Sine of the angle between two edges that count as parallel."""
 
+_NEXT, _LAST = [1, 2, 0], [2, 0, 1]
+"""The other two axes of each axis."""
+
 _ITERATIONS: Final = 64
 
 _FLAT: Final = 1e-12
@@ -166,9 +169,7 @@ def _box_gaps(a: Cores, b: Cores) -> Floats:
         j, k = (i + 1) % 3, (i + 2) % 3
         away = np.abs(between[:, k, None] * turn[:, j] - between[:, j, None] * turn[:, k])
         reach = a.half[:, j, None] * size[:, k] + a.half[:, k, None] * size[:, j]
-        reach += np.roll(b.half, -1, 1) * np.roll(size[:, i], -2, 1) + np.roll(b.half, -2, 1) * np.roll(
-            size[:, i], -1, 1
-        )
+        reach += b.half[:, _NEXT] * size[:, i][:, _LAST] + b.half[:, _LAST] * size[:, i][:, _NEXT]
         length = np.sqrt(np.maximum(1 - turn[:, i] ** 2, 0))
         gaps.append(np.where(length > _PARALLEL, (away - reach) / np.maximum(length, _PARALLEL), -np.inf))
     found[rows] = np.concatenate(gaps, axis=1).max(axis=1)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.lower.articulations.attachments import ArticulationAssembler, Assembly
+from scenecc.lower.articulations.colliding_pairs import shape_bits_origin, warn_ignored_pairs_collide
 from scenecc.lower.articulations.drafts import (
     Alternative,
     Alternatives,
@@ -18,7 +19,7 @@ from scenecc.lower.articulations.drafts import (
     LinkTreeDrafter,
     read_alternatives,
 )
-from scenecc.lower.articulations.fused_links import MOVING_KEYS, fuse_links, report_unused_body_keys
+from scenecc.lower.articulations.fused_links import fuse_links
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers, JointValue
 from scenecc.lower.articulations.links import (
     DriveTargetCheck,
@@ -31,75 +32,22 @@ from scenecc.lower.articulations.links import (
 )
 from scenecc.lower.articulations.overrides import OverrideValues, PatternMatcher, PatternOverrides, nearest_override
 from scenecc.lower.articulations.robots import RobotDrafter
-from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits
+from scenecc.lower.articulations.unused_keys import report_unused_keys
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.references import PlanTables, RobotReader, RobotRequest
-from scenecc.plan.articulation import MAX_LINKS, UNLIMITED_VELOCITY, ArticulationStructure, Link, Mimic, soft_mimics
-from scenecc.plan.body import COLLISION_ID_BITS, AssetFile, BodyType, groups_collide
+from scenecc.plan.articulation import UNLIMITED_VELOCITY, ArticulationStructure, Link, Mimic, soft_mimics
+from scenecc.plan.body import COLLISION_ID_BITS, AssetFile, BodyType
 from scenecc.plan.value import constant
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.collision_groups import GroupBits
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.materials import MaterialLowerer
     from scenecc.lower.shapes import ShapeLowerer
     from scenecc.plan import BodyStructure, Value
     from scenecc.robots.description import DescribedConstraint, DescribedRobot, RobotDescription
-
-_VISIBLE_KEYS = ("visibility",)
-_COLLIDING_KEYS = ("density", "patch_radius", "min_patch_radius", "collision_group", "disable_self_collisions")
-_LINKED_KEYS = ("fix_root_link", "qpos", "qvel", "beyond_limits", "disable_self_collisions")
-"""Keys that a single body does not have."""
-
-_FREE_ROOT_KEYS = ("linear_velocity", "angular_velocity")
-_FIXED = "a root that is fixed"
-_BODY = "a body: its file has no joints"
-_HINTS = {
-    (_BODY, "fix_root_link"): "write `fix_root_link: false`; a constraint of `type: weld` fastens the body to the world"
-}
-_HINT_ENDS = {_FIXED: ", or set fix_root_link: false"}
-
-
-def report_unused_keys(
-    entity: Any, structures: Sequence[BodyStructure | ArticulationStructure], origin: Origin, sink: Sink
-) -> None:
-    """Reports keys that have no effect on any of the structures.
-
-    Args:
-        entity: as written.
-        structures: of the entity.
-        origin: of the entity.
-        sink: receives the diagnostics.
-    """
-    if entity.body_type is not None:
-        report_unused_body_keys(entity, origin, sink)
-    bodies = [body for structure in structures for body in structure.bodies]
-    if not any(body.visuals for body in bodies):
-        _report_unused(entity, _VISIBLE_KEYS, "an articulation without a visible shape", origin, sink)
-    untouched = not any(body.collisions for body in bodies)
-    if untouched:
-        _report_unused(entity, _COLLIDING_KEYS, "an articulation without a collision shape", origin, sink)
-    if untouched and not any(body.visuals for body in bodies):
-        _report_unused(entity, ("material",), "an articulation without a shape", origin, sink)
-    if entity.body_type is not None:
-        return
-    linked = [structure for structure in structures if isinstance(structure, ArticulationStructure)]
-    if linked and len(linked) == len(structures) and all(structure.fix_root_link for structure in linked):
-        _report_unused(entity, _FREE_ROOT_KEYS, _FIXED, origin, sink)
-    if linked:
-        if entity.qpos is None and not any(
-            getattr(drive, "target", None) is not None for drive in entity.drives.values()
-        ):
-            what = "an articulation without `qpos` and targets of drives"
-            _report_unused(entity, ("beyond_limits",), what, origin, sink)
-        return
-    alone = [key for key in _LINKED_KEYS if not (untouched and key in _COLLIDING_KEYS)]
-    if entity.fix_root_link is False and any(body.body_type == "dynamic" for body in bodies):
-        alone.remove("fix_root_link")
-    _report_unused(entity, alone, _BODY, origin, sink)
-    if not any(body.body_type == "dynamic" for body in bodies):
-        _report_unused(entity, MOVING_KEYS, "a body that cannot move", origin, sink)
 
 
 def warn_free_body(firsts: Iterable[tuple[DescribedRobot, ArticulationDraft]], sink: Sink) -> None:
@@ -109,20 +57,6 @@ def warn_free_body(firsts: Iterable[tuple[DescribedRobot, ArticulationDraft]], s
             message = f"`{cut(draft.links[0].name)}` has no joint: it is a free body without a fixed root"
             hint = "write `fix_root_link: false`; a constraint of `type: weld` fastens it to the world"
             sink.report("SC525", message, draft.origin, hint=hint)
-
-
-def _shape_bits_origin(body: BodyStructure) -> Origin | None:
-    """Origin of the first shape's own collision bits; None if no shape has any."""
-    written = (shape.origin for shape in body.collisions if shape.collision_groups is not None and shape.origin)
-    place = next(written, None)
-    return place and place.child("collision_bits")
-
-
-def _report_unused(entity: Any, keys: Iterable[str], what: str, origin: Origin, sink: Sink) -> None:
-    for key in keys:
-        if getattr(entity, key) is not None:
-            hint = _HINTS.get((what, key)) or f"leave `{key}` out" + _HINT_ENDS.get(what, "")
-            report_unused_key(key, f"on {what}", origin, sink, hint=hint)
 
 
 _IGNORE_ALL_BIT = 1 << 29
@@ -501,7 +435,7 @@ class ArticulationLowerer:
             grouped = nearest_override(layers, "collision_bits", "collision_group")
             if grouped is not None and getattr(grouped[0], "collision_bits", None) is not None:
                 bits[index] = grouped[1].child("collision_bits")
-            elif link.own is not None and (place := _shape_bits_origin(body)) is not None:
+            elif link.own is not None and (place := shape_bits_origin(body)) is not None:
                 bits[index] = place
             made = None
             if joint is not None:
@@ -515,7 +449,7 @@ class ArticulationLowerer:
         _report_lost_forces(lost, self._sink)
         if bits:
             alike = origin.child("disable_self_collisions") if ignored else None
-            _warn_ignored_pairs_collide(draft, [link.body for link in links], bits, alike, self._sink)
+            warn_ignored_pairs_collide(draft, [link.body for link in links], bits, alike, self._sink)
         structure = ArticulationStructure(
             links=tuple(links),
             fix_root_link=bool(draft.fixed),
@@ -631,64 +565,6 @@ def _report_lost_forces(lost: Sequence[LostForce], sink: Sink) -> None:
         more = f" (and those of {len(others)} other joint{'s' if len(others) > 1 else ''})" if others else ""
         hint = "PhysX has one drive for each joint: a spring, a damper, an actuator or a friction; keep one"
         sink.report(code, message + more, place, hint=hint)
-
-
-def _warn_ignored_pairs_collide(
-    draft: ArticulationDraft,
-    bodies: Sequence[BodyStructure],
-    written: Mapping[int, Origin],
-    whole: Origin | None,
-    sink: Sink,
-) -> None:
-    """Warns of `collision_bits` that make links collide although their pair is ignored, once per place."""
-    if len(bodies) > MAX_LINKS:
-        # This is an error elsewhere, and checking so many pairs is slow.
-        return
-    found: dict[Origin, list[tuple[int, int]]] = {}
-    for link, place in written.items():
-        pairs = list(_find_colliding_pairs(link, draft, bodies, all_of_them=whole is not None))
-        if pairs:
-            found.setdefault(place, []).extend(pairs)
-    for place, pairs in found.items():
-        (first, second), count = pairs[0], len({frozenset(pair) for pair in pairs}) - 1
-        names = f"`{cut(draft.links[first].name)}` and `{cut(draft.links[second].name)}`"
-        more = f", and {count} other pair{'s' if count > 1 else ''}" if count else ""
-        message = f"with these bits {names}{more} collide, but should ignore one another"
-        hint = "write `collision_group` instead, which keeps ignored pairs, or give all of them a common bit"
-        related = [("should ignore one another", _ignore_origin(first, second, draft, whole), "value")]
-        sink.report("SC524", message, place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
-
-
-def _find_colliding_pairs(
-    number: int, draft: ArticulationDraft, bodies: Sequence[BodyStructure], *, all_of_them: bool
-) -> Iterator[tuple[int, int]]:
-    link = draft.links[number]
-    if not bodies[number].collisions:
-        return
-    mine = _bits(bodies[number])
-    for other, body in enumerate(bodies):
-        near = other in (number, link.parent) or draft.links[other].parent == number
-        if near or not body.collisions:
-            continue
-        ignored = all_of_them or link.ignore_bits & draft.links[other].ignore_bits
-        if ignored and any(groups_collide(a, b) for a in mine for b in _bits(body)):
-            yield number, other
-
-
-def _bits(body: BodyStructure) -> list[tuple[int, ...]]:
-    """The distinct collision integers of a link's shapes."""
-    each = dict.fromkeys(body.shape_groups())
-    return [DEFAULT_BITS if groups is None else tuple(map(int, groups.numbers())) for groups in each]
-
-
-def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Origin | None) -> Origin:
-    """The place that makes two links ignore one another."""
-    if whole is not None:
-        return whole
-    links = draft.links
-    common = links[first].ignore_bits & links[second].ignore_bits
-    bit = (common & -common).bit_length() - 1
-    return draft.ignored.get(bit, links[second].origin)
 
 
 def _misfit_of(drafts: list[list[tuple[DescribedRobot, ArticulationDraft]]]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.lower.link_frames import fix_initial_positions
@@ -13,56 +13,8 @@ from scenecc.plan.link_poses import PoseStep, steps_to_link
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.fields import FieldLowerer
     from scenecc.plan import ArticulationStructure, CollisionShape, Value, VisualShape
-
-MOVING_KEYS = (
-    "linear_velocity",
-    "angular_velocity",
-    "gravity",
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "sleep_threshold",
-)
-"""Keys that a static body does not have."""
-
-_JOINTED = "its joints never move"
-_STILL = "no force moves it"
-_UNUSED: dict[str, str] = {
-    **dict.fromkeys(("qvel", "drives"), _JOINTED),
-    **dict.fromkeys(("fix_root_link", *MOVING_KEYS), _STILL),
-    **dict.fromkeys(
-        ("disable_self_collisions", "sapien_bits"), "it is one body, whose shapes never collide with one another"
-    ),
-    "attach": "it is one body, but parts are links of an articulation",
-}
-"""Keys of an articulation → why they have no effect if it is one body."""
-
-_USED_LINK_KEYS = frozenset(
-    ("material", "density", "patch_radius", "min_patch_radius", "collision_group", "collision_bits", "visibility")
-)
-_USED_JOINT_KEYS = frozenset(("limits", "limits_deg"))
-"""Keys of links and joints by pattern that have an effect: joint limits bound `qpos`."""
-
-
-def report_unused_body_keys(entity: Any, origin: Origin, sink: Sink) -> None:
-    """Reports keys that have no effect on an articulation with `body_type` (SC115)."""
-    for key, what in _UNUSED.items():
-        value = getattr(entity, key)
-        if value is not None and value != {}:
-            _report(key, entity.body_type, what, origin, sink)
-    for section, used in (("links", _USED_LINK_KEYS), ("joints", _USED_JOINT_KEYS)):
-        what = _STILL if section == "links" else _JOINTED
-        for pattern, keys in getattr(entity, section).items():
-            for key in sorted(keys.model_fields_set - used):
-                _report(key, entity.body_type, what, origin.child(section, pattern), sink)
-
-
-def _report(key: str, body_type: str, what: str, origin: Origin, sink: Sink) -> None:
-    message = f"`{key}` has no effect with `body_type: {body_type}`: {what}"
-    hint = f"remove `{key}`, or remove `body_type` for an articulation that moves"
-    sink.report("SC115", message, origin.child(key), at="key", hint=hint)
 
 
 def fuse_links(

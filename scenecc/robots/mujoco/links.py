@@ -193,7 +193,10 @@ class MjcfModelReader:
         disable_gravity = bool(model["body_gravcomp"][draft.body] == 1)
         if not draft.is_body:
             return DescribedLink(
-                *(draft.name, place, draft.parent, draft.joint),
+                draft.name,
+                place,
+                draft.parent,
+                draft.joint,
                 inertial=inertial,
                 disable_gravity=disable_gravity,
                 is_added=True,
