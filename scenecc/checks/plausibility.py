@@ -78,6 +78,9 @@ MIN_SLIDE: Final = 3.0
 MAX_FRICTION: Final = 20.0
 """Rubber on rubber has 2, and a gripper's pads often have 5."""
 
+MAX_JOINT_FRICTION: Final = 1.0
+"""PhysX's friction of a joint, as a ratio of its load. SAPIEN's default is 0.05."""
+
 MAX_MOMENT: Final = 4.0
 """Maximum moment of inertia, relative to all mass at the farthest point. Not all parts of a body need to collide."""
 
@@ -122,6 +125,7 @@ def check_values(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: 
             _check_speeds(entity, structure, plan, sink)
             if isinstance(structure, ArticulationStructure):
                 _check_joints(entity, structure, plan, sink)
+                _check_joint_friction(entity, structure, plan, sink)
     for body in scene_bodies(plan):
         for rule in BODY_RULES:
             rule(body, sink)
@@ -240,6 +244,21 @@ def _check_joints(entity: Entity, structure: ArticulationStructure, plan: SceneP
         if far > most:
             message = f"joint `{cut(joint.name)}` is {far:.4g} m from its parent; the largest link has {size:.2g} m"
             sink.report("SC534", message, around, at="key", hint=METRES)
+
+
+def _check_joint_friction(entity: Entity, structure: ArticulationStructure, plan: ScenePlan, sink: Sink) -> None:
+    """Reports the first joint whose `friction`, a ratio of the load, looks like a force."""
+    for link in structure.links:
+        joint = link.joint
+        ratio = 0.0 if joint is None or joint.friction is None else float(joint.friction.data.max())
+        if joint is not None and ratio > MAX_JOINT_FRICTION:
+            of_file = structure.file is not None or link.file is not None
+            place = structure_origin(structure if of_file else link.body, entity, plan)
+            message = f"the `friction` of joint `{cut(joint.name)}` is {ratio:g} times the load that it carries"
+            unit = "N" if joint.type == "prismatic" else "N·m"
+            hint = f"it is a ratio: for {ratio:g} {unit} write `friction_force`"
+            sink.report("SC535", message, place.child("joints" if of_file else "joint"), at="key", hint=hint)
+            return
 
 
 METRES: Final = "lengths are in metres, not in millimetres or centimetres"
