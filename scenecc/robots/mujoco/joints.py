@@ -152,9 +152,10 @@ class MjcfJointReader:
                 self._report.error("SC481", message, place)
             if kind == BALL and (stiffness or model["jnt_limited"][joint]):
                 left("ball/range", "limits and the spring of a ball joint are not built", place)
-            names = ("dof_damping", "dof_armature", "dof_frictionloss")
-            if kind == FREE and (stiffness or any(model[name][dof] for name in names)):
-                message = "damping, armature, stiffness and frictionloss of a free joint are not built"
+            keys = [key for key in ("damping", "armature", "frictionloss") if model[f"dof_{key}"][dof]]
+            keys += ["stiffness"] if stiffness else []
+            if kind == FREE and keys:
+                message = f"a free joint is built without its {', '.join(f'`{key}`' for key in keys)}"
                 left("spring/free", message, place, "use `linear_damping` and `angular_damping` in the scene")
 
     def _report_flags(self) -> None:
