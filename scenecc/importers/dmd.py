@@ -6,31 +6,21 @@ are placed, and a weld to the world fixes a model.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut, nearest
-from scenecc.geometry.rotations import (
-    IDENTITY,
-    IDENTITY_POSE,
-    Pose7,
-    Quat,
-    compose,
-    from_axis_angle,
-    from_rpy,
-    invert,
-    to_vector,
-)
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
+from scenecc.importers.dmd_transforms import read_transform, required_value
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
 from scenecc.importers.mjcf import MJCF_LOSS_CODES
 from scenecc.importers.model_files import ModelReader, NamedModel
 from scenecc.importers.numbers import Names
 from scenecc.importers.placed_entities import still_links
 from scenecc.importers.sdf import SdfViews
-from scenecc.importers.sdf_files import SMALLEST, SdfFile, find_file
+from scenecc.importers.sdf_files import SdfFile, find_file
 from scenecc.importers.sdf_scopes import SEPARATOR
 from scenecc.importers.sdf_shapes import FRICTION
 from scenecc.importers.urdf import URDF_LOSS_CODES
@@ -119,7 +109,7 @@ class _DirectivesReader:
             return
         scope = _Scope(SdfFile(self._context, path, self._losses), namespace, (*chain, path))
         try:
-            items = _required(top, top.entries("directives"), "directives").items()
+            items = required_value(top, top.entries("directives"), "directives").items()
         except ValueFault as fault:
             hint = fault.hint or "a file of Drake's model directives starts with `directives:`"
             self._context.sink.report("SC433", fault.message, fault.place, hint=hint)
@@ -140,7 +130,7 @@ class _DirectivesReader:
     def _add_model(self, value: YamlValue, scope: _Scope) -> None:
         known = ("name", "file", "default_joint_positions", "default_free_body_pose")
         keys = value.entries(*known)
-        name, uri = scope.full(_required(value, keys, "name").text()), _required(value, keys, "file")
+        name, uri = scope.full(required_value(value, keys, "name").text()), required_value(value, keys, "file")
         if name in self._models or name in self._instances or name in self._missing or name == "world":
             raise keys["name"].fault(f"a second model has the name `{cut(name)}`")
         self._count += 1
@@ -157,7 +147,7 @@ class _DirectivesReader:
             if items := row.items():
                 self._reader.set_joint(model, joint, row, row.numbers(len(items)))
         for frame, row in poses.items():
-            base, pose = _transform(row)
+            base, pose = read_transform(row)
             parent = self._frame("world" if base is None else base.text(), base or row, scope)
             child = self._frame_of(model, frame, row)
             if child.pose == IDENTITY_POSE and not self._reader.placed.is_root(child.link):
@@ -168,12 +158,12 @@ class _DirectivesReader:
 
     def _add_instance(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("name")
-        self._instances.add(scope.full(_required(value, keys, "name").text()))
+        self._instances.add(scope.full(required_value(value, keys, "name").text()))
 
     def _add_frame(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("name", "X_PF")
-        name = scope.full(_required(value, keys, "name").text())
-        base, pose = _transform(_required(value, keys, "X_PF"))
+        name = scope.full(required_value(value, keys, "name").text())
+        base, pose = read_transform(required_value(value, keys, "X_PF"))
         if base is None:
             raise keys["X_PF"].fault("{} needs a `base_frame`")
         if not self._knows(name):
@@ -194,9 +184,9 @@ class _DirectivesReader:
 
     def _add_weld(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("parent", "child", "X_PC")
-        ends = [_required(value, keys, key) for key in ("parent", "child")]
+        ends = [required_value(value, keys, key) for key in ("parent", "child")]
         parent, child = (self._find_frame(end, scope) for end in ends)
-        base, pose = _transform(keys["X_PC"]) if "X_PC" in keys else (None, IDENTITY_POSE)
+        base, pose = read_transform(keys["X_PC"]) if "X_PC" in keys else (None, IDENTITY_POSE)
         if base is not None:
             raise base.fault("{} has no effect: `parent` is the base of a weld", "remove it")
         if parent is None or child is None:
@@ -210,7 +200,7 @@ class _DirectivesReader:
         keys = value.entries(*known)
         if "model_namespace" in keys:
             scope = replace(scope, namespace=scope.full(keys["model_namespace"].text()) + SEPARATOR)
-        name = scope.full(_required(value, keys, "name").text())
+        name = scope.full(required_value(value, keys, "name").text())
         members, groups, others = (keys[key].items() if key in keys else [] for key in known[1:4])
         links = {frame.link for each in members if (frame := self._find_frame(each, scope))} - {IN_WORLD}
         self._groups[name] = links.union(*(self._group(scope.full(each.text()), each) for each in groups))
@@ -223,7 +213,7 @@ class _DirectivesReader:
 
     def _add_directives(self, value: YamlValue, scope: _Scope) -> None:
         keys = value.entries("file", "model_namespace")
-        file, inner = _required(value, keys, "file"), keys.get("model_namespace")
+        file, inner = required_value(value, keys, "file"), keys.get("model_namespace")
         namespace = scope.namespace if inner is None else scope.full(inner.text()) + SEPARATOR
         self._count += 1
         found = find_file(file.text(), scope.file)
@@ -379,37 +369,3 @@ def _hint(name: str, known: list[str]) -> str | None:
     if near := nearest(name, known):
         return f"the nearest name is `{near}`"
     return f"there is {', '.join(f'`{cut(each)}`' for each in known[:8])}" if known else None
-
-
-def _required(value: YamlValue, keys: dict[str, YamlValue], key: str) -> YamlValue:
-    if key not in keys:
-        raise value.fault(f"{{}} needs the key `{key}`")
-    return keys[key]
-
-
-def _transform(value: YamlValue) -> tuple[YamlValue | None, Pose7]:
-    """Returns the base frame of a transform, if it names one, and the pose in it."""
-    keys = value.entries("base_frame", "translation", "rotation")
-    p = to_vector(keys["translation"].numbers(3)) if "translation" in keys else (0.0, 0.0, 0.0)
-    q = _rotation(keys["rotation"]) if "rotation" in keys else IDENTITY
-    return keys.get("base_frame"), (*p, *q)
-
-
-def _rotation(value: YamlValue) -> Quat:
-    """Returns a rotation: `!Rpy {deg}` or `!AngleAxis {angle_deg, axis}`; without a tag it is the identity, `{}`."""
-    kind = value.tag
-    if kind in {"", "!Identity"}:
-        if value.entries():
-            raise value.fault("a rotation needs a tag", "write `!Rpy {deg: [ROLL, PITCH, YAW]}`")
-        return IDENTITY
-    if kind == "!Rpy":
-        keys = value.entries("deg")
-        roll, pitch, yaw = map(math.radians, _required(value, keys, "deg").numbers(3))
-        return from_rpy(roll, pitch, yaw)
-    if kind == "!AngleAxis":
-        keys = value.entries("angle_deg", "axis")
-        axis = to_vector(_required(value, keys, "axis").numbers(3))
-        if math.hypot(*axis) < SMALLEST:
-            raise keys["axis"].fault("{} has length 0")
-        return from_axis_angle(axis, math.radians(_required(value, keys, "angle_deg").number()))
-    raise value.fault(f"the rotation `{cut(kind)}` is random or unknown", "write `!Rpy` or `!AngleAxis`")
