@@ -115,9 +115,12 @@ def _keyframe(keyframe: tuple[str, Origin | None], model: CompiledModel, report:
     names = model.names("key")
     if name in names:
         return names.index(name)
-    near = nearest(name, names)
-    known = f"it has {', '.join(f'`{cut(one)}`' for one in names[:12])}" if names else "it has none: remove the key"
-    hint = f"did you mean `{near}`?" if near else known
+    if any(names):
+        near = nearest(name, names)
+        known = ", ".join(f"`{cut(one)}`" for one in names[:12] if one)
+        hint = f"did you mean `{near}`?" if near else f"it has {known}"
+    else:
+        hint = "give its <key> a `name`" if names else "it has none: remove the key"
     message = f"the file has no keyframe `{cut(name)}`"
     findings = report.findings
     findings.errors += 1
