@@ -58,6 +58,7 @@ _KINDS: Final = {
     "surface": "moving-surfaces",
     "friction": "surface-friction",
     "fluid": "fluids",
+    "inertia": "assumed-masses",
     "mocap": "kinematic-links",
     "hull": "hulls",
     "sleep": "settings",
@@ -98,7 +99,7 @@ _LIGHT_TYPES: Final[dict[int, Literal["spot", "directional", "point"]]] = {0: "s
 _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
 
-MJCF_LOSS_CODES: Final = frozenset({"SC484", "SC490"})
+MJCF_LOSS_CODES: Final = frozenset({"SC484", "SC490", "SC580"})
 """Codes of findings about an MJCF that its losses cover."""
 
 

@@ -57,7 +57,6 @@ class Placer:
         poses: their poses (B, 7).
         placed: the placements with a pose, in order.
         lifted: entities that are to be placed again, which nothing avoids, and the scenes (B,).
-        steps: how many times placements were tried again in a scene, of all scenes together.
     """
 
     def __init__(
@@ -83,7 +82,6 @@ class Placer:
         self.by_member = {member: one for one in plan.placements for member in one.entities}
         self.placed: list[Placement] = []
         self.lifted: dict[str, Flags] = {}
-        self.steps = 0
 
     def selected(self, rows: Indices) -> Placer:
         """Returns a placer with the same poses in some rows of the batch."""

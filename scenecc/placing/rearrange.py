@@ -30,10 +30,10 @@ TRIES: Final = 128
 """Number of tries of each of these times."""
 
 _STEPS: Final = 500
-"""Maximum number of these times in all scenes together, for all placements."""
+"""Maximum number of these times in all scenes together in which a placement still has no room."""
 
-_STEPS_OF_SCENE: Final = 10
-"""Number of times that each scene adds to it."""
+_STEPS_OF_SCENE: Final = 5
+"""Number of times that each scene of the batch adds to it."""
 
 _VAIN_TIMES: Final = 4
 """Number of times in turn after which it is given up if only bodies that are not drawn again are in the way."""
@@ -64,8 +64,7 @@ def rearrange(placer: Placer, trial: Trial, found: Floats, left: Indices) -> Flo
     while start < len(left):
         rows = left[start : start + _SCENES[min(start, 1)]]
         part = _Rearrangement(placer.selected(rows), trial.placement)
-        failed = rows[part.fail(_max_steps(placer) - placer.steps)]
-        placer.steps += part.steps
+        failed = rows[part.fail(_max_steps(placer))]
         if failed.size:
             raise _error(placer, trial, failed, part.lifted_names(failed[0] == rows))
         for one in part.changed():
@@ -96,11 +95,7 @@ def _max_steps(placer: Placer) -> int:
 
 
 class _Rearrangement:
-    """The placements of a batch in whose scenes one has no room.
-
-    Attributes:
-        steps: how many times a placement was tried again in a scene.
-    """
+    """The placements of a batch in whose scenes one has no room."""
 
     def __init__(self, placer: Placer, failing: Placement) -> None:
         self._placer = placer
@@ -110,7 +105,6 @@ class _Rearrangement:
         self._settled = np.ones((scenes, count), np.bool_)
         self._lifted = np.zeros((scenes, count), np.bool_)
         self._used = np.tile(np.array([one.tries for one in self._all]), (scenes, 1))
-        self.steps = 0
         self._times, self._vain = np.zeros((2, scenes), np.int64)
         self._head = np.full(scenes, count - 1)
         self._reads = np.zeros((count, count), np.bool_)
@@ -127,11 +121,12 @@ class _Rearrangement:
     def fail(self, steps: int) -> Flags:
         """Places until everything has a pose again, and returns the scenes (B,) in which it has none after all.
 
-        `steps`: number of steps after which it gives up.
+        `steps`: it gives up after this number of steps in all scenes that still have no room.
         """
-        while (active := ~self._settled.all(axis=1) & (self._times < TIMES)).any() and self.steps < steps:
-            rows = np.flatnonzero(active)
-            self.steps += len(rows)
+        while (left := ~self._settled.all(axis=1)).any() and self._times[left].sum() < steps:
+            rows = np.flatnonzero(left & (self._times < TIMES))
+            if not len(rows):
+                break
             first = (~self._settled[rows]).argmax(axis=1)
             waits = self._settled[rows, self._head[rows]]
             waits |= (self._reads[self._head[rows]] & ~self._settled[rows]).any(axis=1)

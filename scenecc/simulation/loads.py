@@ -96,14 +96,14 @@ def _weak_drives(batch: SceneBatch, entity: Entity, row: int, index: int) -> Ite
 
 
 def _slow_drive(entity: str, link: Link, joint: Any, weight: float, index: int) -> Iterator[Finding]:
-    """Yields a drive by speed whose joint friction takes half of the speed or more.
+    """Yields a drive by speed whose joint friction takes a tenth of the speed or more.
 
     PhysX's friction is a ratio of the load: it takes `friction` · weight from the force damping · (target - speed),
     also for a joint that turns. `weight`: of the links that the joint carries [N].
     """
     target, damping = abs(float(np.ravel(joint.drive_velocity_target)[0])), float(joint.damping)
     friction = float(joint.friction) * weight
-    if target and damping and 2 * friction > damping * target:
+    if target and damping and 10 * friction > damping * target:
         speed = max(0.0, target - friction / damping)
         yield Finding(
             "SC581", (f"{entity}/{link.name}",), index, friction,

@@ -377,6 +377,8 @@ class JointNumbers:
                 found[numbers[name]] = self._read_value(item, place)
             elif name not in self.others:
                 hint = names_hint(self.names, name)
+                if "*" in name:
+                    hint = f"patterns are not read here, so name each joint; {hint}"
                 self.sink.report(
                     "SC325", f"there is no moving joint `{cut(name)}` here", place.origin, at="key", hint=hint
                 )

@@ -222,6 +222,7 @@ class MjcfModelReader:
         x, y, z = (max(moment, small) for moment in moments)
         place = self._model.location("body", body)
         message = f"a moment of inertia of `{cut(self._model.body_name(body))}` is 0: {small:.3g} kg·m² is built"
+        self._report.losses.append(("inertia", message, place))
         self._report.of(place).report("SC580", message, place, hint="PhysX cannot represent a moment of 0")
         return (x, y, z)
 

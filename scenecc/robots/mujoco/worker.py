@@ -105,7 +105,7 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
         if int(model.jnt_type[joint]) in _MOVES_ALONG_AXIS:
             place = model.jnt_qposadr[joint]
             data.qpos[place] = data.qpos[place].clip(*model.jnt_range[joint])
-    _pin_joints(mujoco, model, data)
+    _couple_joints(mujoco, model, data)
     mujoco.mj_kinematics(model, data)
     arrays |= {"xpos": data.xpos.copy(), "xquat": data.xquat.copy()}
     elements = {kind: [_element(one) for one in getattr(spec, several)] for kind, several in NAMED.items()}
@@ -128,12 +128,22 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
     return header, [array.tobytes() for array in arrays.values()]
 
 
-def _pin_joints(mujoco: Any, model: Any, data: Any) -> None:
-    """Moves joints to the positions at which active equalities without a second joint hold them."""
+def _couple_joints(mujoco: Any, model: Any, data: Any) -> None:
+    """Moves joints to the positions at which active equalities hold them: constants, and multiples in one tree."""
     for number, kind in enumerate(model.eq_type):
-        if kind == mujoco.mjtEq.mjEQ_JOINT and model.eq_active0[number] and model.eq_obj2id[number] < 0:
-            place = model.jnt_qposadr[model.eq_obj1id[number]]
-            data.qpos[place] = model.qpos0[place] + model.eq_data[number][0]
+        if kind != mujoco.mjtEq.mjEQ_JOINT or not model.eq_active0[number]:
+            continue
+        held, factor, *higher = model.eq_data[number][:5]
+        source = int(model.eq_obj2id[number]) if factor or any(higher) else -1
+        joints = [int(model.eq_obj1id[number]), *([source] if source >= 0 else [])]
+        types, trees = model.jnt_type[joints].tolist(), model.body_treeid[model.jnt_bodyid[joints]].tolist()
+        if not _MOVES_ALONG_AXIS.issuperset(types) or len(set(trees)) > 1 or (source >= 0 and any(higher)):
+            continue
+        place = model.jnt_qposadr[joints[0]]
+        if source >= 0:
+            at = model.jnt_qposadr[source]
+            held += factor * (data.qpos[at] - model.qpos0[at])
+        data.qpos[place] = model.qpos0[place] + held
 
 
 def _element(one: Any) -> list[Any]:

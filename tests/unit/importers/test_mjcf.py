@@ -63,6 +63,24 @@ def test_joints_that_cannot_be_at_0_are_compared_within_their_limits(folder: Pat
     assert max(found.position, found.angle, found.relative_mass) < 1e-6
 
 
+def test_joints_are_compared_where_equalities_hold_them(folder: Path) -> None:
+    (folder / "hand.xml").write_text("""<mujoco><worldbody><body><joint name="a"/><geom size="0.1"/><body pos="0 1 0">
+<joint name="b" ref="10"/><geom size="0.1" pos="1 0 0"/></body></body><body pos="0 0 2"><joint name="c"/>
+<geom size="0.1" pos="1 0 0"/></body></worldbody><equality><joint joint1="a" polycoef="0.1 0 0 0 0"/>
+<joint joint1="b" joint2="a" polycoef="0.2 1 0 0 0"/><joint joint1="c" joint2="a" polycoef="0.3 0 0 0 0"/></equality>
+</mujoco>""")
+    found = import_scene(folder / "hand.xml", folder / "hand.yaml", allow="all").certificate
+    assert found.compared == 3
+    assert max(found.position, found.angle) < 1e-6
+
+
+def test_a_moment_of_0_is_listed(folder: Path) -> None:
+    (folder / "arm.xml").write_text("""<mujoco><worldbody><body><freejoint/><geom size="0.1"/><body name="sensor">
+<inertial pos="0 0 0" mass="0.002" diaginertia="0 0 0"/></body></body></worldbody></mujoco>""")
+    found = import_scene(folder / "arm.xml", folder / "arm.yaml")
+    assert [(one.code, "`sensor` is 0" in one.message) for one in found.diagnostics] == [("SC432", True)]
+
+
 def test_links_of_a_kept_file_with_one_posed_robot_have_their_names(folder: Path) -> None:
     (folder / "arm.xml").write_text("""<mujoco><worldbody><body name="b" pos="0 0 1"><freejoint/><geom size="0.1"/>
 <body name="c"><joint/><geom size="0.1" pos="0.3 0 0"/></body></body></worldbody>

@@ -104,6 +104,12 @@ def test_a_packing_without_a_solution_ends_after_a_number_of_steps(monkeypatch: 
         compile_scene(document)
 
 
+def test_scenes_that_found_room_leave_their_steps_to_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The twelve scenes take 96 steps, more than the 60 that scenes without room may take together.
+    monkeypatch.setattr("scenecc.placing.rearrange._STEPS", 0)
+    assert len(poses(scene(12, a=stool(), b=stool()))["a"]) == 12
+
+
 def test_blocks_in_a_narrow_bin_rest_on_its_floor_or_on_one_another() -> None:
     sizes = (
         ([0.2, 0.1, 0.01], [0, 0, 0.01]),

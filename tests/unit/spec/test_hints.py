@@ -54,6 +54,7 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
             "`scene_idxs`",
         ),
         ({"urdf": "a.urdf", "fix_base": True}, "SC101", ".fix_base", "`fix_root_link`"),
+        ({"urdf": "a.urdf", "static": True}, "SC101", ".static", "`body_type: static`"),
         ({"urdf": "a.urdf", "stiffness": 9}, "SC101", ".stiffness", "`drives: {JOINT: {stiffness: …, damping: …}}`"),
         ({"urdf": "a.urdf", "joints": {"j": {"stiffness": 9}}}, "SC101", ".joints.j.stiffness", "`drives: {JOINT: "),
         ({"type": "static", **SHAPES}, "SC101", ".type", "`body_type: static`"),
