@@ -100,7 +100,7 @@ def test_a_packing_without_a_solution_ends_after_a_number_of_steps(monkeypatch: 
     monkeypatch.setattr("scenecc.placing.rearrange._STEPS", 40)
     narrow = [[0, -0.13], [0, 0.13]]
     document = scene(20, a=stool(narrow, tries=20), b=stool(narrow, tries=20))
-    with pytest.raises(SceneError, match=r"nor in 15 other scenes.* again, up to 200 times and 240 in all scenes"):
+    with pytest.raises(SceneError, match=r"nor in 15 other scenes.* again, up to 200 times and 140 in all scenes"):
         compile_scene(document)
 
 
