@@ -91,7 +91,7 @@ def test_static_placements_are_not_moved_for_others() -> None:
 
 def test_the_error_says_what_was_drawn_again() -> None:
     narrow = [[0, -0.13], [0, 0.13]]
-    with pytest.raises(SceneError, match=r"draw `a` again, up to 200 times and 510 in all scenes") as caught:
+    with pytest.raises(SceneError, match=r"draw `a` again, up to 200 times and 505 in all scenes") as caught:
         compile_scene(scene(1, a=stool(narrow, tries=20), b=stool(narrow, tries=20)))
     assert [one.code for one in caught.value.diagnostics] == ["SC354"]
 
