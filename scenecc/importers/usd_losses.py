@@ -17,9 +17,9 @@ _VENDOR: Final = re.compile(r"(physx|newton|mjc|mjcf|state|isaac|omniphysics)[A-
 """Namespaces of simulation schemas that usd-core does not have."""
 
 _OF_OTHERS: Final = re.compile(
-    r"physxMaterial:(\w+CombineMode|compliantContact\w+)|physxMimicJoint:\w+:referenceJointAxis"
+    r"physxMaterial:(\w+CombineMode|compliantContact\w+)|physxMimicJoint:\w+:referenceJointAxis|physxSurfaceVelocity:\w+"
 )
-"""Other attributes that are read, or that follow from those that are."""
+"""Other attributes that are read, that follow from those that are, or whose schema is reported."""
 
 _SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|ForceAPI|Gear")
 """Schemas for dynamics other than rigid bodies and joints."""

@@ -32,7 +32,7 @@ TRIES: Final = 128
 _STEPS: Final = 500
 """Maximum number of these times in all scenes together in which a placement still has no room."""
 
-_STEPS_OF_SCENE: Final = 5
+_STEPS_OF_SCENE: Final = 10
 """Number of times that each scene of the batch adds to it."""
 
 _VAIN_TIMES: Final = 4

@@ -916,7 +916,8 @@ def test_no_entity_is_named_after_the_world(tmp_path: Path, head: str) -> None:
 
 def test_moving_surfaces_are_a_loss_of_their_own(tmp_path: Path) -> None:
     schemas = BODY.replace("[", '["PhysxSurfaceVelocityAPI", ')
-    assert kinds(read(tmp_path, f'def Cube "belt" ({schemas})\n{{\n}}\n')) == ["moving-surfaces"]
+    velocity = "vector3f physxSurfaceVelocity:surfaceVelocity = (1, 0, 0)"
+    assert kinds(read(tmp_path, f'def Cube "belt" ({schemas})\n{{\n{velocity}\n}}\n')) == ["moving-surfaces"]
 
 
 @pytest.mark.parametrize(

@@ -58,6 +58,7 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
         ({"urdf": "a.urdf", "stiffness": 9}, "SC101", ".stiffness", "`drives: {JOINT: {stiffness: …, damping: …}}`"),
         ({"urdf": "a.urdf", "joints": {"j": {"stiffness": 9}}}, "SC101", ".joints.j.stiffness", "`drives: {JOINT: "),
         ({"type": "static", **SHAPES}, "SC101", ".type", "`body_type: static`"),
+        ({"place": {"on": "a", "beside": "a"}, **SHAPES}, "SC101", ".place.beside", "`next_to: {of: NAME"),
         ({"root": {"name": "a", "pose": [0, 0, 1]}}, "SC101", ".root.pose", "beside `root`"),
         (
             {"root": {"name": "a", "children": [{"name": "b", "pose": [0, 0, 1], "joint": {"type": "fixed"}}]}},
