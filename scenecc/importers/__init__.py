@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from scenecc.importers.imported_scene import ImportContext, ImportedScene
 
     Reader = Callable[[Path, ImportContext], ImportedScene | None]
-    """Reads an existing file. Returns None after an error, which is reported in the context's sink."""
+    """Reads an existing file. After an error, which the sink of the context has, it returns None or only the losses."""
 
 
 @frozen

@@ -170,7 +170,8 @@ class ImportedScene:
     """An imported file as a scene.
 
     Attributes:
-        document: a scene document, as plain data with `Asset`s for files.
+        document: a scene document, as plain data with `Asset`s for files; {} after an error, when only
+            the losses are used.
         losses: in file order.
         bodies: name in the scene (`ENTITY` or `ENTITY/LINK`) → name in the source (`model::link`, a prim's path), for
             the comparison of poses and masses; without added links.
