@@ -130,20 +130,24 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
 
 def _couple_joints(mujoco: Any, model: Any, data: Any) -> None:
     """Moves joints to the positions at which active equalities hold them: constants, and multiples in one tree."""
+    pinned: set[int] = set()
     for number, kind in enumerate(model.eq_type):
         if kind != mujoco.mjtEq.mjEQ_JOINT or not model.eq_active0[number]:
             continue
-        held, factor, *higher = model.eq_data[number][:5]
-        source = int(model.eq_obj2id[number]) if factor or any(higher) else -1
-        joints = [int(model.eq_obj1id[number]), *([source] if source >= 0 else [])]
-        types, trees = model.jnt_type[joints].tolist(), model.body_treeid[model.jnt_bodyid[joints]].tolist()
-        if not _MOVES_ALONG_AXIS.issuperset(types) or len(set(trees)) > 1 or (source >= 0 and any(higher)):
+        factors = model.eq_data[number][:5].tolist()
+        joint, source = int(model.eq_obj1id[number]), int(model.eq_obj2id[number]) if any(factors[1:]) else -1
+        joints = [joint] if source < 0 else [joint, source]
+        trees = set(model.body_treeid[model.jnt_bodyid[joints]].tolist())
+        is_constant = source < 0 or source in pinned
+        if not _MOVES_ALONG_AXIS.issuperset(model.jnt_type[joints].tolist()) or (
+            not is_constant and (any(factors[2:]) or len(trees) > 1)
+        ):
             continue
-        place = model.jnt_qposadr[joints[0]]
-        if source >= 0:
-            at = model.jnt_qposadr[source]
-            held += factor * (data.qpos[at] - model.qpos0[at])
-        data.qpos[place] = model.qpos0[place] + held
+        if is_constant:
+            pinned.add(joint)
+        place, at = model.jnt_qposadr[joint], model.jnt_qposadr[source]
+        moved = 0.0 if source < 0 else float(data.qpos[at] - model.qpos0[at])
+        data.qpos[place] = model.qpos0[place] + sum(factor * moved**power for power, factor in enumerate(factors))
 
 
 def _element(one: Any) -> list[Any]:

@@ -67,7 +67,7 @@ def test_joints_are_compared_where_equalities_hold_them(folder: Path) -> None:
     (folder / "hand.xml").write_text("""<mujoco><worldbody><body><joint name="a"/><geom size="0.1"/><body pos="0 1 0">
 <joint name="b" ref="10"/><geom size="0.1" pos="1 0 0"/></body></body><body pos="0 0 2"><joint name="c"/>
 <geom size="0.1" pos="1 0 0"/></body></worldbody><equality><joint joint1="a" polycoef="0.1 0 0 0 0"/>
-<joint joint1="b" joint2="a" polycoef="0.2 1 0 0 0"/><joint joint1="c" joint2="a" polycoef="0.3 0 0 0 0"/></equality>
+<joint joint1="b" joint2="a" polycoef="0.2 1 0 0 0"/><joint joint1="c" joint2="a" polycoef="0.3 0 1 0 0"/></equality>
 </mujoco>""")
     found = import_scene(folder / "hand.xml", folder / "hand.yaml", allow="all").certificate
     assert found.compared == 3
