@@ -342,7 +342,11 @@ MORE = '<body pos="1 0 0"><joint name="b"/><geom size="1"/></body><body><joint n
     [
         (HINGE.replace("<body", '<body gravcomp="0.5"', 1).format(""), "", "`gravcomp` other than 0 and 1"),
         ('<body><joint type="ball" range="0 9"/><geom size="1"/></body>', "", "limits and the spring of a ball joint"),
-        ('<body><joint type="free" damping="1"/><geom size="1"/></body>', "", "a free joint is built without its `damping`"),
+        (
+            '<body><joint type="free" damping="1"/><geom size="1"/></body>',
+            "",
+            "a free joint is built without its `damping`",
+        ),
         (HINGE.format(""), '<option><flag limit="disable"/></option>', "`<flag limit"),
         (HINGE.replace("<joint", '<joint stiffness="-3"').format(""), "", "negative `stiffness` and `damping`"),
         (HINGE.replace("<joint", '<joint damping="-3"').format(""), "", "negative `stiffness` and `damping`"),
