@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 from fidelity.test_emit_python import assert_same
+from trimesh.exchange.dae import export_collada
 from unit.assets.test_mesh_dae import DAE
 
 import scenecc
@@ -98,7 +99,7 @@ def test_a_script_builds_a_collada_collider_bit_identically(tmp_path: Path) -> N
 def test_a_script_builds_collada_vertices_in_the_same_order(tmp_path: Path) -> None:
     """The order in which PhysX gets them shows in how a hull of many vertices rolls."""
     ball = trimesh.creation.icosphere(subdivisions=2).apply_scale([0.1, 0.2, 0.3])
-    (tmp_path / "ball.dae").write_bytes(trimesh.exchange.dae.export_collada(ball))
+    (tmp_path / "ball.dae").write_bytes(export_collada(ball))
     text = (
         "scenecc: 1\nentities:\n  ball: {shapes: [{type: convex_mesh, file: ball.dae}], pose: [0, 0, 1]}\n"
         "  ground: {body_type: static, shapes: [{type: plane}]}\n"

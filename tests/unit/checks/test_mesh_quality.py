@@ -33,7 +33,7 @@ def cup() -> trimesh.Trimesh:
     return trimesh.creation.revolve(np.array(profile), sections=32)
 
 
-def found(folder: Path, mesh: trimesh.Trimesh, shape: str, body: str = "body_type: static") -> list[tuple[str, int]]:
+def found(folder: Path, mesh: Any, shape: str, body: str = "body_type: static") -> list[tuple[str, int]]:
     """Codes and lines of a scene with one shape of a mesh on line 6."""
     mesh.export(folder / "mesh.ply")
     lines = [

@@ -97,9 +97,9 @@ def test_a_value_that_is_of_another_kind_with_another_seed_is_a_warning(body: di
 def test_a_warning_names_a_scene_and_a_seed_that_show_it() -> None:
     document = scene({"mass": "${z + 0.99}"}, draws={"z": DRAWS["z"]}, num_scenes=8)
     (found,) = validate(document)
-    scene_index, seed, number = re.fullmatch(  # type: ignore[union-attr]
-        r"in scene (\d+) with seed (\d+) this is (-[\d.]+): it must be above 0", found.message
-    ).groups()
+    told = re.fullmatch(r"in scene (\d+) with seed (\d+) this is (-[\d.]+): it must be above 0", found.message)
+    assert told is not None
+    scene_index, seed, number = told.groups()
     assert found.code == "SC514"
     with pytest.raises(SceneError) as caught:
         compile_scene(document, seed=int(seed))

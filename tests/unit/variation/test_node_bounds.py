@@ -256,7 +256,7 @@ def test_one_expression_is_sampled_once_for_each_of_its_readers() -> None:
 def test_a_function_of_expressions_is_one_row(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(ROWS, "dist", Function(lambda arguments, _: math.dist([0, 0], arguments), most=2, fewest=2))
     assert Template("${dist(3, 4)}").evaluate({}) == 5
-    draws = {"u": Drawn("uniform", (-3.0, 2.0), (), key("u"))}
+    draws: dict[str, Node] = {"u": Drawn("uniform", (-3.0, 2.0), (), key("u"))}
     assert (
         4 <= find_bounds(expression("dist(u, 4)"), draws).low <= find_bounds(expression("dist(u, 4)"), draws).high <= 5
     )
