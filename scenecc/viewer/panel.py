@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
+    from scenecc.viewer.actions import Actions
     from scenecc.viewer.nodes import Key
     from scenecc.viewer.options import ViewOptions
     from scenecc.viewer.page import Page
-    from scenecc.viewer.session import Session
     from scenecc.viewer.tasks import TaskQueue
 
 
@@ -56,7 +56,7 @@ class Panel:
         self,
         server: viser.ViserServer,
         mail: TaskQueue,
-        actions: Session,
+        actions: Actions,
         page: Page,
         look: ViewOptions,
         *,

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     import viser
 
     from scenecc.inspect import Item
+    from scenecc.viewer.actions import Actions
     from scenecc.viewer.nodes import Key
-    from scenecc.viewer.session import Session
     from scenecc.viewer.tasks import TaskQueue
     from scenecc.viewer.world import JointPosition
 
@@ -51,7 +51,7 @@ class Selected:
 class SelectedPanel:
     """The controls, in a viser container. Ctrl-C waits for the end of each method that changes them."""
 
-    def __init__(self, gui: viser.GuiApi, mail: TaskQueue, actions: Session) -> None:
+    def __init__(self, gui: viser.GuiApi, mail: TaskQueue, actions: Actions) -> None:
         self._hidden = self._box(gui, "Hidden", "Hide it in the view")
         self._locked = self._box(gui, "Locked", "Ignore clicks in the view, and moves")
         self._move = self._box(gui, "Move", "Drag it; its pose is written to the file")
