@@ -45,15 +45,12 @@ def weigh_links(
         findings: receives the notes.
         repair: repairs of the scene.
     """
-    groups = _rigid_groups(links)
-    least = {groups[number]: 0.0 for number, link in enumerate(links) if link.inertial is not None}
-    for number, link in enumerate(links):
-        if link.inertial is not None and link.inertial.inertia is not None:
-            least[groups[number]] = max(least[groups[number]], min(link.inertial.inertia))
+    groups = _groups(links, {"fixed"})
+    heavy = {groups[number] for number, link in enumerate(links) if link.inertial is not None}
     bare = [
         number
         for number, link in enumerate(links)
-        if link.name in massless and link.inertial is None and groups[number] in least
+        if link.name in massless and link.inertial is None and groups[number] in heavy
     ]
     if "mass" in repair and bare:
         more = f" and {len(bare) - 1} more links" if len(bare) > 1 else ""
@@ -66,20 +63,27 @@ def weigh_links(
         more = f" (there are {len(dense)} such links)" if len(dense) > 1 else ""
         message = f"`{cut(links[dense[0]].name)}` has no mass in the file: it gets that of its collision shapes{more}"
         findings.report("SC448", message, links[dense[0]].location, hint=_HINT)
+    # A finger that slides on a hand rotates with it.
+    groups = _groups(links, {"fixed", "prismatic"})
+    least: dict[int, float] = {}
+    for group, link in zip(groups, links, strict=True):
+        if link.inertial is not None and link.inertial.inertia is not None:
+            least[group] = max(least.get(group, 0.0), min(link.inertial.inertia))
     for number in bare:
-        if not links[number].collisions and 0 < least[groups[number]] * _NOTABLE < _LEAST:
+        moment = least.get(groups[number], 0.0)
+        if not links[number].collisions and 0 < moment * _NOTABLE < _LEAST:
             message = (
                 f"`{cut(links[number].name)}` has no mass in the file: SAPIEN gives it {_LEAST:g} kg and moments of "
-                f"{_LEAST:g} kg·m², {_LEAST / least[groups[number]]:.0%} of those of the links that it is fixed to"
+                f"{_LEAST:g} kg·m², {_LEAST / moment:.0%} of those of the links that it rotates with"
             )
             findings.report_once("SC448", "light frame", message, links[number].location, _HINT)
     return tuple(links)
 
 
-def _rigid_groups(links: Sequence[DescribedLink]) -> list[int]:
-    """Returns for each link the first of the links that fixed joints connect it with."""
+def _groups(links: Sequence[DescribedLink], types: Collection[str]) -> list[int]:
+    """Returns for each link the first of the links that joints of these types connect it with."""
     found: list[int] = []
     for number, link in enumerate(links):
-        is_fixed = link.parent is not None and link.joint is not None and link.joint.type == "fixed"
-        found.append(found[link.parent] if is_fixed and link.parent is not None else number)
+        joined = link.parent is not None and link.joint is not None and link.joint.type in types
+        found.append(found[link.parent] if joined and link.parent is not None else number)
     return found

@@ -167,7 +167,7 @@ def test_the_panda_with_drives_equals_one_loaded_by_hand(file: str) -> None:
 
 
 def drops_of(path: Path) -> dict[str, dict[str, float]]:
-    """What a file says of each joint and the loader drops: the limit of the velocity. Drives replace the friction."""
+    """What a file says of each joint and the loader drops: the limit of the velocity, and a friction of 0."""
     from xml.etree import ElementTree as ET
 
     found: dict[str, dict[str, float]] = {}
@@ -176,4 +176,8 @@ def drops_of(path: Path) -> dict[str, dict[str, float]]:
         limit = joint.find("limit")
         if limit is not None and "velocity" in limit.attrib:
             said["max_velocity"] = float(limit.attrib["velocity"])
+        dynamics = joint.find("dynamics")
+        if dynamics is not None and "friction" in dynamics.attrib:
+            assert float(dynamics.attrib["friction"]) == 0, "a drive replaces any other friction"
+            said["friction"] = 0.0
     return found
