@@ -67,6 +67,8 @@ def test_a_robot_is_at_the_table_as_in_maniskill(robot: str, tasks: dict[str, Ca
     assert isinstance(task, Captured), task
     with load_scene(scene(robot, robot_init_qpos_noise=0, hold=False), render=False) as batch:
         unlike = differences(without_objects(task.bare().scene), read_scene(batch.scenes[0]))
+    # A driven joint without limits rests at any target only with this type, which ManiSkill does not use.
+    unlike = [one for one in unlike if not one.endswith(".type: 'revolute' against 'revolute_unwrapped'")]
     assert not unlike, "\n".join(unlike)
 
 
