@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-from math import ceil, hypot, inf, isfinite, pi
+from math import ceil, hypot, isfinite, pi
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.checks.value_queries import Row, find_reversed_limits, find_single_fault, highest, report_fault
+from scenecc.checks.value_queries import (
+    Row,
+    find_reversed_limits,
+    find_single_fault,
+    highest,
+    is_bounded,
+    lowest,
+    report_fault,
+)
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
@@ -95,14 +103,20 @@ def _check_speeds(structure: ArticulationStructure, name: str, origin: Origin, s
         most = default if limit is None else highest(limit)[0]
 
         def find_fault(row: Row, most: float = most) -> float | None:
-            speed = hypot(*row)
-            return speed if most < speed < inf else None
+            return hypot(*row) if is_bounded(row) and hypot(*row) > most else None
 
-        found = value and find_single_fault(value, find_fault)
-        if found is not None:
+        found = None if value is None else find_single_fault(value, find_fault)
+        if value is not None and found is not None:
             message = f"{words} with {found.found:.4g} {unit}, but SAPIEN limits `{cut(link.name)}` to {most:g}"
-            hint = f"write `{field}: {ceil(found.found)}` for this link, and for those that it carries"
+            enough = ceil(max(found.found, _greatest(value)))
+            hint = f"write `{field}: {enough}` for this link, and for those that it carries"
             report_fault(sink, "SC567", message, origin.child(key), hint, found.sample, at="key")
+
+
+def _greatest(value: Value) -> float:
+    """Returns a length that no row exceeds; 0 if there is none."""
+    low, high = lowest(value), highest(value)
+    return hypot(*map(max, map(abs, low), map(abs, high))) if is_bounded((*low, *high)) else 0.0
 
 
 _SpeedLimit = tuple[str, float, str]

@@ -12,6 +12,7 @@ import numpy as np
 
 from scenecc.checks.mass import DYNAMIC_TYPES
 from scenecc.checks.physics import named_bodies, physics_origin, plan_origin, structure_origin
+from scenecc.checks.value_queries import Row, find_single_fault, is_bounded, report_fault
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import rotate
 from scenecc.plan import ArticulationStructure
@@ -248,16 +249,22 @@ def _check_joints(entity: Entity, structure: ArticulationStructure, plan: SceneP
 
 def _check_joint_friction(entity: Entity, structure: ArticulationStructure, plan: ScenePlan, sink: Sink) -> None:
     """Reports the first joint whose `friction`, a ratio of the load, looks like a force."""
+
+    def find_fault(row: Row) -> float | None:
+        return row[0] if is_bounded(row) and row[0] > MAX_JOINT_FRICTION else None
+
     for link in structure.links:
         joint = link.joint
-        ratio = 0.0 if joint is None or joint.friction is None else float(joint.friction.data.max())
-        if joint is not None and ratio > MAX_JOINT_FRICTION:
+        found = joint and joint.friction and find_single_fault(joint.friction, find_fault)
+        if joint is not None and found:
+            ratio = found.found
             of_file = structure.file is not None or link.file is not None
             place = structure_origin(structure if of_file else link.body, entity, plan)
-            message = f"the `friction` of joint `{cut(joint.name)}` is {ratio:g} times the load that it carries"
+            message = f"the `friction` of joint `{cut(joint.name)}` is {ratio:.4g} times the load that it carries"
             unit = "N" if joint.type == "prismatic" else "N·m"
-            hint = f"it is a ratio: for {ratio:g} {unit} write `friction_force`"
-            sink.report("SC535", message, place.child("joints" if of_file else "joint"), at="key", hint=hint)
+            hint = f"it is a ratio: for {ratio:.4g} {unit} write `friction_force`"
+            key = "joints" if of_file else "joint"
+            report_fault(sink, "SC535", message, place.child(key), hint, found.sample, at="key")
             return
 
 
