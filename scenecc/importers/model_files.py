@@ -171,14 +171,14 @@ class ModelReader:
         return NamedModel(name, self, model)
 
     def _urdf_frames(self, path: Path) -> dict[str, tuple[str, Pose7]]:
-        """Returns the frames that the element <frame> adds to a URDF, as Drake reads it."""
+        """Returns the frames that the element <frame> adds to a URDF, as Drake reads it; invalid ones are unknown."""
         root = read_urdf_root(path, self._context)
         found: dict[str, tuple[str, Pose7]] = {}
         for element in () if root is None else root.all("frame"):
             words = [word for key in ("xyz", "rpy") for word in element.attributes.get(key, "0 0 0").split()]
-            numbers = [parse_number(word) or 0.0 for word in words]
+            numbers = [number for word in words if (number := parse_number(word)) is not None]
             name, link = (element.attributes.get(key, "") for key in ("name", "link"))
-            if name and name != link and len(numbers) == 6 and max(map(abs, numbers)) < _MAX_FRAME:
+            if name and name != link and len(numbers) == len(words) == 6 and max(map(abs, numbers)) < _MAX_FRAME:
                 found.setdefault(name, (link, (*to_vector(numbers[:3]), *from_rpy(*numbers[3:]))))
         return found
 

@@ -263,6 +263,14 @@ def test_all_faults_are_told_at_once_with_the_nearest_name(folder: Path) -> None
     assert "did you mean" in caught.value.diagnostics[0].message
 
 
+@pytest.mark.parametrize("xyz", ["0 0", "0 0 up", "0 0 1e9"])
+def test_an_invalid_frame_of_a_urdf_is_unknown(folder: Path, xyz: str) -> None:
+    file = folder / "in/a.urdf"
+    file.write_text(file.read_text().replace('xyz="0 0 0.3"', f'xyz="{xyz}"'))
+    with pytest.raises(SceneError, match=r"SC433.*tip"):
+        imported(folder, "\n- add_model: {name: a, file: a.urdf}\n- add_weld: {parent: world, child: a::tip}\n")
+
+
 def test_a_position_beyond_the_limits_is_a_loss(folder: Path) -> None:
     found, _ = read(folder, "\n- add_model: {name: a, file: a.urdf, default_joint_positions: {j: [2]}}\n")
     assert found is not None
