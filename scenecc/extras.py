@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import shlex
+from importlib.metadata import PackageNotFoundError, distribution, requires
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
+from urllib.parse import unquote, urlsplit
 
 
 class Extra(NamedTuple):
@@ -36,14 +40,42 @@ EXTRAS: Final[dict[str, Extra]] = {
 
 
 def install_hint(extra: str, *others: str) -> str:
-    """Returns how to install an extra: from this clone, or else from the package index. `others`: packages to install
-    before it.
-    """
-    before = "".join(f"{other} " for other in others)
+    """Returns the command that installs an extra from where scenecc came. `others`: packages to install before it."""
+    return f"run `{' '.join(['pip install', *others, _requirement(extra)])}`"
+
+
+def install_origin() -> dict[str, Any]:
+    """Returns where pip installed scenecc from: `direct_url.json` of PEP 610, which is empty for a package index."""
     clone = Path(__file__).parent.parent
     if (clone / "pyproject.toml").is_file() and (clone / ".git").exists():
-        return f"run `pip install {before}-e '.[{extra}]'` in the clone"
-    return f'run `pip install {before}"scenecc[{extra}]"`'
+        return {"url": clone.as_uri(), "dir_info": {"editable": True}}
+    try:
+        return json.loads(distribution("scenecc").read_text("direct_url.json") or "{}")
+    except PackageNotFoundError:
+        return {}
+
+
+def local_path(url: str) -> Path:
+    """Returns the path that a `file:` URL names."""
+    return Path(unquote(urlsplit(url).path))
+
+
+def _requirement(extra: str) -> str:
+    """Returns arguments of `pip install`. If the folder or the wheel is gone, these are the packages of the extra."""
+    origin = install_origin()
+    url, named = origin.get("url", ""), f"scenecc[{extra}]"
+    if "vcs_info" in origin:
+        vcs = origin["vcs_info"]
+        return shlex.quote(f"{named} @ {vcs['vcs']}+{url}@{vcs.get('requested_revision') or vcs['commit_id']}")
+    if not url.startswith("file:"):
+        return shlex.quote(f"{named} @ {url}" if url else named)
+    path = local_path(url)
+    if path.exists():
+        return "-e " * bool(origin.get("dir_info", {}).get("editable")) + shlex.quote(f"{path}[{extra}]")
+    packages = [need.partition(";") for need in requires("scenecc") or ()]
+    return " ".join(
+        shlex.quote(name.strip()) for name, _, marker in packages if marker.strip() == f"extra == '{extra}'"
+    )
 
 
 DRIVER_HINT: Final = (

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
+import subprocess
 from pathlib import Path
 from typing import Final
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.extras import install_origin, local_path
 from scenecc.version import VERSION
 
 _FOLDER: Final = Path(__file__).parent / "templates"
@@ -42,12 +45,34 @@ TEMPLATES: Final[dict[str, StarterTemplate]] = {
 """Templates by name; each is a file in `templates/scenes`, and each robot one in `templates/robots`."""
 
 
-def starter_files(template: str, robot: str | None) -> dict[str, bytes]:
+OWNER: Final = "OWNER"
+"""What a user replaces where the repository of scenecc is unknown."""
+
+ADDRESS: Final = f"https://github.com/{OWNER}/scenecc"
+
+
+def repository_address() -> str:
+    """Returns the `https` address of the repository that scenecc was installed from; `ADDRESS` if it is unknown."""
+    origin = install_origin()
+    url = origin.get("url", "")
+    if "dir_info" in origin:
+        command = ["git", "--git-dir", str(local_path(url) / ".git"), "remote", "get-url", "origin"]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=10)  # noqa: S603
+            url = done.stdout.strip()
+        except (OSError, subprocess.SubprocessError):  # git is not installed
+            return ADDRESS
+    found = re.fullmatch(r"(?:https://|ssh://)?(?:[^@/]*@)?([\w.-]+\.\w+)[:/](?!\d+/)([\w.~/-]+?)(?:\.git)?/?", url)
+    return f"https://{found[1]}/{found[2]}" if found and "archive_info" not in origin else ADDRESS
+
+
+def starter_files(template: str, robot: str | None, address: str = ADDRESS) -> dict[str, bytes]:
     """Returns the files of a new folder, by their paths in it.
 
     Args:
         template: a key of `TEMPLATES`.
         robot: a robot that the template supports, or None.
+        address: address of scenecc's repository, from which the workflow installs it.
     """
     from scenecc.spec.json_schema import json_schema  # noqa: PLC0415 - loads all models
 
@@ -55,7 +80,9 @@ def starter_files(template: str, robot: str | None) -> dict[str, bytes]:
     files = {"scene.yaml": scene if robot is None or TEMPLATES[template].needs_robot else scene + _ROBOT}
     if robot is not None:
         files["robot.yaml"] = _text(f"robots/{robot}.yaml")
-    workflow = _text("project/workflow.yml").replace("VERSION", VERSION)
+    extra = ROBOTS.get(robot or "")
+    package = f"scenecc[{extra}]" if extra else "scenecc"
+    workflow = _text("project/workflow.yml").replace("PACKAGE", f"{package} @ git+{address}@v{VERSION}")
     return {
         name: content.encode()
         for name, content in {
@@ -64,13 +91,9 @@ def starter_files(template: str, robot: str | None) -> dict[str, bytes]:
             # An editor finds the schema beside the scenes, without a network.
             "scene.schema.json": json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n",
             ".pre-commit-config.yaml": _text("project/pre-commit-config.yaml"),
-            ".github/workflows/scenes.yml": _with_extras(workflow, ROBOTS.get(robot or "")),
+            ".github/workflows/scenes.yml": workflow,
         }.items()
     }
-
-
-def _with_extras(workflow: str, extra: str | None) -> str:
-    return workflow.replace("EXTRAS", extra) if extra else workflow.replace("[EXTRAS]", "").replace("EXTRAS", "")
 
 
 def _text(name: str) -> str:

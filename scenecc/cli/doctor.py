@@ -5,17 +5,23 @@ from __future__ import annotations
 import json
 import os
 import platform
+import shlex
 import subprocess
 import sys
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, Literal
 
+import typer
+
 from scenecc.cli.options import TableFormat, TableFormatOption
-from scenecc.cli.output import print_json, print_out
+from scenecc.cli.output import Status, print_json, print_out
 from scenecc.extras import DRIVER_HINT, EXTRAS, install_hint
+from scenecc.files import cache_folder
 from scenecc.interrupt import child
 from scenecc.version import VERSION
 
@@ -25,6 +31,7 @@ _ASK_ENGINE: Final = """
 import json, warnings
 warnings.simplefilter("ignore")
 import sapien
+print("{}")
 found = {}
 for name, ask in (("render", lambda: sapien.render.RenderSystem().device), ("cuda", lambda: sapien.Device("cuda"))):
     try:
@@ -33,17 +40,19 @@ for name, ask in (("render", lambda: sapien.render.RenderSystem().device), ("cud
         found[name] = None
 print(json.dumps(found))
 """
-"""Runs in a separate process, which a faulty driver may crash."""
+"""Runs in a separate process, which a faulty driver may crash. It prints a line once SAPIEN is loaded."""
 
 _CUDA_HINT: Final = "needed only for simulation on a GPU: an NVIDIA driver, and PhysX's GPU library, which SAPIEN loads"
+_ENGINE: Final = "SAPIEN"
 _ENGINE_SECONDS: Final = 60
+_ENGINE_HINT: Final = "without it, scenes can only be validated: install the library that the error names"
 
 _NEXT: Final = "\nScenes can be checked and built without the missing items. To start: `scenecc init demo`\n"
 
 
 @dataclass(frozen=True)
 class DoctorCheck:
-    """One line: what was checked, whether it exists, its name, and how to install it."""
+    """One line: what was checked, whether it exists, its name, and how to install or clear it."""
 
     name: str
     state: Literal["ok", "missing"]
@@ -54,25 +63,34 @@ class DoctorCheck:
 def doctor(*, form: TableFormatOption = TableFormat.text) -> None:
     """Report what this machine supports and what is missing.
 
-    It looks for a render device, a GPU for simulation, the extras, and ManiSkill's assets. A missing item is not an
-    error: scenes can be checked and built without any of them.
+    It looks for SAPIEN, a render device, a GPU for simulation, the extras, ManiSkill's assets and scenecc's cache. A
+    missing item is not an error, because scenes can be checked and built without it. Only if SAPIEN cannot be loaded,
+    the exit status is 3.
 
     \b
     Examples:
       scenecc doctor
       scenecc doctor --format json
     """
-    checks = [*_versions(), *_devices(), *_extras(), *_assets()]
+    engine, *devices = _engine()
+    checks = [*_versions(), engine, *devices, *_extras(), *_assets(), _cache()]
     if form is TableFormat.json:
         print_json({"checks": [asdict(check) for check in checks]})
-        return
+    else:
+        _print_checks(checks)
+    if engine.state == "missing":
+        raise typer.Exit(Status.machine)
+
+
+def _print_checks(checks: Sequence[DoctorCheck]) -> None:
     width = max(len(check.name) for check in checks)
     for check in checks:
         print_out(f"{check.state:7}  {check.name:{width}}  {check.found}\n")
         if check.hint is not None:
             for line in check.hint.splitlines():
                 print_out(f"{'':9}{'':{width}}  {line}\n")
-    print_out(_NEXT)
+    if all(check.state == "ok" for check in checks if check.name == _ENGINE):
+        print_out(_NEXT)
 
 
 def _versions() -> list[DoctorCheck]:
@@ -92,17 +110,20 @@ def _version(name: str) -> str:
         return "?"
 
 
-def _devices() -> list[DoctorCheck]:
-    try:
-        command = [sys.executable, "-c", _ASK_ENGINE]
-        with child(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
-            output, _ = process.communicate(timeout=_ENGINE_SECONDS)
-        found = json.loads(output.splitlines()[-1])
-    except (subprocess.SubprocessError, ValueError, IndexError):
-        found = {"render": None, "cuda": None}
+def _engine() -> list[DoctorCheck]:
+    """Returns whether SAPIEN can be loaded, and the devices that it finds."""
+    lines, error = [], f"no answer in {_ENGINE_SECONDS} s"
+    with suppress(subprocess.TimeoutExpired):
+        with child([sys.executable, "-c", _ASK_ENGINE], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            output, errors = process.communicate(timeout=_ENGINE_SECONDS)
+        lines = output.decode().splitlines()
+        error = (errors.decode(errors="replace").splitlines() or [f"exit status {process.returncode}"])[-1]
+    found = json.loads(lines[-1]) if lines else {}
+    loaded = DoctorCheck(_ENGINE, "ok", "loads") if lines else DoctorCheck(_ENGINE, "missing", error, _ENGINE_HINT)
     return [
-        _device("pictures", found["render"], "no render device", DRIVER_HINT),
-        _device("GPU", found["cuda"], "no CUDA device", _CUDA_HINT),
+        loaded,
+        _device("pictures", found.get("render"), "no render device", DRIVER_HINT),
+        _device("GPU", found.get("cuda"), "no CUDA device", _CUDA_HINT),
     ]
 
 
@@ -135,3 +156,11 @@ def _assets() -> list[DoctorCheck]:
     if not names:
         return [DoctorCheck("ManiSkill's assets", "missing", f"nothing in {folder}", hint)]
     return [DoctorCheck("ManiSkill's assets", "ok", f"{folder}: {', '.join(names)}")]
+
+
+def _cache() -> DoctorCheck:
+    folder = cache_folder("")
+    files = [one.stat().st_size for one in folder.rglob("*") if one.is_file()]
+    found = f"{folder}: {len(files)} files, {sum(files) / 1e6:.1f} MB" if files else f"{folder}: empty"
+    hint = f"`rm -r {shlex.quote(str(folder))}` clears it; scenecc computes again what it needs" if files else None
+    return DoctorCheck("cache", "ok", found, hint)

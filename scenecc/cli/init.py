@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Final, NoReturn
 
 import typer
 
 from scenecc.cli.completion import one_of
-from scenecc.cli.output import end, folder_refusal, print_out, usage_error, write_files
-from scenecc.extras import EXTRAS, install_hint
-from scenecc.starter import ROBOTS, TEMPLATES, starter_files
+from scenecc.cli.output import Status, end, folder_refusal, print_err, print_out, usage_error, write_files
+from scenecc.extras import EXTRAS, Extra, install_hint
+from scenecc.starter import OWNER, ROBOTS, TEMPLATES, repository_address, starter_files
 
 _HERE: Final = "."
 
@@ -20,7 +20,10 @@ _TEMPLATES: Final = "; ".join(f"{name}: {template.description}" for name, templa
 
 def init(
     name: Annotated[
-        str, typer.Argument(metavar="[NAME]", help="The folder to write; it must be new or empty.", show_default=False)
+        str,
+        typer.Argument(
+            metavar="NAME", help="The folder to write; it must be new or empty.", show_default="the current one"
+        ),
     ] = _HERE,
     *,
     template: Annotated[
@@ -51,12 +54,13 @@ def init(
     if template not in TEMPLATES:
         _refuse("template", template, TEMPLATES)
     chosen = _robot(template, robot)
-    if (reason := folder_refusal(name)) is not None:
+    address = repository_address()
+    files = starter_files(template, chosen, address)
+    if (reason := folder_refusal(name, files)) is not None:
         end([usage_error("SC904", reason, file=name)])
-    files = starter_files(template, chosen)
     if (fault := write_files(name, files, folder=True)) is not None:
         end([usage_error(*fault, file=name)])
-    print_out(_summary(name, list(files)))
+    print_out(_summary(name, list(files), address))
 
 
 def _robot(template: str, robot: str | None) -> str | None:
@@ -70,7 +74,8 @@ def _robot(template: str, robot: str | None) -> str | None:
         _end("robot", f"the template {template} does not support `{robot}`; it supports {' or '.join(row.robots)}")
     extra = ROBOTS[robot]
     if extra is not None and EXTRAS[extra].missing:
-        _end("robot", f"`{robot}` needs the extra `{extra}`, which is not installed: {install_hint(extra)}")
+        print_err(f"scenecc: `{robot}` needs the extra `{extra}`, which is not installed: {install_hint(extra)}\n")
+        raise typer.Exit(Status.machine)
     return robot
 
 
@@ -85,11 +90,13 @@ def _end(option: str, message: str) -> NoReturn:
     raise typer.BadParameter(message, param_hint=f"'--{option}'")
 
 
-def _summary(folder: str, files: list[str]) -> str:
-    """Returns what was written, and the next three commands."""
+def _summary(folder: str, files: Sequence[str], address: str) -> str:
+    """Returns what was written, the next commands, and what is to be replaced."""
     see = "scenecc inspect scene.yaml" if EXTRAS["view"].missing else "scenecc view scene.yaml"
-    commands = ["scenecc check scene.yaml", see, "pytest"]
-    if folder != _HERE:
-        commands = [f"cd {shlex.quote(folder)}", *commands[:2]]
+    test = "pip install pytest && pytest" if Extra("", ("pytest",)).missing else "pytest"
+    enter = [] if folder == _HERE else [f"cd {shlex.quote(folder)}"]
+    commands = [*enter, "scenecc check scene.yaml", see, test]
     lines = [f"wrote {', '.join(files)}", "", "next:", *(f"  {command}" for command in commands)]
+    if OWNER in address:
+        lines += ["", f"in .github/workflows/scenes.yml, replace {OWNER} with the owner of scenecc's repository"]
     return "\n".join(lines) + "\n"

@@ -85,14 +85,21 @@ def refusal(target: str) -> str | None:
     return _refused_in(path, target)
 
 
-def folder_refusal(target: str) -> str | None:
-    """Returns why a folder cannot be made and filled; None if it can."""
+def folder_refusal(target: str, hidden: Iterable[str] | None = None) -> str | None:
+    """Returns why a folder cannot be made and filled; None if it can.
+
+    Args:
+        target: the folder, which must be new or empty.
+        hidden: files to write, if hidden names may exist in the folder, such as `.git` and `.venv`.
+    """
     path = Path(target)
     try:
         if not path.is_dir():
             return f"`{target}` is a file" if os.path.lexists(path) else _refused_in(path, target)
-        if any(path.iterdir()):
+        if any(hidden is None or not one.name.startswith(".") for one in path.iterdir()):
             return f"the folder `{target}` is not empty"
+        if exists := [name for name in hidden or () if os.path.lexists(path / name)]:
+            return f"the folder `{target}` already has `{exists[0]}`"
     except OSError as error:  # the name is too long, or a folder cannot be listed
         return f"`{target}` cannot be written: {error.strerror}"
     return None if os.access(path, os.W_OK) else f"`{target}` is not writable"

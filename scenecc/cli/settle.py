@@ -62,7 +62,9 @@ def settle(
         try:
             reason = write_files(output, made.files(Path(output).name), folder=False)
         except ImportError as error:
-            reason = "SC813", f"starts above 1 MB need pyarrow: {error}; pip install 'scenecc[sweep]'"
+            from scenecc.extras import install_hint
+
+            reason = "SC813", f"starts above 1 MB need pyarrow: {error}; {install_hint('sweep')}"
         if reason is not None:
             end([*found, usage_error(*reason, file=output)], form)
     else:

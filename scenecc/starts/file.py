@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from scenecc.diagnostics.messages import show
+from scenecc.extras import install_hint
 from scenecc.files import TooLongError, read_at_most, unique_keys
 from scenecc.version import VERSION
 
@@ -204,7 +205,7 @@ def _table_rows(content: bytes) -> list[dict[str, Any]]:
     try:
         pq: Any = import_module("pyarrow.parquet")
     except ImportError:
-        raise InvalidStartsError("its table needs pyarrow: pip install 'scenecc[sweep]'") from None
+        raise InvalidStartsError(f"its table needs pyarrow: {install_hint('sweep')}") from None
     return [
         {
             "seed": int(row["seed"]),

@@ -6,11 +6,16 @@ import json
 import re
 from importlib.metadata import metadata
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+import typer
 
 from scenecc import extras
+from scenecc.cli import doctor
 from scenecc.extras import EXTRAS, Extra, install_hint
+from scenecc.files import cache_folder
 
 
 def test_doctor_lists_present_and_missing_items(run, tmp_path: Path) -> None:
@@ -19,7 +24,9 @@ def test_doctor_lists_present_and_missing_items(run, tmp_path: Path) -> None:
     checks = {check["name"]: check for check in json.loads(done.stdout)["checks"]}
     assert {"scenecc", "packages", "pictures", "GPU", *(f"[{name}]" for name in EXTRAS)} <= {*checks}
     for check in checks.values():
-        assert check["state"] == ("ok" if check["hint"] is None else "missing")
+        assert check["hint"] is not None or check["state"] == "ok"
+    assert checks["SAPIEN"]["state"] == "ok"
+    assert checks["cache"]["found"].startswith(str(cache_folder("")))
     text = run("doctor").stdout
     for check in checks.values():
         assert check["found"] in text
@@ -51,11 +58,43 @@ def test_an_extra_without_one_of_its_modules_is_missing() -> None:
     assert Extra("", ("json",)).missing == []
 
 
-def test_the_install_hint_fits_a_clone_or_an_index(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    (tmp_path / "scenecc").mkdir()
+def test_doctor_ends_with_status_3_without_sapien(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(doctor, "_ASK_ENGINE", "import no_such_module_there_is")
+    with pytest.raises(typer.Exit) as ended:
+        doctor.doctor()
+    assert ended.value.exit_code == 3
+    assert "missing  SAPIEN" in (text := capsys.readouterr().out)
+    assert "ModuleNotFoundError: No module named 'no_such_module_there_is'" in text
+
+
+ORIGINS = [
+    ({}, "'scenecc[mjcf]'"),
+    ({"url": "file://FOLDER", "dir_info": {}}, "'FOLDER[mjcf]'"),
+    ({"url": "file://FOLDER", "dir_info": {"editable": True}}, "-e 'FOLDER[mjcf]'"),
+    (
+        {"url": "https://a.org/b.git", "vcs_info": {"vcs": "git", "commit_id": "f0", "requested_revision": "v1"}},
+        "'scenecc[mjcf] @ git+https://a.org/b.git@v1'",
+    ),
+    ({"url": "https://a.org/scenecc.whl", "archive_info": {}}, "'scenecc[mjcf] @ https://a.org/scenecc.whl'"),
+    ({"url": "file://FOLDER/gone.whl", "archive_info": {}}, "'mujoco>=3.5,<5'"),
+]
+
+
+@pytest.mark.parametrize(("origin", "requirement"), ORIGINS, ids=lambda value: value if isinstance(value, str) else "")
+def test_the_install_hint_names_where_scenecc_came_from(
+    origin: dict[str, Any], requirement: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    text = json.dumps(origin).replace("FOLDER", str(tmp_path))
     monkeypatch.setattr(extras, "__file__", str(tmp_path / "scenecc/extras.py"))
-    assert install_hint("mjcf") == 'run `pip install "scenecc[mjcf]"`'
+    monkeypatch.setattr(extras, "distribution", lambda name: SimpleNamespace(read_text=lambda file: text))
+    monkeypatch.setattr(extras, "requires", lambda name: ["numpy", "mujoco>=3.5,<5; extra == 'mjcf'"])
+    assert install_hint("mjcf") == f"run `pip install {requirement.replace('FOLDER', str(tmp_path))}`"
+
+
+def test_the_install_hint_in_a_clone_is_editable(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(extras, "__file__", str(tmp_path / "scenecc/extras.py"))
     (tmp_path / "pyproject.toml").touch()
     (tmp_path / ".git").mkdir()
-    assert install_hint("mjcf") == "run `pip install -e '.[mjcf]'` in the clone"
-    assert install_hint("maniskill", "torch") == "run `pip install torch -e '.[maniskill]'` in the clone"
+    assert install_hint("maniskill", "torch") == f"run `pip install torch -e '{tmp_path}[maniskill]'`"

@@ -9,25 +9,23 @@ import typer
 
 from scenecc.cli import init
 from scenecc.extras import EXTRAS, Extra
-from scenecc.starter import starter_files
+from scenecc.starter import repository_address, starter_files
 
 
 def test_init_writes_a_folder_and_prints_the_next_commands(run, tmp_path: Path) -> None:
     done = run("init", "demo")
     assert (done.returncode, done.stderr) == (0, "")
-    files = starter_files("pick_place", "arm")
+    files = starter_files("pick_place", "arm", repository_address())
     for name, content in files.items():
         assert (tmp_path / "demo" / name).read_bytes() == content
-    assert [line.strip() for line in done.stdout.splitlines()[-3:]] == [
-        "cd demo", "scenecc check scene.yaml", "scenecc view scene.yaml"
-    ]  # fmt: skip
+    commands = ["cd demo", "scenecc check scene.yaml", "scenecc view scene.yaml", "pytest"]
+    assert [line.strip() for line in done.stdout.splitlines()[3:7]] == commands
 
 
 def test_init_without_a_name_fills_the_current_folder(run, tmp_path: Path) -> None:
     done = run("init", "--template", "empty")
     assert done.returncode == 0
     assert {path.name for path in tmp_path.iterdir()} == {name.split("/")[0] for name in starter_files("empty", None)}
-    assert done.stdout.splitlines()[-1].strip() == "pytest"
     again = run("init", "--template", "empty")
     assert (again.returncode, again.stdout) == (2, "")
     assert "error SC904: the folder `.` is not empty" in again.stderr
@@ -50,10 +48,24 @@ def test_init_refuses_unknown_templates_and_robots(arguments: list[str], words: 
     assert not (tmp_path / "demo").exists()
 
 
-def test_a_robot_with_a_missing_extra_gives_an_install_hint(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_init_writes_beside_hidden_names_and_replaces_no_file(run, tmp_path: Path) -> None:
+    (tmp_path / ".git").mkdir()
+    (tmp_path / ".pre-commit-config.yaml").write_text("repos: []\n")
+    done = run("init", ".", "--template", "empty")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "error SC904: the folder `.` already has `.pre-commit-config.yaml`" in done.stderr
+    (tmp_path / ".pre-commit-config.yaml").unlink()
+    assert run("init", ".", "--template", "empty").returncode == 0
+
+
+def test_a_robot_with_a_missing_extra_gives_an_install_hint(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setitem(EXTRAS, "maniskill", Extra("", ("no_such_module_there_is",)))
-    with pytest.raises(typer.BadParameter, match="pip install"):
+    with pytest.raises(typer.Exit):
         init.init("demo", template="pick_place", robot="panda")
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "run `pip install " in line
 
 
 def test_init_leaves_no_folder_that_it_cannot_write(run, tmp_path: Path) -> None:

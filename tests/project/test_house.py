@@ -53,6 +53,20 @@ def test_the_version_is_written_once() -> None:
     assert not re.search(r"^version\b", (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
 
 
+def test_instructions_and_changelog_name_the_version() -> None:
+    from scenecc import __version__
+
+    pages = [ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("scenecc/templates/**/*.y*ml")]
+    text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
+    named = re.findall(r"OWNER/scenecc(?:@v|\n *rev: v)([\w.]+)", text)
+    assert len(named) >= 3
+    assert {*named} == {__version__}
+    assert "ADDRESS/OF" not in text
+    sections = re.findall(r"^## \[(.*)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert sections[0] == "Unreleased]"
+    assert re.fullmatch(rf"{re.escape(__version__)}\] - \d{{4}}-\d\d-\d\d", sections[1])
+
+
 def test_importing_scenecc_is_cheap() -> None:
     script = "import sys, scenecc; print(*{'numpy', 'sapien', 'trimesh', 'pydantic', 'rich'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, check=True, timeout=60)

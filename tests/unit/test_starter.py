@@ -5,17 +5,18 @@ from __future__ import annotations
 import importlib.util
 import json
 import re
+import subprocess
 from pathlib import Path
 
 import jsonschema
 import pytest
 import yaml
 
-from scenecc import validate
+from scenecc import starter, validate
 from scenecc.diagnostics import Sink
 from scenecc.extras import EXTRAS
 from scenecc.source.read import read_file
-from scenecc.starter import ROBOTS, TEMPLATES, starter_files
+from scenecc.starter import ADDRESS, ROBOTS, TEMPLATES, starter_files
 from scenecc.version import VERSION
 
 FOLDER = Path(__file__).parents[2] / "scenecc" / "templates"
@@ -81,16 +82,34 @@ def test_every_template_file_is_listed() -> None:
     assert {extra for extra in ROBOTS.values() if extra} <= set(EXTRAS)
 
 
+@pytest.mark.parametrize(("robot", "package"), [("arm", "scenecc"), ("panda", "scenecc[maniskill]")])
+def test_the_workflow_of_a_starter_installs_the_extra_of_the_robot(robot: str, package: str) -> None:
+    files = starter_files("pick_place", robot, "https://github.com/us/scenecc")
+    workflow = yaml.safe_load(files[".github/workflows/scenes.yml"])
+    assert workflow["env"] == {"SCENECC": f"{package} @ git+https://github.com/us/scenecc@v{VERSION}"}
+    commands = [step["run"] for step in workflow["jobs"]["scenes"]["steps"] if "run" in step]
+    assert commands[0] == 'python -m pip install "$SCENECC" pytest'
+
+
 @pytest.mark.parametrize(
-    ("robot", "extras", "package"), [("arm", "", "scenecc"), ("panda", "maniskill", "scenecc[maniskill]")]
+    ("remote", "address"),
+    [
+        ("https://token@github.com/us/scenecc.git", "https://github.com/us/scenecc"),
+        ("git@github.com:us/scenecc.git", "https://github.com/us/scenecc"),
+        ("ssh://git@host.org/a/b/scenecc", "https://host.org/a/b/scenecc"),
+        ("ssh://git@host.org:22/us/scenecc", ADDRESS),
+        ("/home/us/scenecc", ADDRESS),
+        ("", ADDRESS),
+    ],
 )
-def test_the_workflow_of_a_starter_installs_the_extra_of_the_robot(robot: str, extras: str, package: str) -> None:
-    text = starter_files("pick_place", robot)[".github/workflows/scenes.yml"].decode()
-    _, action, install = yaml.safe_load(text)["jobs"]["scenes"]["steps"]
-    assert action == {"uses": f"OWNER/scenecc@v{VERSION}", "with": {"strict": "true", "extras": extras}}
-    assert f'"{package} @ git+' in install["run"]
-    inputs = yaml.safe_load((FOLDER.parents[1] / "action.yml").read_text())["inputs"]
-    assert set(action["with"]) <= set(inputs)
+def test_the_address_of_a_starter_is_that_of_the_clone(
+    remote: str, address: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    subprocess.run(["git", "init", "--quiet", str(tmp_path)], check=True)
+    if remote:
+        subprocess.run(["git", "-C", str(tmp_path), "remote", "add", "origin", remote], check=True)
+    monkeypatch.setattr(starter, "install_origin", lambda: {"url": tmp_path.as_uri(), "dir_info": {}})
+    assert starter.repository_address() == address
 
 
 def test_the_commit_hook_of_a_starter_is_that_of_scenecc() -> None:
