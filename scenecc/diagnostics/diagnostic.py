@@ -243,6 +243,9 @@ def _given_nowhere(_origin: Origin) -> tuple[Origin, ...]:
 _USERS = 10
 """Maximum number of listed nodes that reference the same file."""
 
+_PACKAGED: Final = ("scenecc:", "pkg:")
+"""Beginnings of the names of files that are part of packages."""
+
 IN_PREFAB: Final = "the place in the prefab"
 """Message of the related place of a finding that is placed at the `use` of its prefab."""
 
@@ -463,15 +466,14 @@ class Sink:
         failed = {report.place for report in self._reports if report.severity == "error"}
         kept = [one for one in self._reports if one.code not in _OF_SAMPLES or one.place not in failed]
         found = [self._resolve(report) for report in kept]
-        reports = dict(zip(found, kept, strict=True)) if self.at_use else {}
+        reports = dict(zip(found, kept, strict=True))
         if self.silencings:
             found = [
                 one for one, report in zip(found, kept, strict=True) if not self._is_silenced_by_users(one, report)
             ]
             found = without_silenced(found, self.silencings)
-        if self.at_use:
-            # A comment may be in the prefab or at its use.
-            found = without_silenced([self._at_use(one, reports[one]) for one in found], self.silencings)
+        # A comment may be in the prefab or at its use.
+        found = without_silenced([self._at_use(one, reports[one]) for one in found], self.silencings)
         return sorted(found, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
 
     def _is_silenced_by_users(self, found: Diagnostic, report: _Report) -> bool:
@@ -505,13 +507,22 @@ class Sink:
         )
 
     def _at_use(self, found: Diagnostic, report: _Report) -> Diagnostic:
+        """Returns a finding in a prefab at its outermost `use`, or at the argument that caused it; others unchanged.
+
+        A file with an error stays the place of that error, unless it is part of a package: its users cannot edit it.
+        """
+        is_of_package = (found.file or "").startswith(_PACKAGED)
         uses = [user for user in chain_of(report.parent) if user.path[-1:] == ("use",)]
-        if not uses:
+        if not uses or not (self.at_use or is_of_package):
             return found
-        location = self._location(uses[-1], "value")
+        place = uses[-1]
+        if not self.at_use:
+            top = (one for _, one, _ in report.related if isinstance(one, Origin) and one.file == place.file)
+            place = next((one for one in top if one.path[:-1] == (*place.path[:-1], "with")), place)
+        location = self._location(place, "value")
         others = (other for other in found.related if other.location != location)
         related = (Related(IN_PREFAB, found.location), *others)
-        return replace(found, location=location, path=dotted(uses[-1].path), related=related)
+        return replace(found, location=location, path=dotted(place.path), related=related)
 
     def _location(self, place: Origin | Location, at: At) -> Location:
         if isinstance(place, Origin):
@@ -535,7 +546,9 @@ class Sink:
         others = f"and in {count} other {what if count == 1 else plural}" if count else ""
         alike = len(self._alike.get((report.code, place), ())) - 1
         like_it = f"and {alike} other{'s' if alike > 1 else ''} like it" if alike > 0 else ""
-        parts = [part for part in (like_it, place.copy, others) if part]
+        # The variables of a loop in a package say nothing to its users.
+        copy = "" if (place.file or "").startswith(_PACKAGED) else place.copy
+        parts = [part for part in (like_it, copy, others) if part]
         return f" ({'; '.join(parts)})" if parts else ""
 
     def _chain(self, report: _Report) -> Sequence[RelatedPlace]:
