@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import Final, Literal, TypeVar
 
 from scenecc.diagnostics.codes import CODES, Severity
@@ -170,6 +170,10 @@ class Fix:
     text: str
 
 
+STAGES: Final = ("YAML", "keys and values", "parameters and prefabs", "names and poses", "physics")
+"""What `validate` checks, in this order. After an error in one stage, later ones do not run."""
+
+
 @frozen
 class Diagnostic:
     """A finding.
@@ -184,6 +188,7 @@ class Diagnostic:
         hint: how to fix it, if the message does not say.
         related: related places, nearest first.
         fix: what `--fix` writes, if there is one safe correction.
+        stage: the stage of `STAGES` that reported it; "" for a later one.
     """
 
     code: str
@@ -194,6 +199,7 @@ class Diagnostic:
     hint: str | None = None
     related: tuple[Related, ...] = ()
     fix: Fix | None = None
+    stage: str = field(default="", compare=False)
 
     @property
     def file(self) -> str | None:
@@ -269,6 +275,7 @@ class _Report:
     span: Span | None
     parent: Origin | None
     fix: tuple[At, str] | None
+    stage: str
 
 
 _Repeated = tuple[str, str | None, Path, int | None]
@@ -294,6 +301,7 @@ class Sink:
         parent: the node that includes the document being read; the document's locations do not contain it.
         silencings: comments that silence findings, of all files read.
         at_use: whether findings in a prefab are placed at its outermost `use`, with a note in the prefab.
+        stage: the stage of `STAGES` that is running; "" for a later one. Set by the pipeline.
     """
 
     def __init__(self, locate: Locator = nowhere) -> None:
@@ -305,6 +313,7 @@ class Sink:
         self.parent: Origin | None = None
         self.silencings: Silencings = {}
         self.at_use = False
+        self.stage = ""
         self._reports: list[_Report] = []
         self._seen: set[tuple[str, str, Origin | Location]] = set()
         self._failed = False
@@ -393,7 +402,8 @@ class Sink:
             *((what, self._trace(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
         )
         parent = place.parent if isinstance(place, Origin) else self.parent
-        self._reports.append(_Report(code, severity, message, place, at, hint, places, path, span, parent, fix))
+        found = _Report(code, severity, message, place, at, hint, places, path, span, parent, fix, self.stage)
+        self._reports.append(found)
         self._counts[severity] += 1
         self._failed = self._failed or severity == "error"
 
@@ -504,6 +514,7 @@ class Sink:
                 for message, place, at in self._chain(report)
             ),
             fix=report.fix and Fix(self._location(report.place, report.fix[0]), report.fix[1]),
+            stage=report.stage,
         )
 
     def _at_use(self, found: Diagnostic, report: _Report) -> Diagnostic:
