@@ -144,7 +144,9 @@ def check_keywords(
     own = [name for name, one in signature(function).parameters.items() if one.kind is one.KEYWORD_ONLY]
     known = (*own, *declared.__annotations__)
     meant = _OTHER_NAMES.get(unknown, "")
-    hint = _REMOVED.get(unknown) or (f"did you mean `{meant}`?" if meant in known else suggest(unknown, known))
+    hint = _REMOVED.get(unknown) or (
+        f"did you mean `{meant}`?" if meant in known else suggest(unknown, known, "its help")
+    )
     raise TypeError(f"{function.__qualname__}() has no argument `{unknown}`; {hint}")
 
 

@@ -17,7 +17,7 @@ from typing_extensions import TypedDict
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES, is_of_check
 from scenecc.diagnostics.collector import collector_paused
-from scenecc.diagnostics.diagnostic import Location, Origin, report_invalid, report_unused
+from scenecc.diagnostics.diagnostic import STAGES, Location, Origin, report_invalid, report_unused
 from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
 from scenecc.files import PACK_SUFFIX
@@ -316,11 +316,13 @@ def _run_stages(
         # A plan object has already found its files.
         scope = AssetScope(None, options.asset_roots, allow_outside=True, memory=memory)
         return _check_given_plan(plan, options, scope, sink, clock)
+    yaml, keys, *_ = STAGES
+    sink.stage = yaml
     found = read_input(source, options.limits, sink)
     clock.lap("read")
     if found is None or sink.failed:
         return None
-    sink.locate = found.document.locate
+    sink.locate, sink.stage = found.document.locate, keys
     try:
         return _compile_input(source, found, options, sink, clock, placed=placed, memory=memory)
     except RecursionError:
@@ -337,24 +339,29 @@ def _compile_input(
     """Runs the stages after reading."""
     from scenecc.checks.written_values import check_written_angles
 
+    *_, names, physics = STAGES
     if sink.silencings:
         report_invalid(sink.silencings, found.document.name, sink)
     scope = found.scope(options, memory)
     if found.plan_text is not None:
+        sink.stage = ""
         plan = _decode_plan(found, scope, options.limits, sink)
         clock.lap("decode")
         result = plan and _check_given_plan(plan, options, scope, sink, clock, found.document)
         return result and replace(result, provenance=_provenance(source, found.document, scope))
     whole = _parse_and_expand(found.document, options, scope, sink, clock)
+    sink.stage = names if whole else sink.stage
     lowered = whole and _lower(found.document, *whole, options, scope, sink)
     clock.lap("lower")
     if lowered is None:
         return None
+    sink.stage = physics
     plan = _check_plan(lowered.plan, lowered.material_origins, scope, options.limits, sink)
     if plan is None:
         return None
     check_written_angles(found.document, plan, sink)
     clock.lap("check")
+    sink.stage = ""
     if placed:
         from scenecc.lower import complete
 
@@ -463,7 +470,7 @@ def _parse_and_expand(
                 scope.memory.note(file, owner.shown, "include" if included else "prefab")
         return found
 
-    sink.given = partial(find_argument_origins, documents)
+    sink.given, sink.stage = partial(find_argument_origins, documents), STAGES[2]
     expansion = expand(
         document,
         params=options.params,

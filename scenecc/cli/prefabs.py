@@ -56,11 +56,11 @@ def prefabs(
 
 
 def _refuse(name: str, known: list[str]) -> NoReturn:
-    from scenecc.diagnostics.messages import cut, nearest
+    from scenecc.diagnostics.messages import cut, listed, nearest
 
     # The common prefix would make any word look similar.
     near = nearest(name.removeprefix(_SHIPPED), [other.removeprefix(_SHIPPED) for other in known])
-    hint = f"known here: {', '.join(known)}" if near is None else f"did you mean `{_SHIPPED}{near}`?"
+    hint = listed(known, name, "`scenecc prefabs`") if near is None else f"did you mean `{_SHIPPED}{near}`?"
     unknown = usage_error("SC909", f"no prefab `{cut(name)}` ships with scenecc", hint=hint)
     end([unknown])
 

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import Final, Literal, TypeVar
 
 from scenecc.diagnostics.codes import CODES, Severity
@@ -170,6 +170,10 @@ class Fix:
     text: str
 
 
+STAGES: Final = ("YAML", "keys and values", "parameters and prefabs", "names and poses", "physics")
+"""What `validate` checks, in this order. After an error in one stage, later ones do not run."""
+
+
 @frozen
 class Diagnostic:
     """A finding.
@@ -184,6 +188,7 @@ class Diagnostic:
         hint: how to fix it, if the message does not say.
         related: related places, nearest first.
         fix: what `--fix` writes, if there is one safe correction.
+        stage: the stage of `STAGES` that reported it; "" for a later one.
     """
 
     code: str
@@ -194,6 +199,7 @@ class Diagnostic:
     hint: str | None = None
     related: tuple[Related, ...] = ()
     fix: Fix | None = None
+    stage: str = field(default="", compare=False)
 
     @property
     def file(self) -> str | None:
@@ -243,6 +249,9 @@ def _given_nowhere(_origin: Origin) -> tuple[Origin, ...]:
 _USERS = 10
 """Maximum number of listed nodes that reference the same file."""
 
+_PACKAGED: Final = ("scenecc:", "pkg:")
+"""Beginnings of the names of files that are part of packages."""
+
 IN_PREFAB: Final = "the place in the prefab"
 """Message of the related place of a finding that is placed at the `use` of its prefab."""
 
@@ -266,6 +275,7 @@ class _Report:
     span: Span | None
     parent: Origin | None
     fix: tuple[At, str] | None
+    stage: str
 
 
 _Repeated = tuple[str, str | None, Path, int | None]
@@ -291,6 +301,7 @@ class Sink:
         parent: the node that includes the document being read; the document's locations do not contain it.
         silencings: comments that silence findings, of all files read.
         at_use: whether findings in a prefab are placed at its outermost `use`, with a note in the prefab.
+        stage: the stage of `STAGES` that is running; "" for a later one. Set by the pipeline.
     """
 
     def __init__(self, locate: Locator = nowhere) -> None:
@@ -302,6 +313,7 @@ class Sink:
         self.parent: Origin | None = None
         self.silencings: Silencings = {}
         self.at_use = False
+        self.stage = ""
         self._reports: list[_Report] = []
         self._seen: set[tuple[str, str, Origin | Location]] = set()
         self._failed = False
@@ -390,7 +402,8 @@ class Sink:
             *((what, self._trace(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
         )
         parent = place.parent if isinstance(place, Origin) else self.parent
-        self._reports.append(_Report(code, severity, message, place, at, hint, places, path, span, parent, fix))
+        found = _Report(code, severity, message, place, at, hint, places, path, span, parent, fix, self.stage)
+        self._reports.append(found)
         self._counts[severity] += 1
         self._failed = self._failed or severity == "error"
 
@@ -463,15 +476,14 @@ class Sink:
         failed = {report.place for report in self._reports if report.severity == "error"}
         kept = [one for one in self._reports if one.code not in _OF_SAMPLES or one.place not in failed]
         found = [self._resolve(report) for report in kept]
-        reports = dict(zip(found, kept, strict=True)) if self.at_use else {}
+        reports = dict(zip(found, kept, strict=True))
         if self.silencings:
             found = [
                 one for one, report in zip(found, kept, strict=True) if not self._is_silenced_by_users(one, report)
             ]
             found = without_silenced(found, self.silencings)
-        if self.at_use:
-            # A comment may be in the prefab or at its use.
-            found = without_silenced([self._at_use(one, reports[one]) for one in found], self.silencings)
+        # A comment may be in the prefab or at its use.
+        found = without_silenced([self._at_use(one, reports[one]) for one in found], self.silencings)
         return sorted(found, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
 
     def _is_silenced_by_users(self, found: Diagnostic, report: _Report) -> bool:
@@ -502,16 +514,26 @@ class Sink:
                 for message, place, at in self._chain(report)
             ),
             fix=report.fix and Fix(self._location(report.place, report.fix[0]), report.fix[1]),
+            stage=report.stage,
         )
 
     def _at_use(self, found: Diagnostic, report: _Report) -> Diagnostic:
+        """Returns a finding in a prefab at its outermost `use`, or at the argument that caused it; others unchanged.
+
+        A file with an error stays the place of that error, unless it is part of a package: its users cannot edit it.
+        """
+        is_of_package = (found.file or "").startswith(_PACKAGED)
         uses = [user for user in chain_of(report.parent) if user.path[-1:] == ("use",)]
-        if not uses:
+        if not uses or not (self.at_use or is_of_package):
             return found
-        location = self._location(uses[-1], "value")
+        place = uses[-1]
+        if not self.at_use:
+            top = (one for _, one, _ in report.related if isinstance(one, Origin) and one.file == place.file)
+            place = next((one for one in top if one.path[:-1] == (*place.path[:-1], "with")), place)
+        location = self._location(place, "value")
         others = (other for other in found.related if other.location != location)
         related = (Related(IN_PREFAB, found.location), *others)
-        return replace(found, location=location, path=dotted(uses[-1].path), related=related)
+        return replace(found, location=location, path=dotted(place.path), related=related)
 
     def _location(self, place: Origin | Location, at: At) -> Location:
         if isinstance(place, Origin):
@@ -535,7 +557,9 @@ class Sink:
         others = f"and in {count} other {what if count == 1 else plural}" if count else ""
         alike = len(self._alike.get((report.code, place), ())) - 1
         like_it = f"and {alike} other{'s' if alike > 1 else ''} like it" if alike > 0 else ""
-        parts = [part for part in (like_it, place.copy, others) if part]
+        # The variables of a loop in a package say nothing to its users.
+        copy = "" if (place.file or "").startswith(_PACKAGED) else place.copy
+        parts = [part for part in (like_it, copy, others) if part]
         return f" ({'; '.join(parts)})" if parts else ""
 
     def _chain(self, report: _Report) -> Sequence[RelatedPlace]:

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics.diagnostic import Sink
 
-_LISTED, _NEAR = 12, 3
-"""Maximum number of known words in a hint, and number of the nearest if there are more."""
+_NEAR: Final = 3
+"""Maximum number of known words in a hint."""
 
 _LONGEST = 60
 """Maximum length of a word that is compared with the known ones [characters]."""
@@ -22,21 +22,29 @@ _GUESSES, _NAMES = 20, 1000
 """Number of reports after which no names are guessed, and maximum number of compared names."""
 
 
-def suggest(word: str, known: Iterable[str]) -> str | None:
-    """Returns a hint with the nearest known word, or else all of them; None if there are none."""
+def suggest(word: str, known: Iterable[str], lists: str = "") -> str | None:
+    """Returns a hint with the nearest known word, or else a few of them; None if there are none. `lists`: as for
+    `listed`.
+    """
     known = tuple(known)
     near = nearest(word, known)
-    return f"did you mean `{near}`?" if near else listed(known, word)
+    return f"did you mean `{near}`?" if near else listed(known, word, lists)
 
 
-def listed(known: tuple[str, ...], word: str = "") -> str | None:
-    """Returns a hint with the known words, or only those most similar to `word`; None if there are none."""
-    if not known:
-        return None
-    if len(known) <= _LISTED:
-        return "known here: " + ", ".join(known)
-    near = difflib.get_close_matches(word[:_LONGEST], known, n=_NEAR, cutoff=0)
-    return f"the nearest here: {', '.join(near)} (of {len(known)})"
+def listed(known: Sequence[str], word: str = "", lists: str = "") -> str | None:
+    """Returns a hint with the known words, at most the three most similar to `word`; None if there are none.
+
+    Args:
+        known: the known words.
+        word: the unknown one.
+        lists: what lists all of them, for example a command.
+    """
+    if len(known) <= _NEAR:
+        return "known here: " + ", ".join(map(cut, known)) if known else None
+    near = difflib.get_close_matches(word[:_LONGEST], known, n=_NEAR, cutoff=0) if word else known[:_NEAR]
+    others = len(known) - _NEAR
+    more = f"{others} other{'' if others == 1 else 's'}" + (f" ({lists} lists all)" if lists else "")
+    return f"{'the nearest here' if word else 'known here'}: {', '.join(map(cut, near))} and {more}"
 
 
 def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
@@ -66,6 +74,10 @@ def suggest_name(word: str, names: Iterable[str], sink: Sink, further: Iterable[
     known = tuple(islice(names, _NAMES))
     near = nearest(word, (*known, *islice(further, _NAMES - len(known))))
     return f"did you mean `{near}`?" if near else listed(known, word)
+
+
+LISTS_KEYS: Final = "`scenecc schema`"
+"""The command that lists all keys and the words that are their values."""
 
 
 def show(found: Any, width: int = 60) -> str:

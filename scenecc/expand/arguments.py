@@ -131,7 +131,7 @@ def _check_known(compiled: CompiledModule, given: Mapping[str, ParamArgument], s
         # Declarations with errors count too: no second error for them.
         if name not in compiled.module.section("params"):
             message = f"there is no parameter `{cut(name)}`"
-            hint = suggest(name, compiled.params)
+            hint = suggest(name, compiled.params, "`scenecc params FILE`")
             sink.report("SC210", message, argument.told, at="key", hint=hint, path=(name,))
 
 

@@ -95,7 +95,7 @@ def read_param(
     pattern = None if default is None else compiler.pattern(default, at)
     kind = known["type"] if "type" in known else None if pattern is not None else infer_param_kind(default)
     if not (isinstance(kind, str) and kind in PARAM_KINDS) and (kind is not None or pattern is None):
-        hint = suggest(kind, PARAM_KINDS) if isinstance(kind, str) else f"give it a `type`: {', '.join(PARAM_KINDS)}"
+        hint = suggest(kind, PARAM_KINDS) if isinstance(kind, str) else "write `type: number`, or another type"
         what = f"there is no type {show(kind)}" if kind is not None else f"the type of `{cut(name)}` is missing"
         frame.report("SC214", what, (*path, "type") if kind is not None else path, hint=hint)
         return None

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics.diagnostic import Location
-from scenecc.diagnostics.messages import cut, nearest
+from scenecc.diagnostics.messages import cut, suggest
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.importers.dmd_transforms import read_transform, required_value
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss
@@ -208,7 +208,7 @@ class _DirectivesReader:
 
     def _group(self, name: str, value: YamlValue) -> set[LinkName]:
         if name not in self._groups:
-            raise value.fault(f"there is no collision filter group `{cut(name)}`", _hint(name, [*self._groups]))
+            raise value.fault(f"there is no collision filter group `{cut(name)}`", suggest(name, [*self._groups]))
         return self._groups[name]
 
     def _add_directives(self, value: YamlValue, scope: _Scope) -> None:
@@ -265,7 +265,9 @@ class _DirectivesReader:
                 return own[0] if own else self._frame_of(holders[0], name, value)
         if any(f"{full}{SEPARATOR}".startswith(f"{each}{SEPARATOR}" if each else "") for each in self._missing):
             raise value.fault(f"`{cut(name)}` depends on a missing file or frame", loss="joints")
-        raise value.fault(f"there is no frame `{cut(name)}`", _hint(full, ["world", *self._frames, *self._of_models()]))
+        raise value.fault(
+            f"there is no frame `{cut(name)}`", suggest(full, ["world", *self._frames, *self._of_models()])
+        )
 
     def _of_models(self) -> Iterator[str]:
         for model in self._models.values():
@@ -274,7 +276,7 @@ class _DirectivesReader:
     def _frame_of(self, model: NamedModel, name: str, value: YamlValue) -> _Frame:
         found = model.frame(name)
         if found is None:
-            raise value.fault(f"`{cut(model.name)}` has no frame `{cut(name)}`", _hint(name, model.names()))
+            raise value.fault(f"`{cut(model.name)}` has no frame `{cut(name)}`", suggest(name, model.names()))
         return _Frame(*found)
 
     # --- placing
@@ -363,9 +365,3 @@ class _DirectivesReader:
                 words = f"{' and '.join(rows)} would collide, since the scene names their files"
                 self._losses.append(Loss("collision-filters", words, value.location))
         return frozenset(found)
-
-
-def _hint(name: str, known: list[str]) -> str | None:
-    if near := nearest(name, known):
-        return f"the nearest name is `{near}`"
-    return f"there is {', '.join(f'`{cut(each)}`' for each in known[:8])}" if known else None

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import MARKER, Location
+from scenecc.diagnostics.messages import suggest
 from scenecc.errors import SceneError
 from scenecc.extras import install_hint
 from scenecc.files import open_regular, replace_all, replace_set
@@ -125,7 +126,7 @@ def _allowed_losses(allow: set[str]) -> frozenset[str]:
     """Returns the kinds of losses that a caller allows. Raises ValueError for one that does not exist."""
     unknown = next((kind for kind in allow if kind not in {*LOSSES, ALL_LOSSES}), None)
     if unknown is not None:
-        raise ValueError(f"there is no loss `{unknown}`; the losses are {ALL_LOSSES}, {', '.join(LOSSES)}")
+        raise ValueError(f"there is no loss `{unknown}`; {suggest(unknown, (ALL_LOSSES, *LOSSES))}")
     return frozenset(LOSSES if ALL_LOSSES in allow else allow)
 
 

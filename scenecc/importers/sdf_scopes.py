@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
+from scenecc.diagnostics.messages import suggest
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.importers.numbers import Names
 from scenecc.importers.sdf_files import SdfFile, SourceElement, find_included_model, read_sdf_file, text_of
@@ -146,8 +147,7 @@ class Scope:
             self.file.lose("joints", f"<{user.tag}> is attached to the missing model `{name}`", user)
             return
         known = [*self.links, *self.joints, *self.frames, *self.models]
-        listed = ", ".join(f"`{each}`" for each in known[:8]) or "none"
-        self.file.error(f"there is no frame or link `{name[:80]}` in `{self.name}`", user, hint=f"available: {listed}")
+        self.file.error(f"there is no frame or link `{name[:80]}` in `{self.name}`", user, hint=suggest(name, known))
 
 
 _MAX_DEPTH: Final = 20

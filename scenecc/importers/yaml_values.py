@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from scenecc.diagnostics.messages import cut, nearest
+from scenecc.diagnostics.messages import cut, suggest
 from scenecc.importers.imported_scene import Loss
 from scenecc.source.events import resolve_scalar
 from scenecc.source.syntax_errors import ReadAborted, SourceReporter, report_syntax
@@ -97,8 +97,7 @@ class YamlValue:
                 raise place.fault("a key in {} is not a string")
             name = str(key.value)
             if known and name not in known:
-                near = nearest(name, known)
-                hint = f"did you mean `{near}`?" if near else f"the keys are {', '.join(known)}"
+                hint = suggest(name, known)
                 raise place.fault(f"there is no key `{cut(name)}` in {{}}", hint)
             if name in found:
                 raise place.fault(f"the key `{cut(name)}` of {{}} is written twice")

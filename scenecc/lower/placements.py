@@ -9,7 +9,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError
 from scenecc.diagnostics.diagnostic import Origin
-from scenecc.diagnostics.messages import cut
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY_POSE, MAX_COORDINATE
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.forms import VariationLowerer, field_place
@@ -246,8 +246,8 @@ class PlacementLowerer:
             frame = self._names.full_name(region, self._names.scopes.get(made.name, ""))
             node = self._scene.frames.get(frame)
             if node is None or node.region is None:
-                known = ", ".join(name for name, one in self._scene.frames.items() if one.region is not None)
-                hint = f"frames with a region: {known}" if known else "give a frame the key `region`"
+                known = [name for name, one in self._scene.frames.items() if one.region is not None]
+                hint = suggest_name(region, known, self._sink) or "give a frame the key `region`"
                 self._sink.report(
                     "SC353", f"there is no frame `{cut(region)}` with a `region`", owner.child(*at), hint=hint
                 )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from difflib import get_close_matches
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.messages import suggest
 
 MAX_DEPTH = 1000
 """The maximum of `Limits.depth`. libyaml 0.2.6, part of PyYAML 6.0.4, parses no deeper."""
@@ -67,6 +67,4 @@ def make_limits(changes: Mapping[str, object] | None = None) -> Limits:
 
 
 def _describe_unknown(name: object, known: list[str]) -> str:
-    near = get_close_matches(str(name), known, n=1, cutoff=0.5)
-    advice = f"did you mean {near[0]!r}?" if near else "the limits are " + ", ".join(known)
-    return f"there is no limit named {name!r}; {advice}"
+    return f"there is no limit named {name!r}; {suggest(str(name), known)}"

@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from scenecc.diagnostics.messages import cut, is_slip_of, keyboard_hint, listed, nearest, show, suggest
+from scenecc.diagnostics.messages import LISTS_KEYS, cut, is_slip_of, keyboard_hint, listed, nearest, show, suggest
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.source.events import RESERVED_CHARACTER
 from scenecc.spec.base import CUSTOM_ERROR, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
@@ -198,7 +198,7 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
     fix: tuple[Literal["key"], str] | None = None
     if hint is None:
         near = suggest_key(key, known, free)
-        hint = f"did you mean `{near}`?" if near else listed(known, key)
+        hint = f"did you mean `{near}`?" if near else listed(free, key, LISTS_KEYS)
         if near in HALVES.get(word, ()):
             hint = f"{hint} it is half of that"
         # No fix for a synonym with another convention (`quat` may be [x, y, z, w]), only for another spelling.
@@ -300,7 +300,7 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
         choices = union.types() if isinstance(union, LazyUnion) else ()
         hint = next((f"write `{{type: {key}, …}}`" for key in found if key in choices), None)
         message = f"{value_name(path)} lacks the key `type`"
-        sink.report("SC102", message, place, hint=hint or listed(choices))
+        sink.report("SC102", message, place, hint=hint or listed(choices, "", LISTS_KEYS))
     elif is_varying(tag):
         reads = "" if is_mapping(tag) else f": it reads {quote_names(tag)}"
         message = f"`type` cannot differ from scene to scene{reads}"
@@ -327,9 +327,12 @@ def _suggest_value(found: str, choices: list[str]) -> str | None:
     if meant:
         return f"did you mean `{meant}`?"
     if "z" in choices:
-        axis = _NEGATIVE_AXES.get(word)
-        return f"write its numbers: {axis}" if axis else kind_hint("a list", (), found) or suggest(found, choices)
-    return suggest(found, choices)
+        hint = (
+            f"write its numbers: {_NEGATIVE_AXES[word]}" if word in _NEGATIVE_AXES else kind_hint("a list", (), found)
+        )
+        if hint:
+            return hint
+    return suggest(found, choices, LISTS_KEYS)
 
 
 _NEGATIVE_AXES = {"-x": "[-1, 0, 0]", "-y": "[0, -1, 0]", "-z": "[0, 0, -1]"}

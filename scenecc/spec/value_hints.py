@@ -95,7 +95,7 @@ def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
     if other is not None:
         return f"did you mean `{{{other}}}`?"
     if expected in {"a number", "a whole number", "true or false"} or expected.startswith("["):
-        return f"values that differ from scene to scene use one of the forms {', '.join(sorted(FORM_KEYS))}"
+        return "a value that differs from scene to scene is a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"
     return None
 
 

@@ -310,7 +310,7 @@ def test_functions_and_scene_methods_agree(file: Path) -> None:
 def test_an_unknown_keyword_of_a_method_names_the_method_and_the_nearest_keyword(
     file: Path, method: str, arguments: tuple[str, ...], wrong: str, near: str
 ) -> None:
-    said = rf"^Scene\.{method}\(\) has no argument `{wrong}`; (did you mean `{near}`\?|known here: .*\b{near}\b)"
+    said = rf"^Scene\.{method}\(\) has no argument `{wrong}`; (did you mean `{near}`\?|the nearest here: .*\b{near}\b)"
     with pytest.raises(TypeError, match=said):
         getattr(open_scene(file), method)(*arguments, **{wrong: 1})
 

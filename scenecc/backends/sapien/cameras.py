@@ -11,6 +11,7 @@ import numpy as np
 from scenecc.backends.sapien.engine import EngineFailure, render, sapien, supports_ray_tracing
 from scenecc.backends.sapien.objects import ComponentBatch
 from scenecc.backends.sapien.properties import to_poses
+from scenecc.diagnostics.messages import listed, suggest
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.options import check_scene_idxs
 from scenecc.plan import literal
@@ -76,7 +77,7 @@ def read_normal(camera: Any) -> NDArray[Any]:
         ValueError: the camera's shader pack does not have this picture.
     """
     if "Normal" not in (names := camera.get_picture_names()):
-        raise ValueError(f"no picture 'normal' with this shader; there are {', '.join((*PICTURES, *sorted(names)))}")
+        raise ValueError(f"no picture 'normal' with this shader; {listed((*PICTURES, *sorted(names)), 'normal')}")
     return np.where(read_segmentation(camera) == 0, np.float32(0), camera.get_picture("Normal")[..., :3])
 
 
@@ -102,7 +103,7 @@ def read_picture(camera: Any, what: str) -> NDArray[Any]:
         return read(camera)
     names = camera.get_picture_names()
     if what not in names:
-        raise ValueError(f"no picture {what!r}; there are {', '.join((*PICTURES, *sorted(names)))}")
+        raise ValueError(f"no picture {what!r}; {suggest(what, (*PICTURES, *sorted(names)))}")
     found: NDArray[Any] = camera.get_picture(what)
     return found if found.ndim == 3 else found[..., None]
 

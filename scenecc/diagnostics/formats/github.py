@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from scenecc.diagnostics.formats.style import Style, relative_file, visible
+from scenecc.diagnostics.formats.style import Style, relative_file, unchecked, unchecked_text, visible
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.codes import Severity
@@ -17,7 +17,11 @@ _COMMANDS: Final[dict[Severity, str]] = {"error": "error", "warning": "warning",
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     """Returns one line `::error file=…,line=…::message` per diagnostic; file names are relative to `style.root`."""
-    return "".join(_command(d, style.root) + "\n" for d in diagnostics)
+    line = unchecked_text(unchecked(diagnostics, style))
+    return "".join(
+        [_command(d, style.root) + "\n" for d in diagnostics]
+        + ([f"::notice title=scenecc::{_data(line)}\n"] if line else [])
+    )
 
 
 def _command(diagnostic: Diagnostic, root: PurePath | None) -> str:

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from scenecc.diagnostics.formats.style import Style, encodable
+from scenecc.diagnostics.formats.style import Style, encodable, unchecked
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic, Related
@@ -44,7 +44,7 @@ def records(diagnostics: Iterable[Diagnostic]) -> list[DiagnosticRecord]:
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     """Returns `{"diagnostics": [...]}` with a line break at the end, with `corrections` if any were requested, and with
-    `simulated` if the command simulates.
+    `simulated` if the command simulates, and with `unchecked` for files of which not everything was checked.
 
     It is ASCII, so it passes through any pipe, and cannot contain escape sequences of an untrusted file.
     """
@@ -54,6 +54,8 @@ def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
         report["corrections"] = [{**_record(one), "wrote": encodable(fix.text)} for one, fix in made if fix is not None]
     if style.simulated is not None:
         report["simulated"] = {encodable(file): one for file, one in style.simulated.items()}
+    if missing := unchecked(diagnostics, style):
+        report["unchecked"] = {encodable(file): stages for file, stages in missing.items()}
     return json.dumps(report, indent=2) + "\n"
 
 

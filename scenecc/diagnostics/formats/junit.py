@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
-from scenecc.diagnostics.formats.style import Style, encodable, relative_file, visible
+from scenecc.diagnostics.formats.style import (
+    Style,
+    checked_file,
+    encodable,
+    relative_file,
+    unchecked,
+    unchecked_text,
+    visible,
+)
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic
@@ -22,31 +30,32 @@ def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     """
     by_file: dict[str, list[Diagnostic]] = {file: [] for file in style.files}
     for diagnostic in diagnostics:
-        # A finding in a file that a checked file uses or includes is one of the checked file.
-        users = (other.location.file for other in reversed(diagnostic.related))
-        user = next((file for file in users if file in style.files), diagnostic.place)
-        by_file.setdefault(diagnostic.place if diagnostic.place in style.files else user, []).append(diagnostic)
-    cases = [_case(relative_file(file, style.root)[0], found) for file, found in by_file.items()]
+        by_file.setdefault(checked_file(diagnostic, style.files), []).append(diagnostic)
+    missing = unchecked(diagnostics, style)
+    lines = {file: unchecked_text({file: stages}) for file, stages in missing.items()}
+    cases = [_case(relative_file(file, style.root)[0], found, lines.get(file)) for file, found in by_file.items()]
     counts = f'tests="{len(cases)}" failures="{sum("<failure" in case for case in cases)}" errors="0"'
     suite = f'  <testsuite name="scenecc" {counts}>\n{"".join(cases)}  </testsuite>\n'
     return f'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n{suite}</testsuites>\n'
 
 
-def _case(file: str, found: list[Diagnostic]) -> str:
+def _case(file: str, found: list[Diagnostic], unchecked: str | None) -> str:
     faults = [one for one in found if one.severity != "note"]
     parts = ""
     if faults:
         kind = "error" if any(one.severity == "error" for one in faults) else "warning"
         count = f"{len(faults)} finding{'' if len(faults) == 1 else 's'}"
-        parts += f"      <failure message={_attribute(count)} type={_attribute(kind)}>{_lines(faults)}</failure>\n"
-    if notes := [one for one in found if one.severity == "note"]:
-        parts += f"      <system-out>{_lines(notes)}</system-out>\n"
+        text = _text(map(_line, faults))
+        parts += f"      <failure message={_attribute(count)} type={_attribute(kind)}>{text}</failure>\n"
+    notes = [_line(one) for one in found if one.severity == "note"]
+    if notes := [*notes, *([unchecked] if unchecked else [])]:
+        parts += f"      <system-out>{_text(notes)}</system-out>\n"
     head = f'    <testcase classname="scenecc" name={_attribute(file)}'
     return f"{head}>\n{parts}    </testcase>\n" if parts else f"{head}/>\n"
 
 
-def _lines(found: list[Diagnostic]) -> str:
-    return escape("\n".join(_clean(_line(one)) for one in found))
+def _text(lines: Iterable[str]) -> str:
+    return escape("\n".join(map(_clean, lines)))
 
 
 def _line(diagnostic: Diagnostic) -> str:

@@ -8,7 +8,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.codes import CODES
-from scenecc.diagnostics.formats.style import Style, encodable, uri
+from scenecc.diagnostics.formats.style import Style, encodable, unchecked, unchecked_text, uri
 from scenecc.diagnostics.reference import markdown
 from scenecc.version import VERSION
 
@@ -31,6 +31,9 @@ def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
         "columnKind": "unicodeCodePoints",
         "results": [_result(d, rules, style.root) for d in diagnostics],
     }
+    if line := unchecked_text(unchecked(diagnostics, style)):
+        notes = [{"level": "note", "message": {"text": encodable(line)}}]
+        run["invocations"] = [{"executionSuccessful": True, "toolExecutionNotifications": notes}]
     return json.dumps({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
 
 

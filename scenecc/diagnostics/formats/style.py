@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Protocol
 from urllib.parse import quote
 
+from scenecc.diagnostics.diagnostic import STAGES
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
@@ -35,6 +36,40 @@ class Style:
     files: tuple[str, ...] = ()
     corrections: tuple[Diagnostic, ...] | None = None
     simulated: Mapping[str, Mapping[str, object] | None] | None = None
+
+
+def unchecked(diagnostics: Sequence[Diagnostic], style: Style) -> dict[str, list[str]]:
+    """Returns what was not checked of each file, because of its errors: file → stages, the first one first."""
+    missing: dict[str, list[str]] = {}
+    last = [] if style.simulated is None else ["simulation"]
+    for one in diagnostics:
+        if one.severity == "error" and one.stage:
+            later = [*STAGES[STAGES.index(one.stage) + 1 :], *last]
+            file = checked_file(one, style.files)
+            missing[file] = min(later, missing.get(file, later), key=len)
+    return {file: stages for file, stages in missing.items() if stages}
+
+
+def unchecked_text(missing: Mapping[str, Sequence[str]]) -> str:
+    """Returns the result of `unchecked` as one line; "" if everything was checked."""
+    words = [", ".join(stages) for stages in missing.values()]
+    if len(words) > 1:
+        words = [f"{text} of {visible(file)}" for file, text in zip(missing, words, strict=True)]
+    if len(words) > _NAMED:
+        words = [*words[:_NAMED], f"parts of {len(words) - _NAMED} other files"]
+    return f"not checked because of these errors: {'; '.join(words)}" if words else ""
+
+
+_NAMED = 3
+"""Maximum number of files that `unchecked_text` names."""
+
+
+def checked_file(diagnostic: Diagnostic, files: Collection[str]) -> str:
+    """Returns which of the checked files a finding concerns: its own, or one that uses or includes that."""
+    if diagnostic.place in files:
+        return diagnostic.place
+    users = (other.location.file for other in reversed(diagnostic.related))
+    return next((file for file in users if file is not None and file in files), diagnostic.place)
 
 
 _KEPT = "\u200c\u200d"

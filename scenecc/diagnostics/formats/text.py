@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from rich.cells import cell_len
 
-from scenecc.diagnostics.formats.style import Style, visible
+from scenecc.diagnostics.formats.style import Style, unchecked, unchecked_text, visible
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.codes import Severity
@@ -96,7 +96,8 @@ _SEVERITIES: Final[tuple[Severity, ...]] = ("error", "warning", "note")
 
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    """Returns diagnostics separated by blank lines, with a count at the end; "" if there are none.
+    """Returns diagnostics separated by blank lines, with a count at the end; "" if there are none. A last line says
+    what was not checked because of errors.
 
     Notes come first and errors last, nearest to the prompt; the order within one severity is kept.
     """
@@ -105,7 +106,9 @@ def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     page = _Page(style)
     last_errors = sorted(diagnostics, key=lambda d: -_SEVERITIES.index(d.severity))
     blocks = ["".join(line + "\n" for line in page.block(d)) for d in last_errors]
-    return "\n".join([*blocks, page.summary(diagnostics) + "\n"])
+    summary = page.summary(diagnostics)
+    missing = unchecked_text(unchecked(diagnostics, style))
+    return "\n".join([*blocks, f"{summary}\n{missing}\n" if missing else f"{summary}\n"])
 
 
 class _Page:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.messages import cut, nearest
+from scenecc.diagnostics.messages import cut, suggest
 from scenecc.lower.poses import lower_limits
 from scenecc.spec.references import NamePattern, compile_name_pattern
 
@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.materials import LoweredMaterial, MaterialChoice, MaterialLowerer
     from scenecc.plan import Value
-
-_SHOWN = 12
-"""Most names in a hint."""
 
 MOST_MATCHING = 1_000_000_000
 """Limit of steps for all patterns of a document, a few seconds. Each pair of a pattern and a name counts once.
@@ -117,14 +114,8 @@ class PatternOverrides:
 
 
 def names_hint(names: Sequence[str], wrong: str) -> str:
-    """A hint that lists the existing names, the closest match first."""
-    known = [name for name in names if name]
-    if not known:
-        return "none of them has a name"
-    near = nearest(wrong, known)
-    shown = ", ".join(f"`{cut(name)}`" for name in known[:_SHOWN])
-    rest = f" and {len(known) - _SHOWN} more" if len(known) > _SHOWN else ""
-    return (f"did you mean `{near}`? " if near is not None else "") + f"there are {shown}{rest}"
+    """A hint with the closest existing names."""
+    return suggest(wrong, filter(None, names)) or "none of them has a name"
 
 
 def nearest_override(layers: Sequence[Layer], *keys: str) -> Layer | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.messages import cut, nearest
+from scenecc.diagnostics.messages import cut, suggest
 from scenecc.robots.description import LinkName, RobotDescription
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
 from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
@@ -116,9 +116,7 @@ def _keyframe(keyframe: tuple[str, Origin | None], model: CompiledModel, report:
     if name in names:
         return names.index(name)
     if any(names):
-        near = nearest(name, names)
-        known = ", ".join(f"`{cut(one)}`" for one in names[:12] if one)
-        hint = f"did you mean `{near}`?" if near else f"it has {known}"
+        hint = suggest(name, filter(None, names))
     else:
         hint = "give its <key> a `name`" if names else "it has none: remove the key"
     message = f"the file has no keyframe `{cut(name)}`"

@@ -17,6 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.cells import cell_len
 
+from scenecc import validate
 from scenecc.diagnostics import Diagnostic, Related
 from scenecc.diagnostics.codes import CODES, Severity
 from scenecc.diagnostics.diagnostic import Location
@@ -53,6 +54,28 @@ def test_a_text_report_is_complete(typo: Diagnostic, bare: Diagnostic) -> None:
         "\n"
         "1 error, 1 warning\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "missing"),
+    [
+        ("entities: {", "keys and values, parameters and prefabs, names and poses, physics"),
+        ("entities: {a: {x: 1}}", "parameters and prefabs, names and poses, physics"),
+        ("entities: {a: {use: scenecc:cubes}}", "names and poses, physics"),
+        ("entities: {a: {shapes: [{type: sphere, radius: 1}], pose: {relative_to: b}}}", "physics"),
+    ],
+)
+def test_what_was_not_checked_because_of_an_error_is_said_in_one_line(text: str, missing: str) -> None:
+    found = validate(io.StringIO(f"scenecc: 1\n{text}\n"))
+    line = f"not checked because of these errors: {missing}"
+    assert render(found).splitlines()[-1] == line
+    assert json.loads(render(found, "json"))["unchecked"] == {"<stream>": missing.split(", ")}
+    assert f"::notice title=scenecc::{line}\n" in render(found, "github")
+    (done,) = json.loads(render(found, "sarif"))["runs"][0]["invocations"]
+    assert done["toolExecutionNotifications"][0]["message"]["text"] == line
+    assert f"{line}</system-out>" in render(found, "junit", files=["<stream>"])
+    two = [*found, *validate(io.StringIO("scenecc: 1\nx: 1\n"), num_scenes=2)]
+    assert render(two).splitlines()[-1].startswith("not checked because of these errors: ")
 
 
 def test_errors_come_last_in_text_and_by_place_in_other_formats() -> None:

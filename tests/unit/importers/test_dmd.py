@@ -255,10 +255,10 @@ def test_all_faults_are_told_at_once_with_the_nearest_name(folder: Path) -> None
     found = [(one.code, one.location.line, one.hint) for one in caught.value.diagnostics]
     assert found == [
         ("SC431", 2, "allow it with --allow models"),
-        ("SC433", 4, "the nearest name is `world`"),
-        ("SC433", 4, "the nearest name is `top`"),
-        ("SC433", 5, "there is `world`, `b::b`, `b::top`"),
-        ("SC433", 6, "the nearest name is `b::top`"),
+        ("SC433", 4, "did you mean `world`?"),
+        ("SC433", 4, "did you mean `top`?"),
+        ("SC433", 5, "known here: world, b::b, b::top"),
+        ("SC433", 6, "did you mean `b::top`?"),
     ]
     assert "did you mean" in caught.value.diagnostics[0].message
 

@@ -29,7 +29,7 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
         ({"pose": {"uniform": [[0, 0], [1, 1]]}, **SHAPES}, "SC106", ".pose.uniform", ""),
         ({"mass": {"range": [0.1, 0.2]}, **SHAPES}, "SC103", ".mass", "`{uniform: [low, high]}`"),
         ({"mass": {"randint": [1, 2]}, **SHAPES}, "SC103", ".mass", "`{integers: [low, high]}`"),
-        ({"mass": {"gamma": [1, 2]}, **SHAPES}, "SC103", ".mass", "choice, cycle, integers, log_uniform, normal"),
+        ({"mass": {"gamma": [1, 2]}, **SHAPES}, "SC103", ".mass", "is a form: `{uniform: [low, high]}`"),
         ({"mass": "500g", **SHAPES}, "SC103", ".mass", "write 0.5: masses are in kg"),
         ({"mass": "$mass", **SHAPES}, "SC103", ".mass", '"${mass}"'),
         ({"mass": "{{ mass }}", **SHAPES}, "SC103", ".mass", '"${mass}"'),
