@@ -31,6 +31,18 @@ class Preset(str, Enum):
     dark = "dark"
 
 
+class View(str, Enum):
+    """Sides to look from."""
+
+    iso = "iso"
+    front = "front"
+    back = "back"
+    left = "left"
+    right = "right"
+    top = "top"
+    bottom = "bottom"
+
+
 class Shader(str, Enum):
     """SAPIEN's shader packs."""
 
@@ -89,6 +101,16 @@ LookAt = Annotated[
         show_default="centre of the view",
     ),
 ]
+ViewOption = Annotated[
+    View | None,
+    typer.Option(
+        "--view", help="Side to look from; front is +x, left is +y.", show_default="iso, or where nothing is in the way"
+    ),
+]
+Zoom = Annotated[
+    float | None,
+    typer.Option("--zoom", metavar="FACTOR", help="Magnification of the view, 0.1 to 100.", show_default="1"),
+]
 Samples = Annotated[
     int | None,
     typer.Option(
@@ -143,6 +165,8 @@ PICTURE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "focus": (Focus, None),
     "eye": (Eye, None),
     "look_at": (LookAt, None),
+    "view": (ViewOption, None),
+    "zoom": (Zoom, None),
     "scenes": (Scene, None),
     "grid": (Grid, False),
     "size": (Size, None),

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from scenecc.colors import color_text, read_color_text
 from scenecc.geometry.rotations import IDENTITY, from_rpy, looking, normalized, rotate, shortest_from_x, to_rpy
 from scenecc.names import valid_name
 from scenecc.scene_file import Node, is_mapping_node
@@ -121,13 +122,13 @@ def direction_value(q: list[float]) -> list[float] | None:
 
 
 def color_value(color: Any) -> list[float] | str:
-    """Converts a colour, without an alpha of 1; to `"#rrggbb"` if equivalent and shorter."""
+    """Converts a linear colour, without an alpha of 1; to `"#rrggbb"` if equivalent and shorter."""
     numbers = to_numbers(color)
     numbers = numbers[:3] if len(numbers) == 4 and numbers[3] == 1 else numbers
-    bytes_ = [round(number * 255) for number in numbers]
-    is_hex = max(bytes_) <= 255 and same_single([item / 255 for item in bytes_], numbers)
-    is_short = same_single([round(number, 2) for number in numbers], numbers)
-    return "#" + "".join(f"{item:02x}" for item in bytes_) if is_hex and not is_short else numbers
+    if same_single([round(number, 2) for number in numbers], numbers):
+        return numbers
+    text = color_text(numbers, SEEN_TOLERANCE)
+    return text if text is not None and same_single(read_color_text(text)[: len(numbers)], numbers) else numbers
 
 
 def scale_value(scale: Any) -> Any:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from scenecc.assets.errors import AssetError
+from scenecc.colors import linear_to_srgb, srgb_to_linear
 from scenecc.diagnostics.frozen import frozen
 from scenecc.files import ChangedError, read_checked
 
@@ -189,12 +190,8 @@ def convert_color_space(image: Image, *, srgb: bool) -> Image:
     """Converts an image to sRGB or linear values; returns it unchanged if it already has them."""
     if image.srgb == srgb:
         return image
-    value = np.arange(256) / 255
-    if srgb:
-        curve = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
-    else:
-        curve = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-    table = np.round(curve * 255).astype(int).tolist()
+    curve = linear_to_srgb if srgb else srgb_to_linear
+    table = [round(curve(byte / 255) * 255) for byte in range(256)]
     clear = image.pixels.mode in {"RGBA", "LA", "PA"}
     made = image.pixels.convert("RGBA" if clear else "RGB").point([*table * 3, *(range(256) if clear else ())])
     data = encode_png(made)

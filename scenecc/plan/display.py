@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from scenecc.colors import color_text
 from scenecc.diagnostics.diagnostic import Origin, dotted
 from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
 from scenecc.plan.body import BodyStructure, CollisionShape, VisualShape
@@ -137,12 +137,8 @@ def format_item(item: Any, digits: int = DIGITS) -> str:
 
 
 def format_color(item: tuple[float, ...], digits: int = DIGITS) -> str:
-    """Formats a colour as in scene files, `#rrggbb[aa]`, if its components are multiples of 1/255."""
-    parts = [component * 255 for component in item]
-    if not all(0 <= part <= 255 and math.isclose(part, round(part), abs_tol=1e-9) for part in parts):
-        return format_item(item, digits)
-    text = "".join(f"{round(part):02x}" for part in parts)
-    return f"#{text.removesuffix('ff') if len(parts) == 4 else text}"
+    """Formats a linear colour as in scene files: `#rrggbb[aa]` if that text gives it, otherwise as a list."""
+    return color_text(item, 1e-9) or format_item(item, digits)
 
 
 def format_pair(a: Sequence[Any], b: Sequence[Any], show: Callable[[Any, int], str] = format_item) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 from math import cos, pi, radians, sin, tan
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -16,13 +16,26 @@ from scenecc.geometry import rotation_arrays
 from scenecc.plan.rendering import FLAT_THICKNESS, FRAMING_DIRECTION, PLANE_HALF_SIZE
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
     from numpy.typing import NDArray
 
 
 FRAMING_FOVY: Final = radians(36)
 """Angle of view of a framing camera: narrow, as for product photos, so that edges stay nearly parallel."""
+
+View = Literal["iso", "front", "back", "left", "right", "top", "bottom"]
+
+VIEWS: Final[dict[View, tuple[float, float, float]]] = {
+    "iso": FRAMING_DIRECTION,
+    "front": (1, 0, 0),
+    "back": (-1, 0, 0),
+    "left": (0, 1, 0),
+    "right": (0, -1, 0),
+    "top": (0, 0, 1),
+    "bottom": (0, 0, -1),
+}
+"""Directions from the subject to a camera, in the world. In `top` and `bottom`, +x is up in the picture."""
 
 _FILLED, _FILLED_BY_ONE = 0.84, 0.42
 """Fraction of the picture's width or height that the subject fills, and the same for a single body."""
@@ -190,11 +203,12 @@ def frame_subject(
     *,
     eye: Sequence[float] | None = None,
     look_at: Sequence[float] | None = None,
+    view: View | None = None,
     fovy: float = FRAMING_FOVY,
 ) -> FramedView:
     """A camera pose that shows all of a subject.
 
-    It looks along `FRAMING_DIRECTION`, or from another side if an obstacle hides the subject.
+    Without `eye` and `view`, it looks along `FRAMING_DIRECTION`, or from another side if an obstacle hides the subject.
 
     Args:
         subject: the subject.
@@ -202,6 +216,7 @@ def frame_subject(
         height: of the picture [px].
         eye: (3,) [m], a fixed camera position; None: computed.
         look_at: (3,) [m], the point at the centre of the picture; None: the centre of the subject.
+        view: the side to look from, whatever is in the way.
         fovy: angle of view [rad].
     """
     slope = tan(fovy / 2) * (_FILLED if len(subject.boxes) > 1 else _FILLED_BY_ONE)
@@ -213,27 +228,41 @@ def frame_subject(
         inside = float(np.linalg.norm(forward)) < 1e-9 * subject.radius
         return _view(subject, place, -_direction(0, None) if inside else forward)
     best: tuple[float, FramedView] | None = None
-    for elevation in _ELEVATIONS:
-        for turn in _TURNS:
-            back = _direction(turn, elevation)
-            place = _fit(subject, back, slopes, target)
-            view = _view(subject, place, -back * float(np.linalg.norm(subject.center - place)))
-            hidden = hidden_share(subject, view.pose[:3])
-            if best is None or hidden < best[0]:
-                best = (hidden, view)
-            if not hidden:
-                return view
+    for back in _directions(view):
+        place = _fit(subject, back, slopes, target)
+        found = _view(subject, place, -back * float(np.linalg.norm(subject.center - place)))
+        hidden = hidden_share(subject, found.pose[:3])
+        if best is None or hidden < best[0]:
+            best = (hidden, found)
+        if not hidden:
+            break
     assert best is not None
     return best[1]
 
 
 def _view(subject: Subject, place: NDArray[np.float64], forward: NDArray[np.float64]) -> FramedView:
     length = float(np.linalg.norm(forward))
-    q, known = rotation_arrays.looking(forward[None])
-    if not known[0]:  # straight down or up: the top of the picture is +x
-        q, _ = rotation_arrays.looking(forward[None] + length * np.array([[1e-4, 0, 0]]))
     reach = max(length, float(np.linalg.norm(subject.center - place)) + subject.radius)
-    return FramedView(np.concatenate([place, q[0]]), 0.01 * min(length, reach), 100 * reach)
+    return FramedView(np.concatenate([place, _looking(forward)]), 0.01 * min(length, reach), 100 * reach)
+
+
+def _looking(forward: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(4,) rotation of a camera that looks along a vector; straight down or up, the top of the picture is +x."""
+    q, known = rotation_arrays.looking(forward[None])
+    if not known[0]:
+        tilt = np.array([np.copysign(1e-4, -forward[2]), 0, 0]) * float(np.linalg.norm(forward))
+        q, _ = rotation_arrays.looking(forward[None] + tilt)
+    return q[0]
+
+
+def _directions(view: View | None) -> Iterator[NDArray[np.float64]]:
+    """Yields unit vectors (3,) from the subject to the cameras to try."""
+    if view is not None:
+        yield np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
+        return
+    for elevation in _ELEVATIONS:
+        for turn in _TURNS:
+            yield _direction(turn, elevation)
 
 
 def _direction(turn: float, elevation: float | None) -> NDArray[np.float64]:
@@ -251,8 +280,7 @@ def _fit(
     In the camera frame, a corner at depth d and offset s is in the picture of a camera at depth -D and offset S if
     |s - S| <= (d + D) · slope.
     """
-    q, _ = rotation_arrays.looking(-back[None])
-    axes = rotation_arrays.rotation_matrix(q[0])  # columns: forward, left, up
+    axes = rotation_arrays.rotation_matrix(_looking(-back))  # columns: forward, left, up
     choice = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
     corners = subject.boxes[:, choice, [0, 1, 2]].reshape(-1, 3) @ axes
     depth, distance, offsets = corners[:, 0], -np.inf, [0.0, 0.0]

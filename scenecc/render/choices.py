@@ -14,6 +14,7 @@ from scenecc.diagnostics.messages import index_ranges, suggest
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, integer
 from scenecc.pipeline import select_scenes
+from scenecc.plan.framing import View
 from scenecc.plan.light_rigs import DEFAULT_PRESET, LIGHT_RIGS, Preset, is_unlit
 from scenecc.plan.rendering import RAY_TRACING_SHADERS, SHADERS_WITHOUT_NORMALS, ShaderName
 from scenecc.plan.schema import PIXEL_BOUNDS
@@ -36,6 +37,9 @@ class RenderChoices(TypedDict, total=False):
         focus: an entity, or a link as ENTITY/LINK, to frame. None: everything that moves.
         eye: position of the framing camera [m]. None: where the whole subject is in view.
         look_at: the point in the middle of its picture [m]. None: the middle of the subject.
+        view: the side to look from instead of `eye`: "iso", "front" (from +x), "back", "left" (from +y), "right",
+            "top" or "bottom".
+        zoom: magnification of the framing camera about the middle of its picture, 0.1 to 100. None: 1.
         scenes: scenes to show, as `scene_idxs` of a file: `3`, `0:4`, `0,2`. None: the first that has the camera, or
             for a `grid` all that have it.
         grid: put the pictures on one sheet. Several scenes always are.
@@ -68,6 +72,8 @@ class RenderChoices(TypedDict, total=False):
     focus: str | None
     eye: tuple[float, float, float] | None
     look_at: tuple[float, float, float] | None
+    view: View | None
+    zoom: float | None
     scenes: str | None
     grid: bool
     size: tuple[int, int] | None
@@ -107,9 +113,10 @@ class ChoiceError(ValueError):
         self.problem = problem
 
 
-_OF_FRAMING: Final = ("focus", "eye", "look_at")
+_OF_FRAMING: Final = ("focus", "eye", "look_at", "view", "zoom")
 _OF_COLOR: Final = ("samples", "background", "preset", "ground", "labels", "frames", "contacts")
 _MOST_SAMPLES: Final = 256
+_LEAST_ZOOM, _MOST_ZOOM = 0.1, 100
 
 
 def check_choices(given: Mapping[str, Any]) -> None:
@@ -123,6 +130,8 @@ def check_choices(given: Mapping[str, Any]) -> None:
     for name in _OF_FRAMING:
         if given.get(name) is not None and camera is not None:
             raise ChoiceError(name, "is for the camera that frames the scene, not for one of the file")
+    if given.get("view") is not None and given.get("eye") is not None:
+        raise ChoiceError("view", "contradicts the eye: both place the camera")
     for name in _OF_COLOR:
         if given.get(name) and what != "color":
             raise ChoiceError(name, f"is for pictures in colour, not for {what}")
@@ -146,6 +155,8 @@ def _check_numbers(given: Mapping[str, Any]) -> None:
     samples = given.get("samples")
     if samples is not None and not 1 <= integer(samples, "samples", 0) <= _MOST_SAMPLES:
         raise ChoiceError("samples", f"must be 1 to {_MOST_SAMPLES}, not {samples}")
+    if (zoom := given.get("zoom")) is not None and not _LEAST_ZOOM <= zoom <= _MOST_ZOOM:
+        raise ChoiceError("zoom", f"must be {_LEAST_ZOOM} to {_MOST_ZOOM}, not {zoom}")
     eye, look_at = given.get("eye"), given.get("look_at")
     for name, point in (("eye", eye), ("look_at", look_at)):
         if point is not None and not all(isfinite(number) and abs(number) <= _FARTHEST for number in point):

@@ -103,6 +103,8 @@ class FrameRecorder:
             focus=choices.get("focus"),
             eye=choices.get("eye"),
             look_at=choices.get("look_at"),
+            view=choices.get("view"),
+            zoom=choices.get("zoom") or 1.0,
             shader=choices.get("shader"),
         )
 

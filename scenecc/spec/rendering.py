@@ -46,7 +46,7 @@ _MapSize = Annotated[int, Field(ge=1, le=16384)]
 class LightKeys(RepeatKeys):
     """Keys of every light."""
 
-    color: LightColor = Field(description='Colour times brightness: linear RGB, which may exceed 1, or "#rrggbb".')
+    color: LightColor = Field(description='Colour times brightness: linear RGB, which may exceed 1, or sRGB "#rrggbb".')
     pose: Maybe[Pose] = key(
         "Pose of the light, which shines along x: in the world, in the frame of `relative_to`, or in that of `mount`."
     )
@@ -165,7 +165,7 @@ EnvironmentMap = Leaf[
 class EnvironmentSpec(SpecModel):
     """Ambient light and the environment map."""
 
-    ambient_light: Maybe[LightColor] = key('Linear RGB, which may exceed 1, or "#rrggbb".', default=[0, 0, 0])
+    ambient_light: Maybe[LightColor] = key('Linear RGB, which may exceed 1, or sRGB "#rrggbb".', default=[0, 0, 0])
     map: Maybe[EnvironmentMap] = key("Environment map: a file, or six images.")
 
 

@@ -98,8 +98,8 @@ Texture = TypeAliasType(
 class Visual(SpecModel):
     """Appearance of a surface: `sapien.render.RenderMaterial`."""
 
-    base_color: Maybe[Color] = key("Base colour, linear RGB or RGBA.", default=[1, 1, 1, 1])
-    emission: Maybe[Leaf[Radiance]] = key("Emitted colour, linear RGB or RGBA.", default=[0, 0, 0, 0])
+    base_color: Maybe[Color] = key("Base colour: linear RGB or RGBA, or an sRGB text.", default=[1, 1, 1, 1])
+    emission: Maybe[Leaf[Radiance]] = key("Emitted colour: linear RGB or RGBA, or an sRGB text.", default=[0, 0, 0, 0])
     specular: Maybe[Leaf[Unit]] = key("Specular reflection of a dielectric.", default=0)
     roughness: Maybe[Leaf[Unit]] = key("Roughness.", default=1)
     metallic: Maybe[Leaf[Unit]] = key("Metallic factor.", default=0)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
+from scenecc.colors import read_color_text
 from scenecc.geometry.rotations import MAX_COORDINATE
 
 COLOR_TEXT = r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$"
@@ -19,10 +20,9 @@ Rgba = tuple[float, float, float, float]
 
 
 def to_rgba(color: str | Sequence[float]) -> Rgba:
-    """Converts a colour to RGBA. "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is optional."""
+    """Converts a colour to linear RGBA: "#rrggbb" and "#rrggbbaa" are sRGB, a list is linear. Alpha is optional."""
     if isinstance(color, str):
-        digits = color[1:]
-        color = [int(digits[i : i + 2], 16) / 255 for i in range(0, len(digits), 2)]
+        return read_color_text(color)
     red, green, blue, *rest = color
     return (red, green, blue, rest[0] if rest else 1.0)
 

@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.rendering import LightBatch, LightsAndCameras
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
-    from scenecc.plan.framing import Subject
+    from scenecc.plan.framing import Subject, View
     from scenecc.plan.light_rigs import Preset
     from scenecc.plan.rendering import ShaderName
     from scenecc.source.provenance import Provenance
@@ -352,6 +352,8 @@ class SceneBatch:
         focus: str | None = None,
         eye: Sequence[float] | None = None,
         look_at: Sequence[float] | None = None,
+        view: View | None = None,
+        zoom: float = 1.0,
         shader: ShaderName | None = None,
     ) -> CameraBatch:
         """Returns a new camera that frames each scene at its first picture and then does not move.
@@ -362,17 +364,24 @@ class SceneBatch:
             focus: an entity or link (ENTITY/LINK) to frame instead of everything that moves.
             eye: (3,) position [m]. None: in front of, left of and above the subject, where all of it is in view.
             look_at: (3,) point in the middle of the picture [m]. None: the middle of the subject.
+            view: the side to look from instead of `eye`: "iso", "front" (from +x), "back", "left" (from +y), "right",
+                "top", "bottom".
+            zoom: magnification about the middle of the picture.
             shader: SAPIEN's shader pack. None: its default.
 
         Raises:
-            ValueError: the renderer does not support this size, or `eye` equals `look_at`.
+            ValueError: the renderer does not support this size, `eye` equals `look_at`, or there is a `view` as well.
             RuntimeError: the batch is closed, or the render device does not support ray tracing.
         """
         self._check_open()
         assert self._rendering is not None
         if eye is not None and look_at is not None and list(eye) == list(look_at):
             raise ValueError("a camera cannot look at its own position")
-        return self._rendering.framed(width, height, focus=focus, eye=eye, look_at=look_at, shader=shader)
+        if eye is not None and view is not None:
+            raise ValueError("a camera has an eye or a view, not both")
+        return self._rendering.framed(
+            width, height, focus=focus, eye=eye, look_at=look_at, view=view, zoom=zoom, shader=shader
+        )
 
     def subject(self, scene_idx: int, focus: str | None = None) -> Subject:
         """Returns what a framing camera frames in the current scene. Raises KeyError if `focus` has no visuals.

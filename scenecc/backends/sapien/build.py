@@ -13,7 +13,6 @@ from scenecc.backends.sapien.engine import (
     engine_settings,
     new_render_system,
     physx,
-    render,
     render_problem,
     sapien,
 )
@@ -68,7 +67,7 @@ def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
     """Returns an empty scene with its own systems."""
     systems: list[Any] = [physx.PhysxCpuSystem()]
     if rendered:
-        systems.append(render.RenderSystem())
+        systems.append(new_render_system())
     with interrupts_wait():
         scene: Any = sapien.Scene(systems)
     if plan.physics.timestep is not None:

@@ -5,6 +5,7 @@ All modules of this folder raise `EngineFailure` to stop a build.
 
 from __future__ import annotations
 
+import atexit
 import importlib
 import os
 import sys
@@ -51,6 +52,14 @@ def engine_refusal(what: str, error: Exception, origin: Origin | None) -> Engine
 
 def new_render_system() -> Any:
     """Returns a `sapien.render.RenderSystem`. Raises RuntimeError without a render device."""
+    _keep_renderer()
+    return render.RenderSystem()
+
+
+@cache
+def _keep_renderer() -> Any:
+    """Keeps the renderer until the process ends: without a render system, SAPIEN discards its compiled shaders."""
+    atexit.register(_keep_renderer.cache_clear)
     return render.RenderSystem()
 
 

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.preparation import EntityLookup
     from scenecc.plan import ScenePlan, Value
-    from scenecc.plan.framing import FramedView, Subject
+    from scenecc.plan.framing import FramedView, Subject, View
     from scenecc.plan.light_rigs import LightRig, Preset
     from scenecc.plan.rendering import Camera, Environment, Light, ShaderName
 
@@ -362,6 +362,8 @@ class LightsAndCameras(LightSet):
         focus: str | None = None,
         eye: Sequence[float] | None = None,
         look_at: Sequence[float] | None = None,
+        view: View | None = None,
+        zoom: float = 1.0,
         shader: ShaderName | None = None,
     ) -> CameraBatch:
         """Returns a camera that frames each scene at its first picture.
@@ -377,7 +379,7 @@ class LightsAndCameras(LightSet):
                 raise ValueError(
                     f"pictures must be {PIXEL_BOUNDS.low} to {PIXEL_BOUNDS.high} pixels a side, not {size}"
                 )
-        camera = default_camera(self._plan.num_scenes, width, height, shader)
+        camera = default_camera(self._plan.num_scenes, width, height, shader, zoom)
         if self._rendered:
             try:
                 check_ray_tracing(camera)
@@ -385,8 +387,8 @@ class LightsAndCameras(LightSet):
                 raise RuntimeError(f"{failure.message}: {failure.hint}") from failure
         present = self._built_scenes_with(camera)
 
-        def view(index: int) -> FramedView:
-            return frame_subject(self.subject(index, focus), width, height, eye=eye, look_at=look_at)
+        def framing(index: int) -> FramedView:
+            return frame_subject(self.subject(index, focus), width, height, eye=eye, look_at=look_at, view=view)
 
         found = CameraBatch(
             camera.name,
@@ -394,8 +396,8 @@ class LightsAndCameras(LightSet):
             [None] * len(present) if self._rendered else None,
             self._hidden,
             self._names,
-            lambda index: self._light_up(index, view),
-            lambda number: self._frame(camera, found, number, view),
+            lambda index: self._light_up(index, framing),
+            lambda number: self._frame(camera, found, number, framing),
         )
         self._framed.append(found)
         return found

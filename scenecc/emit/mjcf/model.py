@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.colors import linear_to_srgb
 from scenecc.emit.output import Z_TO_X, AssetFolder, UnsupportedFeatures, XmlElement, optional_fields
 from scenecc.geometry.obj import encode_obj
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
@@ -141,7 +142,7 @@ def write_material(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, na
             "material",
             name=model.looks[look],
             texture=None if image is None else _texture(model, image),
-            rgba=look.tint,
+            rgba=(*map(linear_to_srgb, look.tint[:3]), look.tint[3]),  # MuJoCo shows them as they are
             emission=emission or None,
             specular=look.specular,
             shininess=1 - look.roughness,

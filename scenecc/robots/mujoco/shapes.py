@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.colors import srgb_to_linear
 from scenecc.files import keep_file
 from scenecc.geometry.ply import encode_ply
 from scenecc.geometry.rotations import Pose7, to_vector
@@ -259,7 +260,8 @@ class MjcfShapeReader:
 
     def _described_look(self, material: int, rgba: tuple[float, ...]) -> DescribedMaterial:
         """Returns a material from a colour and the index of a MuJoCo material, negative for none."""
-        color = (rgba[0], rgba[1], rgba[2], rgba[3])
+        red, green, blue = map(srgb_to_linear, rgba[:3])  # MuJoCo shows them as they are
+        color = (red, green, blue, rgba[3])
         if material < 0:
             return DescribedMaterial(base_color=color)
         model = self._model
