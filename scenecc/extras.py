@@ -20,7 +20,7 @@ class Extra(NamedTuple):
 
 
 EXTRAS: Final[dict[str, Extra]] = {
-    "maniskill": Extra("scenes in ManiSkill's environments", ("mani_skill",)),
+    "maniskill": Extra("scenes in ManiSkill's environments", ("mani_skill", "gymnasium", "torch")),
     "mjcf": Extra("robots and scenes in MJCF", ("mujoco",)),
     "import": Extra("worlds in SDF and USD", ("lxml", "scipy", "pxr")),
     "export": Extra("USD and a check of MJCF", ("mujoco", "pxr")),
@@ -45,6 +45,9 @@ def install_hint(extra: str, *others: str) -> str:
         return f"run `pip install {before}-e '.[{extra}]'` in the clone"
     return f'run `pip install {before}"scenecc[{extra}]"`'
 
+
+ROBOTS_HINT: Final = "run `pip install --no-deps mani_skill`: its robots and meshes, without PyTorch"
+"""How to get the files of ManiSkill's package, which scenes name by `pkg://mani_skill/…`."""
 
 DRIVER_HINT: Final = (
     "with a GPU, install its Vulkan driver (in an NVIDIA container, request the capability `graphics`);\n"
