@@ -24,7 +24,7 @@ class Extra(NamedTuple):
 
 
 EXTRAS: Final[dict[str, Extra]] = {
-    "maniskill": Extra("scenes in ManiSkill's environments", ("mani_skill",)),
+    "maniskill": Extra("scenes in ManiSkill's environments", ("mani_skill", "gymnasium", "torch")),
     "mjcf": Extra("robots and scenes in MJCF", ("mujoco",)),
     "import": Extra("worlds in SDF and USD", ("lxml", "scipy", "pxr")),
     "export": Extra("USD and a check of MJCF", ("mujoco", "pxr")),
@@ -77,6 +77,9 @@ def _requirement(extra: str) -> str:
         shlex.quote(name.strip()) for name, _, marker in packages if marker.strip() == f"extra == '{extra}'"
     )
 
+
+ROBOTS_HINT: Final = "run `pip install --no-deps mani_skill`: its robots and meshes, without PyTorch"
+"""How to get the files of ManiSkill's package, which scenes name by `pkg://mani_skill/…`."""
 
 DRIVER_HINT: Final = (
     "with a GPU, install its Vulkan driver (in an NVIDIA container, request the capability `graphics`);\n"

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable, Sequence
+from importlib.util import find_spec
 from typing import Annotated, Final, NoReturn
 
 import typer
 
 from scenecc.cli.completion import one_of
 from scenecc.cli.output import Status, end, folder_refusal, print_err, print_out, usage_error, write_files
-from scenecc.extras import EXTRAS, Extra, install_hint
+from scenecc.extras import ROBOTS_HINT, Extra
 from scenecc.starter import OWNER, ROBOTS, TEMPLATES, repository_address, starter_files
 
 _HERE: Final = "."
@@ -72,9 +73,8 @@ def _robot(template: str, robot: str | None) -> str | None:
         _refuse("robot", robot, row.robots)
     if robot not in row.robots:
         _end("robot", f"the template {template} does not support `{robot}`; it supports {' or '.join(row.robots)}")
-    extra = ROBOTS[robot]
-    if extra is not None and EXTRAS[extra].missing:
-        print_err(f"scenecc: `{robot}` needs the extra `{extra}`, which is not installed: {install_hint(extra)}\n")
+    if ROBOTS[robot] is not None and find_spec("mani_skill") is None:
+        print_err(f"scenecc: `{robot}` is in the package mani_skill, which is not installed: {ROBOTS_HINT}\n")
         raise typer.Exit(Status.machine)
     return robot
 

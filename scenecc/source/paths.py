@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from scenecc.diagnostics.messages import keyboard_hint
+from scenecc.extras import ROBOTS_HINT
 from scenecc.files import State, state_now
 
 if TYPE_CHECKING:
@@ -377,7 +378,9 @@ def _find_package(name: str) -> _Package | Refusal:
         return Refusal(
             "SC405",
             f"there is no Python package `{name}` here",
-            "install the package that contains the file in this Python, if you trust it",
+            ROBOTS_HINT
+            if name == "mani_skill"
+            else "install the package that contains the file in this Python, if you trust it",
         )
     if spec.origin is None or not spec.submodule_search_locations or not spec.has_location:
         # A folder without __init__.py would depend on where Python was started: `pkg://home/…` in `/`.

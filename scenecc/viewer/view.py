@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import socket
 from contextlib import closing, contextmanager, suppress
-from importlib.util import find_spec
 from io import BytesIO, StringIO
 from os import PathLike, fspath
 from pathlib import Path
@@ -18,10 +17,9 @@ from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
-from scenecc.extras import install_hint
+from scenecc.extras import EXTRAS, install_hint
 from scenecc.options import CompileOptions, Options, check_types, integer
 from scenecc.viewer.options import ARGUMENT_TYPES, PageAddress, ViewOptions
-from scenecc.viewer.world import load
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
@@ -109,7 +107,7 @@ def page_of_source(
         ValueError: an argument is out of range.
     """
     _need_packages()
-    from scenecc.viewer.world import World, check_selected_scene, record_page
+    from scenecc.viewer.world import World, check_selected_scene, load, record_page
 
     look = look or ViewOptions()
     steps = integer(steps, "steps", 0)
@@ -187,8 +185,7 @@ def _again(source: Source) -> Callable[[], Source]:
 
 
 def _need_packages() -> None:
-    lacking = [name for name in ("viser", "watchfiles") if find_spec(name) is None]
-    if lacking:
+    if lacking := EXTRAS["view"].missing:
         sink = Sink()
         message = f"a page needs {' and '.join(lacking)}, not installed here"
         sink.report("SC816", message, Location(None), hint=install_hint("view"))

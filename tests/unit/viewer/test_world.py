@@ -320,7 +320,7 @@ def test_a_bad_scene_gives_no_page(tmp_path: Path) -> None:
 
 
 def test_missing_viewer_packages_give_an_install_hint(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("scenecc.viewer.view.find_spec", lambda name: None)
+    monkeypatch.setattr("scenecc.extras.find_spec", lambda name: None)
     for call in (page_of_source, view_scene):
         with pytest.raises(scenecc.SceneError) as caught:
             call({"scenecc": 1})
