@@ -215,17 +215,19 @@ class DrawnValues:
 
     def _parts(self) -> Iterator[tuple[str, _Part, bool]]:
         """Yields names and values, and whether a value is one of several that a scene has."""
-        plan, materials, taken = self._plan, _Materials(), set[str]()
+        plan, taken = self._plan, set[str]()
+        materials: list[tuple[str, str, Value, Mapping[int, int]]] = []
         for entity in plan.entities:
             for name, kind, value, rows in _entity_fields(entity):
                 taken.add(name)
                 if kind.table in {None, "files"}:
                     yield name, self._part(kind, value, rows), False
                 else:
-                    materials.add(entity.name, name, str(kind.table), value, rows)
-        for name, table, index, rows, is_choice in materials.users():
-            for path, kind, value in _quantities(walk_fields(getattr(plan, table)[index])):
-                yield f"{name}.{path}", self._part(kind, value, rows), is_choice
+                    materials.append((name, str(kind.table), value, rows))
+        for name, table, material, rows in materials:
+            for index, some in _rows_by_item(material, rows).items():
+                for path, kind, value in _quantities(walk_fields(getattr(plan, table)[index])):
+                    yield f"{name}.{path}", self._part(kind, value, some), not material.is_constant
         sections = (("constraints", plan.constraints), ("lights", plan.lights), ("cameras", plan.cameras))
         for section, node in ((section, node) for section, nodes in sections for node in nodes):
             rows = {scene: row for row, scene in enumerate(node.scene_idxs)}
@@ -328,34 +330,6 @@ def _component_path(path: str, node: Any) -> str:
     if lens is not None and path in {slot.name for slot in plan_fields(lens.__class__)}:
         return f"lens.{path}"
     return f"drive.{path.removeprefix('drives.')}" if path.startswith("drives.") else path
-
-
-class _Materials:
-    """The materials that the shapes of entities use."""
-
-    def __init__(self) -> None:
-        self._named: list[tuple[str, str, Value, Mapping[int, int]]] = []
-        self._owners: dict[tuple[str, int], str] = {}
-        self._rows: dict[tuple[str, int], dict[int, int]] = {}
-
-    def add(self, entity: str, name: str, table: str, value: Value, rows: Mapping[int, int]) -> None:
-        """Adds the material of a shape, which has the name `name`. Its rows are those of the first entity with it."""
-        for index, some in _rows_by_item(value, rows).items():
-            if self._owners.setdefault((table, index), entity) == entity:
-                self._rows.setdefault((table, index), {}).update(some)
-        self._named.append((name, table, value, rows))
-
-    def users(self) -> Iterator[tuple[str, str, int, Mapping[int, int], bool]]:
-        """Yields name, table, index and rows of each material, and whether it is one of several that a shape has.
-
-        A material has the names of the shapes that use it, and that of `SceneBatch.state`.
-        """
-        for name, table, value, rows in self._named:
-            for index, some in _rows_by_item(value, rows).items():
-                yield name, table, index, some, not value.is_constant
-        for (table, index), entity in self._owners.items():
-            kind = table.removesuffix("_materials")
-            yield f"{entity}/{kind} material {index}", table, index, self._rows[table, index], False
 
 
 def _rows_by_item(value: Value, rows: Mapping[int, int]) -> dict[int, dict[int, int]]:

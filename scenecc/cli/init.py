@@ -11,7 +11,7 @@ import typer
 
 from scenecc.cli.completion import one_of
 from scenecc.cli.output import Status, end, folder_refusal, print_err, print_out, usage_error, write_files
-from scenecc.extras import ROBOTS_HINT, Extra
+from scenecc.extras import EXTRAS, ROBOTS_HINT, Extra
 from scenecc.starter import OWNER, ROBOTS, TEMPLATES, repository_address, starter_files
 
 _HERE: Final = "."

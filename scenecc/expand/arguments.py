@@ -132,6 +132,8 @@ def _check_known(compiled: CompiledModule, given: Mapping[str, ParamArgument], s
         if name not in compiled.module.section("params"):
             message = f"there is no parameter `{cut(name)}`"
             hint = suggest(name, compiled.params, "`scenecc params FILE`")
+            if name in compiled.module.section("draws"):
+                hint = f'it is a draw: give values in Python, `draws={{"{cut(name)}": …}}`, or make it a parameter'
             sink.report("SC210", message, argument.told, at="key", hint=hint, path=(name,))
 
 
