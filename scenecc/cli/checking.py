@@ -133,7 +133,11 @@ def run_checks(
     worst = max(worst, status(finder.faults), Status.fine)
     diagnostics = [*finder.faults, *diagnostics]
     if asked["statistics"]:
-        print_statistics(Counter((one.code, one.severity) for one in diagnostics), form)
+        counts = Counter((one.code, one.severity) for one in diagnostics)
+        if form == "json":
+            print_json({"statistics": statistics(counts)}, diagnostics)
+        else:
+            print_statistics(counts)
     else:
         listed = {file: one and asdict(one) for file, one in simulated.items()} if command == "check" else None
         print_findings(diagnostics, form, files=found.files, corrections=corrections, simulated=listed)
@@ -159,12 +163,9 @@ def _simulated_text(files: Iterable[Simulated | None]) -> str:
     return f"{scenes} scene{'' if scenes == 1 else 's'}, {several}, {time} simulated{permuted}"
 
 
-def print_statistics(counts: Counter[tuple[str, str]], form: Format) -> None:
+def print_statistics(counts: Counter[tuple[str, str]]) -> None:
     """Prints how often each code was found, the most frequent first. `counts`: by code and severity."""
     rows = statistics(counts)
-    if form is Format.json:
-        print_json({"statistics": rows})
-        return
     width = max((len(str(row["count"])) for row in rows), default=0)
     print_out("".join("{count:>{w}}  {code}  {severity:<7}  {title}\n".format(w=width, **row) for row in rows))
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 from scenecc.cli.options import TableFormat, TableFormatOption
-from scenecc.cli.output import print_json, print_out
+from scenecc.cli.output import end
 from scenecc.extras import DRIVER_HINT, EXTRAS, install_hint
 from scenecc.interrupt import child
 from scenecc.version import VERSION
@@ -63,16 +63,16 @@ def doctor(*, form: TableFormatOption = TableFormat.text) -> None:
       scenecc doctor --format json
     """
     checks = [*_versions(), *_devices(), *_extras(), *_assets()]
-    if form is TableFormat.json:
-        print_json({"checks": [asdict(check) for check in checks]})
-        return
+    end([], form, data=lambda: {"checks": [asdict(check) for check in checks]}, text=lambda: _text(checks))
+
+
+def _text(checks: list[DoctorCheck]) -> str:
     width = max(len(check.name) for check in checks)
+    lines: list[str] = []
     for check in checks:
-        print_out(f"{check.state:7}  {check.name:{width}}  {check.found}\n")
-        if check.hint is not None:
-            for line in check.hint.splitlines():
-                print_out(f"{'':9}{'':{width}}  {line}\n")
-    print_out(_NEXT)
+        lines.append(f"{check.state:7}  {check.name:{width}}  {check.found}\n")
+        lines += [f"{'':9}{'':{width}}  {line}\n" for line in (check.hint or "").splitlines()]
+    return "".join([*lines, _NEXT])
 
 
 def _versions() -> list[DoctorCheck]:

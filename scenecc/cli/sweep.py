@@ -14,7 +14,6 @@ from scenecc.cli.completion import complete_scene
 from scenecc.cli.many_files import parse_shard
 from scenecc.cli.options import (
     Camera,
-    Format,
     TableFormat,
     TableFormatOption,
     at_least,
@@ -57,7 +56,7 @@ class _Wanted:
         return self.settings.apply(without_lacks(diagnostics) if self.is_part else diagnostics, scene)
 
 
-def _find_scenes(paths: list[str]) -> dict[str, _Wanted]:
+def _find_scenes(paths: list[str], form: str) -> dict[str, _Wanted]:
     """Returns the files to sweep and their settings. Ends the command if a path or setting is wrong."""
     found = find_files(paths)
     faults = found.faults()
@@ -66,7 +65,7 @@ def _find_scenes(paths: list[str]) -> dict[str, _Wanted]:
     finder, parts = SettingsFinder(None, (), strict=False), Parts(found.files)
     wanted = {file: _Wanted(finder.of(file), file in parts) for file in found.files}
     if faults := [*faults, *finder.faults]:
-        end(faults)
+        end(faults, form)
     return wanted
 
 
@@ -131,8 +130,8 @@ def sweep(
     """
     import scenecc
 
-    wanted = _find_scenes(paths)
-    with scene_errors(options), progress("sweep", clock=False) as show:
+    wanted = _find_scenes(paths, form)
+    with scene_errors(options, form), progress("sweep", clock=False) as show:
         result = scenecc.sweep(
             list(wanted),
             output=output,
@@ -152,14 +151,14 @@ def sweep(
     _conclude(result, form, strict=any(one.settings.strict for one in wanted.values()))
 
 
-def _conclude(result: Sweep, form: TableFormat, *, strict: bool) -> None:
+def _conclude(result: Sweep, form: str, *, strict: bool) -> None:
     """Prints the findings and the path of the table, and exits with the status. `strict`: warnings count as errors."""
     table = None if result.table is None else str(result.table)
-    if form is TableFormat.json:
+    if form == "json":
         done = {"table": table, "units": result.units, "done": result.done}
         print_json({**done, "statistics": statistics(result.counts)})
     else:
-        print_statistics(result.counts, Format.text)
+        print_statistics(result.counts)
         what = f"{result.done} of {result.units} units done"
         print_err(f"{what}; table in {table}\n" if table else f"{what}; the other parts are missing\n")
     found = [Diagnostic(code, cast("Severity", severity), "", Location(None)) for code, severity in result.counts]
