@@ -16,7 +16,7 @@ import typer
 from scenecc.cli.completion import complete_code
 from scenecc.cli.many_files import ChangedSince, Jobs, Shard, choose_files, find_in_each
 from scenecc.cli.options import Format
-from scenecc.cli.output import Status, print_err, print_findings, print_json, print_out, status
+from scenecc.cli.output import Status, print_findings, print_json, print_note, print_out, status
 from scenecc.cli.paths import STDIN, Found
 from scenecc.cli.settings import RULE_PREFIX, SettingsFinder, code_fault
 from scenecc.files import open_regular
@@ -143,7 +143,7 @@ def run_checks(
         print_findings(diagnostics, form, files=found.files, corrections=corrections, simulated=listed)
     if form is Format.text:
         of_engine = f"; {_simulated_text(simulated.values())}" if command == "check" and simulated else ""
-        print_err(f"{found.counts()}{of_engine}\n")
+        print_note(f"{found.counts()}{of_engine}\n")
     raise typer.Exit(worst)
 
 

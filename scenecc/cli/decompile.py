@@ -26,7 +26,11 @@ def decompile(
     num_scenes: Annotated[
         int,
         typer.Option(
-            "--num-scenes", metavar="N", parser=at_least(1), help="Number of parallel scenes; each uses the next seed."
+            "--num-scenes",
+            "-n",
+            metavar="N",
+            parser=at_least(1),
+            help="Number of parallel scenes; each uses the next seed.",
         ),
     ] = 1,
     check: Annotated[

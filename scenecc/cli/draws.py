@@ -64,7 +64,7 @@ def draws(
     Examples:
       scenecc draws scenes/draws.yaml
       scenecc draws scenes/clutter.yaml --seeds 0:20 --scene 3 --format json
-      scenecc draws scenes/clutter.yaml --seeds 0:1000 --format parquet -o draws.parquet
+      scenecc draws scenes/clutter.yaml --seeds 0:1000 -o draws.parquet
     """
     import scenecc
 

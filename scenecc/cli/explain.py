@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def explain(
     code: Annotated[
-        str | None, typer.Argument(metavar="[CODE]", help="A code, such as SC101.", autocompletion=complete_code)
+        str | None, typer.Argument(metavar="CODE", help="A code, such as SC101.", autocompletion=complete_code)
     ] = None,
     *,
     form: TableFormatOption = TableFormat.text,

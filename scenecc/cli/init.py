@@ -20,7 +20,7 @@ _TEMPLATES: Final = "; ".join(f"{name}: {template.description}" for name, templa
 
 def init(
     name: Annotated[
-        str, typer.Argument(metavar="[NAME]", help="The folder to write; it must be new or empty.", show_default=False)
+        str, typer.Argument(metavar="NAME", help="The folder to write; it must be new or empty.", show_default=False)
     ] = _HERE,
     *,
     template: Annotated[

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn, TypeVar
 import typer
 
 from scenecc.cli.options import at_least, quote_text
-from scenecc.cli.output import counted, end, print_err, print_out, progress, usage_error
+from scenecc.cli.output import counted, end, print_note, print_out, progress, usage_error
 from scenecc.cli.paths import STDIN, Found
 from scenecc.jobs import Died, completed
 from scenecc.simulation.summary import Checked
@@ -54,7 +54,7 @@ def run_each(
 
 Jobs = Annotated[
     int | None,
-    typer.Option("--jobs", metavar="N", parser=at_least(1), help="Number of processes.", show_default="one"),
+    typer.Option("--jobs", "-j", metavar="N", parser=at_least(1), help="Number of processes.", show_default="1"),
 ]
 
 _SHARD: Final = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
@@ -174,7 +174,7 @@ def write_each(
 
     files = [file for file in targets if file in found.files]
     if found.left_out and form == "text":
-        print_err(f"{len(files)} of {len(targets)} files: {', '.join(found.left_out)}\n")
+        print_note(f"{len(files)} of {len(targets)} files: {', '.join(found.left_out)}\n")
     made: list[dict[str, Any]] = []
     for file, result in zip(files, run_each(one, files, jobs or 1, command), strict=True):
         if isinstance(result, Died):

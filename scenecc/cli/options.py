@@ -162,7 +162,7 @@ ScenePaths = Annotated[
 OutputFile = Annotated[str, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")]
 NumScenes = Annotated[
     int | None,
-    typer.Option("--num-scenes", metavar="N", parser=at_least(1), help="Number of scenes, overriding the file."),
+    typer.Option("--num-scenes", "-n", metavar="N", parser=at_least(1), help="Number of scenes, overriding the file."),
 ]
 Seed = Annotated[
     int | None,

@@ -68,6 +68,22 @@ def print_err(text: str) -> None:
         sys.stderr.flush()
 
 
+_quiet = False
+"""Whether only results and diagnostics are printed."""
+
+
+def set_quiet(on: bool) -> None:
+    """Sets the option `--quiet` of this process."""
+    global _quiet  # noqa: PLW0603 - an option of the process
+    _quiet = on
+
+
+def print_note(text: str) -> None:
+    """Writes a count, a time or another note to standard error, unless `--quiet` is given."""
+    if not _quiet:
+        print_err(text)
+
+
 def refusal(target: str) -> str | None:
     """Returns why an output file cannot be written, as far as known before the work; None if it can."""
     if target == STDOUT:
@@ -160,7 +176,7 @@ def print_needs(target: str, made: Emitted) -> None:
     needs += made.needs[:_MOST_NEEDS]
     needs += [f"{len(made.needs) - _MOST_NEEDS} more"] if len(made.needs) > _MOST_NEEDS else []
     if needs:
-        print_err(f"{'the output' if target == STDOUT else target} needs {', '.join(needs)}\n")
+        print_note(f"{'the output' if target == STDOUT else target} needs {', '.join(needs)}\n")
 
 
 def unwritten(name: str, error: OSError) -> Unwritten:
@@ -385,7 +401,7 @@ def progress(label: str, *, where: bool = True, clock: bool = True) -> Generator
     Yields None if nobody would see the bar, or if `where` is false because another bar is shown. `clock`: draw from a
     thread; must be false if the work forks.
     """
-    if not where or not sys.stderr.isatty():
+    if _quiet or not where or not sys.stderr.isatty():
         yield None
         return
     bar = _Bar(label)

@@ -25,7 +25,7 @@ def prefabs(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="[NAME]", help="A prefab, such as table or scenecc:table.", autocompletion=complete_prefab
+            metavar="NAME", help="A prefab, such as table or scenecc:table.", autocompletion=complete_prefab
         ),
     ] = None,
     *,

@@ -28,6 +28,7 @@ from scenecc.cli.output import (
     of_settings,
     outlive_pipes,
     print_err,
+    print_note,
     progress,
     usage_error,
     write_output,
@@ -99,11 +100,11 @@ def render(
       scenecc render scenes/tabletop.yaml -o tabletop.png
       scenecc render scenes/cameras.yaml --camera main --what depth -o depth.png
       scenecc render scenes/clutter.yaml --num-scenes 16 --grid -o sheet.png
-      scenecc render scenes/stack.yaml --focus crate --preset dark --samples 16 -o crate.png
-      scenecc render scenes/stack.yaml --eye 1.5,-1,1.2 --ground --labels -o labels.png
+      scenecc render scenes/stack.yaml --focus crate --preset dark -o crate.png
+      scenecc render scenes/stack.yaml --eye 1.5,-1,1.2 --labels -o labels.png
       scenecc render scenes/clutter.yaml --steps 200 --contacts -o contacts.png
-      scenecc render scenes/cameras.yaml --what depth --legend -o depth_for_people.png
-      scenecc render scenes/tabletop.yaml --show collision --size 800x600 -o collision.png
+      scenecc render scenes/cameras.yaml --what depth --legend -o legend.png
+      scenecc render scenes/tabletop.yaml --show collision -o collision.png
       scenecc render scenes/reset.yaml --steps 200 -o reset.mp4
       scenecc render scenes/recipes --size 320x240 -o pictures --jobs 2
       scenecc render scenes --changed-since main --shard 1/4 -o pictures
@@ -168,7 +169,7 @@ _WORTH_TELLING: Final = 5.0
 def _tell_estimate(seconds: float) -> None:
     if seconds >= _WORTH_TELLING:
         words = f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
-        print_err(f"ray tracing will take about {words} on this device; fewer --samples or pixels take less\n")
+        print_note(f"ray tracing will take about {words} on this device; fewer --samples or pixels take less\n")
 
 
 def _write(result: Rendering, output: str) -> Written:

@@ -14,7 +14,7 @@ from scenecc.cli.output import (
     end,
     outlive_pipes,
     print_asides,
-    print_err,
+    print_note,
     print_out,
     progress,
     refusal,
@@ -98,7 +98,7 @@ def replay(
             found += _picture(known, compiled, output)
     said = f"scene {known.scene} of {known.num_scenes}: the initial state equals the passport's, bit for bit"
     if view:
-        (print_err if form == "json" or output == STDOUT else print_out)(f"{said}\n")
+        (print_note if form == "json" or output == STDOUT else print_out)(f"{said}\n")
         print_asides(found)
         with scene_errors(options, form):
             _serve(known, compiled)
@@ -125,7 +125,7 @@ def _serve(known: PassportContent, compiled: CompiledSource) -> None:
     import scenecc
 
     outlive_pipes()  # a browser may go away
-    print_err("Press Ctrl-C to stop.\n")
+    print_note("Press Ctrl-C to stop.\n")
     shown = scenecc.ViewOptions(scene=known.scene)
     scenecc.view_scene(compiled, options=shown, on_ready=lambda url: print_out(f"{url}\n"))
 

@@ -46,7 +46,7 @@ def settle(
     Examples:
       scenecc settle scenes/clutter.yaml -o starts.json
       scenecc settle scenes/clutter.yaml --seeds 0:100 -o starts.json
-      scenecc settle scenes/clutter.yaml --num-scenes 16 --seeds 0:20 --seconds 5 -o starts.json
+      scenecc settle scenes/clutter.yaml -n 16 --seconds 5 -o starts.json
     """
     import scenecc
 

@@ -20,7 +20,7 @@ from scenecc.cli.options import (
     quote_text,
     takes_compile_options,
 )
-from scenecc.cli.output import end, print_err, print_json, progress, scene_errors, status, usage_error
+from scenecc.cli.output import end, print_json, print_note, progress, scene_errors, status, usage_error
 from scenecc.cli.paths import STDIN, find_files
 from scenecc.cli.render_options import parse_size
 from scenecc.cli.settings import ProjectSettings, SettingsFinder
@@ -105,7 +105,9 @@ def sweep(
     ] = 1.0,
     camera: Camera = None,
     size: Annotated[str | None, typer.Option("--size", metavar="WxH", help="Size of each picture [px].")] = None,
-    jobs: Annotated[int, typer.Option("--jobs", metavar="N", parser=at_least(1), help="Number of processes.")] = 1,
+    jobs: Annotated[
+        int, typer.Option("--jobs", "-j", metavar="N", parser=at_least(1), help="Number of processes.")
+    ] = 1,
     ray: Annotated[bool, typer.Option("--ray", help="Use Ray on this machine.")] = False,
     ray_address: Annotated[
         str | None, typer.Option("--ray-address", metavar="HOST:PORT", help="Use the Ray cluster with this head node.")
@@ -125,7 +127,7 @@ def sweep(
     Examples:
       scenecc sweep scenes/clutter.yaml --seeds 0:100 -o out --jobs 4
       scenecc sweep scenes --do check,render,state --size 320x240 -o out
-      scenecc sweep scenes/clutter.yaml --seeds 0:10000 -o out --ray-address 10.0.0.1:6379
+      scenecc sweep scenes/clutter.yaml -o out --ray-address 10.0.0.1:6379
       scenecc sweep scenes/clutter.yaml --seeds 0:10000 -o out --shard 3/20
     """
     import scenecc
@@ -160,6 +162,6 @@ def _conclude(result: Sweep, form: str, *, strict: bool) -> None:
     else:
         print_statistics(result.counts)
         what = f"{result.done} of {result.units} units done"
-        print_err(f"{what}; table in {table}\n" if table else f"{what}; the other parts are missing\n")
+        print_note(f"{what}; table in {table}\n" if table else f"{what}; the other parts are missing\n")
     found = [Diagnostic(code, cast("Severity", severity), "", Location(None)) for code, severity in result.counts]
     raise typer.Exit(status(found, strict=strict))

@@ -21,6 +21,7 @@ from scenecc.cli.output import (
     outlive_pipes,
     print_asides,
     print_err,
+    print_note,
     print_out,
     progress,
     scene_errors,
@@ -171,7 +172,7 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
         nonlocal failed
         print_asides(of_settings(found, values))
         if failed and status(found) is Status.fine:
-            print_err(f"{escape_text(scene)}: no errors\n")
+            print_note(f"{escape_text(scene)}: no errors\n")
         failed = status(found) is not Status.fine
 
     return tell
@@ -180,7 +181,7 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
 def _ready(url: str, address: PageAddress, *, open_it: bool) -> None:
     if address.token is None and not address.is_local:
         print_err("WARNING: anyone who can reach this address can view and control the scene\n")
-    print_err("Press Ctrl-C to stop.\n")
+    print_note("Press Ctrl-C to stop.\n")
     print_out(f"{url}\n")
     if open_it:
         import webbrowser
