@@ -479,16 +479,16 @@ def inspect_scene(source: Source, **given: Unpack[InspectArguments]) -> Item:
 def export_page(
     source: Source,
     *,
-    look: ViewOptions | None = None,
+    options: ViewOptions | None = None,
     steps: int = 0,
     progress: Progress | None = None,
-    **options: Unpack[CompileOptions],
+    **given: Unpack[CompileOptions],
 ) -> str:
     """Returns a scene as one HTML page. Arguments and errors are those of `Scene.page` and `validate`."""
     from scenecc.viewer.options import ARGUMENT_TYPES
 
-    check_types(export_page, {"look": look, "steps": steps, "progress": progress}, ARGUMENT_TYPES)
-    return open_scene(source, **options).page(look=look, steps=steps, progress=progress).html
+    check_types(export_page, {"options": options, "steps": steps, "progress": progress}, ARGUMENT_TYPES)
+    return open_scene(source, **given).page(options=options, steps=steps, progress=progress).html
 
 
 def open_scene(source: Source, **options: Unpack[CompileOptions]) -> Scene:
@@ -630,9 +630,9 @@ class Scene:
     def view(
         self,
         *,
-        look: ViewOptions | None = None,
-        place: PageAddress | None = None,
-        ready: Callable[[str], None] | None = None,
+        options: ViewOptions | None = None,
+        address: PageAddress | None = None,
+        on_ready: Callable[[str], None] | None = None,
     ) -> None:
         """Shows the scene on a page in the browser until it is interrupted. Other arguments are those of `view_scene`.
 
@@ -642,19 +642,21 @@ class Scene:
         from scenecc.viewer import view_scene
         from scenecc.viewer.options import ARGUMENT_TYPES
 
-        check_types(Scene.view, {"look": look, "place": place, "ready": ready}, ARGUMENT_TYPES)
+        check_types(Scene.view, {"options": options, "address": address, "on_ready": on_ready}, ARGUMENT_TYPES)
         if hasattr(self._source, "read"):
             raise ValueError(
                 "a scene that was opened from a stream cannot be viewed: a stream can be read only once. "
                 "Open the scene by its path, or call `view_scene` with the stream"
             )
-        view_scene(self._source, look=look, place=place, ready=ready, **self._given)
+        view_scene(self._source, options=options, address=address, on_ready=on_ready, **self._given)
 
-    def page(self, *, look: ViewOptions | None = None, steps: int = 0, progress: Progress | None = None) -> ScenePage:
+    def page(
+        self, *, options: ViewOptions | None = None, steps: int = 0, progress: Progress | None = None
+    ) -> ScenePage:
         """Returns the scene as one self-contained HTML page, which needs no network and no server.
 
         Args:
-            look: what is shown.
+            options: what is shown.
             steps: number of simulation steps that the page plays; 0: a still scene.
             progress: called with (scenes done, total scenes) while the engine builds, and with steps after that.
 
@@ -665,8 +667,8 @@ class Scene:
         from scenecc.viewer import page_of_source
         from scenecc.viewer.options import ARGUMENT_TYPES
 
-        check_types(Scene.page, {"look": look, "steps": steps, "progress": progress}, ARGUMENT_TYPES)
-        return page_of_source(self._compile, look=look, steps=steps, progress=progress, **self._given)
+        check_types(Scene.page, {"options": options, "steps": steps, "progress": progress}, ARGUMENT_TYPES)
+        return page_of_source(self._compile, options=options, steps=steps, progress=progress, **self._given)
 
     def inspect(self, **choices: Unpack[InspectChoices]) -> Inspection:
         """Returns the contents of the scene as a tree.

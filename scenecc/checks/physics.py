@@ -226,7 +226,7 @@ def _check_material_count(plan: ScenePlan, sink: Sink) -> None:
     count, own, first = count_materials(plan)
     if count > MATERIAL_LIMIT:
         message = f"{plan.num_scenes} scenes need {count} physical materials, and a process can hold {MATERIAL_LIMIT}"
-        hint = "build fewer scenes in one process (`--scenes 0:2048`)"
+        hint = "build fewer scenes in one process (`--scene 0:2048`)"
         if own:
             hint = f"draw friction and restitution from few values (`choice`), which are shared, or {hint}"
         place = None if first is None else first.origin

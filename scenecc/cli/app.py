@@ -15,6 +15,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
+from scenecc.cli.command import HELP_NAMES, Command, with_quiet
 from scenecc.cli.completion import command_words
 from scenecc.cli.output import Status, print_err
 
@@ -112,7 +113,9 @@ class _LazyMetadata(ModuleType):
 def application() -> typer.Typer:
     """Returns the app with all commands, or with only the command in this process's arguments."""
     # Plain help needs no imports and looks the same everywhere.
-    app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
+    app = typer.Typer(
+        no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False, context_settings=HELP_NAMES
+    )
     app.callback(epilog=_EPILOG)(_scenecc)
     # Load only the command that is run, or whose arguments a shell completes.
     completed = command_words()
@@ -120,7 +123,8 @@ def application() -> typer.Typer:
     for name in asked if asked and asked[0] in COMMANDS else COMMANDS:
         # `import` is a Python keyword, so its module and function end in `_`.
         named = f"{name}_" if iskeyword(name) else name
-        app.command(name)(getattr(import_module(f"scenecc.cli.{named}"), named))
+        command = getattr(import_module(f"scenecc.cli.{named}"), named)
+        app.command(name, cls=Command)(with_quiet(command))
     return app
 
 

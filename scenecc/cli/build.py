@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -14,6 +15,7 @@ from scenecc.cli.options import (
     FormatOption,
     SceneArgument,
     Steps,
+    Timings,
     takes_compile_options,
 )
 from scenecc.cli.output import (
@@ -22,7 +24,6 @@ from scenecc.cli.output import (
     end,
     print_err,
     print_needs,
-    print_out,
     progress,
     scene_errors,
     usage_error,
@@ -39,7 +40,7 @@ _STRIDE = 10
 
 
 Scenes = Annotated[
-    str | None, typer.Option("--scenes", metavar="IDXS", help="Build only these scenes: 0:4 or 0,2 or ::2.")
+    str | None, typer.Option("--scene", metavar="IDXS", help="Build only these scenes: 3, or 0:4 or 0,2 or ::2.")
 ]
 Output = Annotated[
     str | None, typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan; - is standard output.")
@@ -69,14 +70,14 @@ def build(
     render: Render = None,
     audit: AuditOption = None,
     every: Annotated[bool, typer.Option("--all", help="Print all rows of long tables.")] = False,
+    timings: Timings = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
 ) -> None:
     """Build a scene as parallel SAPIEN scenes.
 
-    Prints a table of the entities and their scenes, and the time of each stage. If there are more than 30 entities,
-    identical copies share a row. The scenes are simulated on the CPU; thousands of scenes on a GPU run through
-    scenecc.maniskill.
+    Prints a table of the entities and their scenes. If there are more than 30 entities, copies share a row. The
+    scenes are simulated on the CPU; thousands of scenes on a GPU run through scenecc.maniskill.
 
     \b
     Examples:
@@ -88,10 +89,13 @@ def build(
     import scenecc
 
     if dry_run:
-        for option, is_given in (("--steps", steps), ("--audit", audit is True), ("--render", render is True)):
-            if is_given:
-                message = "it needs the engine, which --dry-run does not start"
-                raise typer.BadParameter(message, param_hint=f"'{option}'")
+        flags = {"audit": audit, "render": render}
+        given = ["--steps"] * (steps > 0) + [
+            f"--{'' if on else 'no-'}{flag}" for flag, on in flags.items() if on is not None
+        ]
+        for option in given:
+            message = "it concerns the engine, which --dry-run does not start"
+            raise typer.BadParameter(message, param_hint=f"'{option}'")
     source = checked_source(scene, output, form)
     with scene_errors(options, form), progress("build") as show:
         result = scenecc.build_scene(
@@ -103,30 +107,27 @@ def build(
             audit=audit is not False,
             progress=show,
         )
-    _conclude(result, steps, output, form, whole=every)
-
-
-def _conclude(result: Build, steps: int, output: str | None, form: Format, *, whole: bool) -> NoReturn:
-    import scenecc
-
-    timings, diagnostics = dict(result.timings), list(result.diagnostics)
-    if result.batch is not None:
-        try:
+    diagnostics, times = list(result.diagnostics), dict(result.timings)
+    try:
+        if result.batch is not None:
             with result.batch:
-                timings |= _step(result.batch, steps)
-        except scenecc.SceneError as error:
-            end([*diagnostics, *error.diagnostics], form)
-    if output is not None:
-        try:
-            diagnostics += _write_plan(result.plan, output)
-        except scenecc.SceneError as error:
-            end([*diagnostics, *error.diagnostics], form)
-    if form is Format.text:
-        (print_err if output == STDOUT else print_out)(_summary(result, timings, whole=whole))
-    end(diagnostics, form)
+                times |= _step(result.batch, steps)
+        if output is not None:
+            diagnostics += _write_plan(result.plan, output, form)
+    except scenecc.SceneError as error:
+        end([*diagnostics, *error.diagnostics], form)
+    if timings:
+        print_err(f"{stage_times(times)}\n")
+    end(
+        diagnostics,
+        form,
+        data=lambda: _data(result),
+        text=lambda: _summary(result, whole=every),
+        beside=output == STDOUT,
+    )
 
 
-def _write_plan(plan: ScenePlan, output: str) -> list[Diagnostic]:
+def _write_plan(plan: ScenePlan, output: str, form: str) -> list[Diagnostic]:
     """Writes the plan, and beside it the files that it names outside the folder. Returns diagnostics."""
     from scenecc.diagnostics import Sink
     from scenecc.export import emit_text
@@ -135,7 +136,8 @@ def _write_plan(plan: ScenePlan, output: str) -> list[Diagnostic]:
     reason = write_files(output, made.files, folder=False)
     if reason is not None:
         return [usage_error(*reason, file=output)]
-    print_needs(output, made)
+    if form == "text":
+        print_needs(output, made)
     return []
 
 
@@ -152,12 +154,38 @@ def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
     return {"step": time.perf_counter() - started}
 
 
-def _summary(result: Build, timings: dict[str, float], *, whole: bool) -> str:
+_KEYS: Final = (
+    "body_type",
+    "shape_count",
+    "masses",
+    "size",
+    "size_differs",
+    "link_count",
+    "dof",
+    "mounts",
+    "scene_idxs",
+)
+"""Attributes of a row of the summary that programs get, besides its section, its name and what differs."""
+
+
+def _data(result: Build) -> dict[str, Any]:
+    """Returns the summary for programs."""
+    rows = [
+        {"section": row.section, "name": row.name}
+        | {key: getattr(row, key) for key in _KEYS}
+        | {"differing": [asdict(field) for field in row.varying]}
+        for row in result.summary
+    ]
+    scenes = {"num_scenes": result.plan.num_scenes, "scene_idxs": result.scene_idxs}
+    return {"name": result.plan.name, **scenes, "built": result.batch is not None, "objects": rows}
+
+
+def _summary(result: Build, *, whole: bool) -> str:
     from scenecc.diagnostics.formats import wants_color
 
     show, done = (planned, "planned") if result.batch is None else (built, "built")
     rows = show(result.summary, color=wants_color(sys.stdout), whole=whole)
-    return f"{rows}\n{escape_text(result.plan.name)}: {done} {_totals(result)}\n{stage_times(timings)}\n"
+    return f"{rows}\n{escape_text(result.plan.name)}: {done} {_totals(result)}\n"
 
 
 def _totals(result: Build) -> str:

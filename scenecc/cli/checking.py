@@ -16,7 +16,7 @@ import typer
 from scenecc.cli.completion import complete_code
 from scenecc.cli.many_files import ChangedSince, Jobs, Shard, choose_files, find_in_each
 from scenecc.cli.options import Format
-from scenecc.cli.output import Status, print_err, print_findings, print_json, print_out, status
+from scenecc.cli.output import Status, print_findings, print_json, print_note, print_out, status
 from scenecc.cli.paths import STDIN, Found
 from scenecc.cli.settings import RULE_PREFIX, SettingsFinder, code_fault
 from scenecc.files import open_regular
@@ -133,13 +133,17 @@ def run_checks(
     worst = max(worst, status(finder.faults), Status.fine)
     diagnostics = [*finder.faults, *diagnostics]
     if asked["statistics"]:
-        print_statistics(Counter((one.code, one.severity) for one in diagnostics), form)
+        counts = Counter((one.code, one.severity) for one in diagnostics)
+        if form == "json":
+            print_json({"statistics": statistics(counts)}, diagnostics)
+        else:
+            print_statistics(counts)
     else:
         listed = {file: one and asdict(one) for file, one in simulated.items()} if command == "check" else None
         print_findings(diagnostics, form, files=found.files, corrections=corrections, simulated=listed)
     if form is Format.text:
         of_engine = f"; {_simulated_text(simulated.values())}" if command == "check" and simulated else ""
-        print_err(f"{found.counts()}{of_engine}\n")
+        print_note(f"{found.counts()}{of_engine}\n")
     raise typer.Exit(worst)
 
 
@@ -159,12 +163,9 @@ def _simulated_text(files: Iterable[Simulated | None]) -> str:
     return f"{scenes} scene{'' if scenes == 1 else 's'}, {several}, {time} simulated{permuted}"
 
 
-def print_statistics(counts: Counter[tuple[str, str]], form: Format) -> None:
+def print_statistics(counts: Counter[tuple[str, str]]) -> None:
     """Prints how often each code was found, the most frequent first. `counts`: by code and severity."""
     rows = statistics(counts)
-    if form is Format.json:
-        print_json({"statistics": rows})
-        return
     width = max((len(str(row["count"])) for row in rows), default=0)
     print_out("".join("{count:>{w}}  {code}  {severity:<7}  {title}\n".format(w=width, **row) for row in rows))
 

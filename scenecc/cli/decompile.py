@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenecc.cli.options import OutputFile, at_least
-from scenecc.cli.output import STDOUT, Status, base_folder, end, print_err, refusal, usage_error, write_output
+from scenecc.cli.options import OutputFile, TableFormat, TableFormatOption, at_least
+from scenecc.cli.output import STDOUT, Status, base_folder, end, refusal, usage_error, write_output
+from scenecc.diagnostics import Diagnostic
 from scenecc.extras import EXTRAS, install_hint
 
 if TYPE_CHECKING:
@@ -23,21 +24,26 @@ def decompile(
     *,
     output: OutputFile = STDOUT,
     seed: Annotated[int, typer.Option("--seed", metavar="N", parser=at_least(0), help="Seed of the task's reset.")] = 0,
-    num_envs: Annotated[
+    num_scenes: Annotated[
         int,
         typer.Option(
-            "--num-envs", metavar="N", parser=at_least(1), help="Number of parallel scenes; each uses the next seed."
+            "--num-scenes",
+            "-n",
+            metavar="N",
+            parser=at_least(1),
+            help="Number of parallel scenes; each uses the next seed.",
         ),
     ] = 1,
     check: Annotated[
         bool, typer.Option("--check/--no-check", help="Build the file and compare it with the task's scene.")
     ] = True,
+    form: TableFormatOption = TableFormat.text,
 ) -> None:
     """Write the scene of a ManiSkill task as a scene file.
 
     The command builds and resets the task, and writes its live scene to a file: bodies, robots as their URDF with
     the task's changes, lights and cameras. It then builds the file, and prints all differences from the task's scene.
-    The task runs its own code. The extra `maniskill` and a render device are needed. With `--num-envs`, the file has
+    The task runs its own code. The extra `maniskill` and a render device are needed. With `--num-scenes`, the file has
     parallel scenes: environments reset with the seeds N, N + 1, and so on.
 
     Exit status: 0 equal, 1 different or not everything can be expressed in a scene file, 2 wrong usage, 3 the task
@@ -46,33 +52,48 @@ def decompile(
     \b
     Examples:
       scenecc decompile PickCube-v1 -o pick.yaml
-      scenecc decompile PegInsertionSide-v1 --seed 3 --num-envs 4
+      scenecc decompile PegInsertionSide-v1 --seed 3 --num-scenes 4
     """
+    if form == "json" and output == STDOUT:
+        raise typer.BadParameter("with --format json, the scene is written to a file: -o FILE", param_hint="'-o'")
     if (reason := refusal(output)) is not None:
-        end([usage_error("SC904", reason, file=output)])
+        end([usage_error("SC904", reason, file=output)], form)
     if lacking := EXTRAS["maniskill"].missing:
-        hint = install_hint("maniskill", "torch")
-        print_err(f"scenecc: tasks need {' and '.join(lacking)}, not installed here; {hint}\n")
-        raise typer.Exit(Status.machine)
+        needed = f"tasks need {' and '.join(lacking)}, not installed here"
+        end([usage_error("SC805", needed, hint=install_hint("maniskill", "torch"))], form)
     # Output of the task must not get into the file.
     shown, sys.stdout = sys.stdout, sys.stderr
+    base = base_folder(output) or Path.cwd()
+    try:
+        found = _decompile(task, base, seed, num_scenes, check=check)
+    finally:
+        sys.stdout = shown
+    if isinstance(found, Diagnostic):
+        end([found], form)
+    if (unwritten := write_output(output, found.text)) is not None:
+        end([usage_error(*unwritten, file=output)], form)
+    unequal = bool(found.problems or found.differences)
+    end(
+        [],
+        form,
+        data=lambda: {"file": output, "problems": found.problems, "differences": found.differences},
+        text=lambda: _summary(found),
+        beside=True,
+        least=Status.scene if unequal else Status.fine,
+    )
+
+
+def _decompile(task: str, base: Path, seed: int, num_scenes: int, *, check: bool) -> Decompiled | Diagnostic:
+    """Returns the scene of a task, or why the task cannot be built here."""
     try:
         from scenecc.maniskill.tasks import TaskFailure, decompile_task
     except ImportError as error:
-        print_err(f"scenecc: {error}\n")
-        raise typer.Exit(Status.machine) from None
+        return usage_error("SC805", str(error))
     try:
-        found = decompile_task(task, base=base_folder(output) or Path.cwd(), seed=seed, num_envs=num_envs, check=check)
+        return decompile_task(task, base=base, seed=seed, num_envs=num_scenes, check=check)
     except TaskFailure as failure:
-        print_err(f"scenecc: {failure}\n")
-        raise typer.Exit(Status.machine) from None
-    finally:
-        sys.stdout = shown
-    if (unwritten := write_output(output, found.text)) is not None:
-        end([usage_error(*unwritten, file=output)])
-    print_err(_summary(found))
-    unequal = bool(found.problems or found.differences)
-    raise typer.Exit(Status.scene if unequal else Status.fine)
+        message, _, hint = str(failure).partition("\n")
+        return usage_error("SC805", message, hint=hint or None)
 
 
 def _summary(found: Decompiled) -> str:

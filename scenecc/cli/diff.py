@@ -11,9 +11,10 @@ import typer
 
 from scenecc.cli.completion import complete_scene
 from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_options
-from scenecc.cli.output import Status, end, print_asides, print_json, print_out, scene_errors
+from scenecc.cli.output import Status, end, scene_errors
 from scenecc.cli.paths import STDIN, path_faults, source_of
 from scenecc.cli.tables import escape_text
+from scenecc.diagnostics.formats import wants_color
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -102,16 +103,15 @@ def diff(
         raise typer.BadParameter("standard input contains only one scene", param_hint="'B'")
     faults = [*path_faults(first, None), *path_faults(second, None)]
     if faults:
-        end(faults, least=Status.usage)  # status 1 means that the scenes differ
-    with scene_errors(options, least=Status.usage):
+        end(faults, form, least=Status.usage)  # status 1 means that the scenes differ
+    with scene_errors(options, form, least=Status.usage):
         a, b = (scenecc.open_scene(source_of(name), **options) for name in (first, second))
         comparison = a.diff(b)
     differences = comparison.differences
-    print_asides(comparison.diagnostics)
-    if form is TableFormat.json:
-        print_json({"differences": [asdict(difference) for difference in differences]})
-    else:
-        from scenecc.diagnostics.formats import wants_color
-
-        print_out(differences_text(differences, color=wants_color(sys.stdout)))
-    raise typer.Exit(Status.scene if differences else Status.fine)
+    end(
+        comparison.diagnostics,
+        form,
+        data=lambda: {"differences": [asdict(difference) for difference in differences]},
+        text=lambda: differences_text(differences, color=wants_color(sys.stdout)),
+        least=Status.scene if differences else Status.fine,
+    )

@@ -16,10 +16,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, Literal
 
-import typer
-
 from scenecc.cli.options import TableFormat, TableFormatOption
-from scenecc.cli.output import Status, print_json, print_out
+from scenecc.cli.output import Status, end
 from scenecc.extras import DRIVER_HINT, EXTRAS, install_hint
 from scenecc.files import cache_folder
 from scenecc.interrupt import child
@@ -74,23 +72,24 @@ def doctor(*, form: TableFormatOption = TableFormat.text) -> None:
     """
     engine, *devices = _engine()
     checks = [*_versions(), engine, *devices, *_extras(), *_assets(), _cache()]
-    if form is TableFormat.json:
-        print_json({"checks": [asdict(check) for check in checks]})
-    else:
-        _print_checks(checks)
-    if engine.state == "missing":
-        raise typer.Exit(Status.machine)
+    end(
+        [],
+        form,
+        data=lambda: {"checks": [asdict(check) for check in checks]},
+        text=lambda: _text(checks),
+        least=Status.machine if engine.state == "missing" else Status.fine,
+    )
 
 
-def _print_checks(checks: Sequence[DoctorCheck]) -> None:
+def _text(checks: Sequence[DoctorCheck]) -> str:
     width = max(len(check.name) for check in checks)
+    lines: list[str] = []
     for check in checks:
-        print_out(f"{check.state:7}  {check.name:{width}}  {check.found}\n")
-        if check.hint is not None:
-            for line in check.hint.splitlines():
-                print_out(f"{'':9}{'':{width}}  {line}\n")
+        lines.append(f"{check.state:7}  {check.name:{width}}  {check.found}\n")
+        lines += [f"{'':9}{'':{width}}  {line}\n" for line in (check.hint or "").splitlines()]
     if all(check.state == "ok" for check in checks if check.name == _ENGINE):
-        print_out(_NEXT)
+        lines.append(_NEXT)
+    return "".join(lines)
 
 
 def _versions() -> list[DoctorCheck]:

@@ -16,7 +16,7 @@ import typer
 
 from scenecc.cli.check import parse_seeds, refuse_seed_beside
 from scenecc.cli.options import SceneArgument, takes_compile_options
-from scenecc.cli.output import STDOUT, end, of_settings, print_out, progress, usage_error, write_output
+from scenecc.cli.output import STDOUT, end, print_out, progress, scene_errors, usage_error, write_output
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text, table
 
@@ -64,7 +64,7 @@ def draws(
     Examples:
       scenecc draws scenes/draws.yaml
       scenecc draws scenes/clutter.yaml --seeds 0:20 --scene 3 --format json
-      scenecc draws scenes/clutter.yaml --seeds 0:1000 --format parquet -o draws.parquet
+      scenecc draws scenes/clutter.yaml --seeds 0:1000 -o draws.parquet
     """
     import scenecc
 
@@ -78,17 +78,15 @@ def draws(
         from scenecc.extras import install_hint
 
         end([usage_error("SC828", "Parquet needs pyarrow, not installed here", hint=install_hint("sweep"))])
-    source = checked_source(scene, output)
-    try:
-        with progress("draws") as show:
-            found = scenecc.scene_draws(source, seeds=seeds, scenes=scenes, progress=show, **options)
-    except scenecc.SceneError as error:
-        end(of_settings(error.diagnostics, options["params"], scenes="--scene"))
+    beside = "json" if form == "json" else "text"
+    source = checked_source(scene, None if output == STDOUT else output, beside)
+    with scene_errors(options, beside), progress("draws") as show:
+        found = scenecc.scene_draws(source, seeds=seeds, scenes=scenes, progress=show, **options)
     content = _WRITERS[form](found)
     if output is None:
         print_out(content)
     elif (reason := write_output(output, content)) is not None:
-        end([usage_error(*reason, file=output)])
+        end([usage_error(*reason, file=output)], beside)
 
 
 def _rows(found: Sequence[SceneDraws]) -> Iterator[tuple[int, int, dict[str, Any]]]:
@@ -116,7 +114,7 @@ def _text(found: Sequence[SceneDraws]) -> str:
 
 def _json(found: Sequence[SceneDraws]) -> str:
     rows = [{"seed": seed, "scene": scene, "values": values} for seed, scene, values in _rows(found)]
-    return json.dumps({"draws": rows}, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps({"draws": rows, "diagnostics": []}, indent=2) + "\n"
 
 
 def _csv(found: Sequence[SceneDraws]) -> str:

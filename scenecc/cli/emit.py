@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
-from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -15,6 +14,8 @@ from scenecc.cli.options import (
     OutputFile,
     SceneArgument,
     Show,
+    TableFormat,
+    TableFormatOption,
     at_least,
     quote_text,
     takes_compile_options,
@@ -23,7 +24,6 @@ from scenecc.cli.output import (
     STDOUT,
     base_folder,
     end,
-    print_asides,
     print_needs,
     progress,
     scene_errors,
@@ -31,9 +31,6 @@ from scenecc.cli.output import (
     write_files,
 )
 from scenecc.cli.paths import checked_source
-
-if TYPE_CHECKING:
-    pass
 
 
 class Target(str, Enum):
@@ -66,12 +63,15 @@ EntityName = Annotated[
 def emit(
     scene: SceneArgument,
     *,
-    target: Annotated[Target, typer.Option("--to", help="Target format.")],
     output: OutputFile = STDOUT,
+    to: Annotated[
+        Target | None, typer.Option("--to", help="Target format.", show_default="that of the suffix of -o")
+    ] = None,
     index: SceneIndex = None,
     grid: Grid = False,
     show: Shown = Show.visual,
     entity: EntityName = None,
+    form: TableFormatOption = TableFormat.text,
     options: dict[str, Any],
 ) -> None:
     """Export a scene to another format.
@@ -83,39 +83,69 @@ def emit(
     Meshes are written to the folder FILE.assets.
 
     glb: the visuals of one scene, or of all scenes side by side, for viewers. usd: bodies, joints and visuals, as text
-    (.usda) or binary (.usdc). Features that a format does not support are reported as warnings.
+    (.usda) or binary (.usdc). Without --to, the suffix of -o selects the format; .xml is MJCF. Features that a format
+    does not support are reported as warnings.
 
     \b
     Examples:
       scenecc emit scenes/tabletop.yaml --to python
-      scenecc emit scenes/tabletop.yaml --to json -o tabletop.plan.json
-      scenecc emit scenes/tabletop.yaml --to mjcf -o tabletop.xml
-      scenecc emit scenes/robot_arm.yaml --to urdf --entity arm -o arm.urdf
-      scenecc emit scenes/variation.yaml --to glb --grid -o variation.glb
-      scenecc emit scenes/robot_arm.yaml --to usd -o arm.usda
+      scenecc emit scenes/tabletop.yaml -o tabletop.plan.json
+      scenecc emit scenes/tabletop.yaml -o tabletop.xml
+      scenecc emit scenes/robot_arm.yaml --entity arm -o arm.urdf
+      scenecc emit scenes/robot_arm.yaml --to urdf -o robots
+      scenecc emit scenes/variation.yaml --grid -o variation.glb
+      scenecc emit scenes/robot_arm.yaml -o arm.usda
     """
     import scenecc
     from scenecc.export import BINARY_SUFFIXES, EmitChoices
 
     asked = {"scene": index, "grid": grid, "show": show is Show.collision, "entity": entity}
-    folder = _check(target, output, asked)
-    source = checked_source(scene, output, folder=folder)
+    target = _choose_target(to, output)
+    folder = _is_folder(target, output, asked)
+    source = checked_source(scene, output, form, folder=folder)
     choices: EmitChoices = {"scene": index, "grid": grid, "show": show.value, "entity": entity, "folder": folder}
-    with scene_errors(options), progress("build") as told:
+    with scene_errors(options, form), progress("build") as told:
         name = None if output == STDOUT else Path(output).stem
         binary = target is Target.usd and Path(output).suffix.lower() in BINARY_SUFFIXES
         base = base_folder(output) if target in _TEXTS else None
         choices |= {"name": name, "binary": binary, "progress": told}
         made = scenecc.open_scene(source, **options).emit(target.value, base=base, **choices)
     reason = write_files(output, made.files, folder=folder)
-    print_asides(made.diagnostics)
-    if reason is not None:
-        end([usage_error(*reason, file=output)])
-    if target in _TEXTS:
+    found = made.diagnostics if reason is None else [*made.diagnostics, usage_error(*reason, file=output)]
+    if target in _TEXTS and reason is None and form == "text":
         print_needs(output, made)
+    names = list(made.files)
+    paths = [str(Path(output, name)) for name in names] if folder else [output, *_beside(output, names[1:])]
+    written = {"target": target.value, "files": paths, "needs": made.needs}
+    end(found, form, data=lambda: written if reason is None else {})
 
 
-def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
+def _beside(output: str, names: list[str]) -> list[str]:
+    return [str(Path(output).parent / name) for name in names]
+
+
+def _choose_target(to: Target | None, output: str) -> Target:
+    """Returns the target that `--to` or the suffix of the output names. Raises typer.BadParameter if there is none, or
+    if they differ.
+    """
+    from scenecc.export import SUFFIXES, target_of
+
+    suffix = Path(output).suffix.lower()
+    if to is None:
+        try:
+            return Target(target_of(Path(output)))
+        except ValueError:
+            known = ", ".join(f"{suffixes[0]} ({target})" for target, suffixes in SUFFIXES.items())
+            message = f"give --to, or an output -o FILE with one of the suffixes {known}"
+            raise typer.BadParameter(message, param_hint="'--to'") from None
+    others = [target for target, suffixes in SUFFIXES.items() if suffix in suffixes]
+    if others and to.value not in others:
+        message = f"{quote_text(output)} ends in the suffix of {' or '.join(others)}, not of --to {to.value}"
+        raise typer.BadParameter(message, param_hint="'-o'")
+    return to
+
+
+def _is_folder(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
     """Returns whether the output is a folder. Raises typer.BadParameter for options or a file that the target does not
     accept.
     """
@@ -126,10 +156,9 @@ def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
         check_choice(target.value, given)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
-    suffix, suffixes = Path(output).suffix.lower(), None if target in _TEXTS else SUFFIXES[target.value]
-    if output == STDOUT or suffixes is None or suffix in suffixes:
+    suffixes = SUFFIXES[target.value]
+    if output == STDOUT or target in _TEXTS or Path(output).suffix.lower() in suffixes:
         return False
-    several = target is Target.urdf and "entity" not in given
-    if not several or suffix in chain(*(SUFFIXES[one.value] for one in Target if one not in _TEXTS)):
+    if target is not Target.urdf or "entity" in given:
         raise typer.BadParameter(f"{quote_text(output)} must end in {' or '.join(suffixes)}", param_hint="'-o'")
     return True

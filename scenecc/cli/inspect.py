@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -14,11 +14,9 @@ from scenecc.cli.options import (
     at_least,
     takes_compile_options,
 )
-from scenecc.cli.output import print_asides, print_json, print_out, progress, scene_errors
+from scenecc.cli.output import end, progress, scene_errors
 from scenecc.cli.paths import checked_source
-
-if TYPE_CHECKING:
-    pass
+from scenecc.cli.tables import tree_text
 
 Scene = Annotated[
     int | None, typer.Option("--scene", metavar="K", parser=at_least(0), help="Show the values of this scene.")
@@ -64,16 +62,9 @@ def inspect(
     """
     import scenecc
 
-    source = checked_source(scene)
-    with scene_errors(options), progress("build") as show:
+    source = checked_source(scene, form=form)
+    with scene_errors(options, form), progress("build") as show:
         inspection = scenecc.open_scene(source, **options).inspect(
             scene=index, entity=entity, depth=depth, build=ask, progress=show
         )
-    item = inspection.item
-    print_asides(inspection.diagnostics)
-    if form is TableFormat.json:
-        print_json(item.data())
-    else:
-        from scenecc.cli.tables import tree_text
-
-        print_out(tree_text(item))
+    end(inspection.diagnostics, form, data=inspection.item.data, text=lambda: tree_text(inspection.item))

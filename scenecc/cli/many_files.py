@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn, TypeVar
 
 import typer
 
-from scenecc.cli.options import Format, at_least, quote_text
-from scenecc.cli.output import counted, end, print_err, print_out, progress, usage_error
+from scenecc.cli.options import at_least, quote_text
+from scenecc.cli.output import counted, end, print_note, print_out, progress, usage_error
 from scenecc.cli.paths import STDIN, Found
 from scenecc.jobs import Died, completed
 from scenecc.simulation.summary import Checked
@@ -54,7 +54,7 @@ def run_each(
 
 Jobs = Annotated[
     int | None,
-    typer.Option("--jobs", metavar="N", parser=at_least(1), help="Number of processes.", show_default="one"),
+    typer.Option("--jobs", "-j", metavar="N", parser=at_least(1), help="Number of processes.", show_default="1"),
 ]
 
 _SHARD: Final = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
@@ -76,8 +76,8 @@ ChangedSince = Annotated[
     typer.Option("--changed-since", metavar="REV", help="Take only scenes that changed since a git revision."),
 ]
 
-Make = Callable[[str, str], "tuple[list[Diagnostic], str]"]
-"""Makes the second path from the first. Returns diagnostics and a line for standard output."""
+Make = Callable[[str, str], "tuple[list[Diagnostic], str, list[dict[str, Any]]]"]
+"""Makes the second path from the first. Returns diagnostics, a text for people, and the written files for programs."""
 
 _SMALL: Final = {"scenecc": 1, "entities": {"box": {"shapes": [{"type": "box", "half_size": [1, 1, 1]}]}}}
 """A scene that loads and creates everything that all files need."""
@@ -149,7 +149,7 @@ def write_each(
     suffix: str,
     jobs: int | None,
     make: Make,
-    form: Format = Format.text,
+    form: str = "text",
     choose: Callable[[Found], list[Diagnostic]] | None = None,
 ) -> NoReturn:
     """Writes one output per file, in separate processes, prints the results in order, and exits with the status.
@@ -169,19 +169,22 @@ def write_each(
     if choose is not None and targets:
         diagnostics += choose(found)
 
-    def one(file: str) -> tuple[list[Diagnostic], str]:
+    def one(file: str) -> tuple[list[Diagnostic], str, list[dict[str, Any]]]:
         return make(file, targets[file])
 
     files = [file for file in targets if file in found.files]
-    if found.left_out and form is Format.text:
-        print_err(f"{len(files)} of {len(targets)} files: {', '.join(found.left_out)}\n")
+    if found.left_out and form == "text":
+        print_note(f"{len(files)} of {len(targets)} files: {', '.join(found.left_out)}\n")
+    made: list[dict[str, Any]] = []
     for file, result in zip(files, run_each(one, files, jobs or 1, command), strict=True):
         if isinstance(result, Died):
             diagnostics.append(_death(file, result))
-        else:
-            diagnostics += result[0]
+            continue
+        diagnostics += result[0]
+        made += result[2]
+        if form == "text":
             print_out(result[1])
-    end(diagnostics, form)
+    end(diagnostics, form, data=lambda: {"files": made})
 
 
 def _targets(files: Sequence[str], output: str, suffix: str, faults: list[Diagnostic]) -> Mapping[str, str]:

@@ -162,7 +162,7 @@ ScenePaths = Annotated[
 OutputFile = Annotated[str, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")]
 NumScenes = Annotated[
     int | None,
-    typer.Option("--num-scenes", metavar="N", parser=at_least(1), help="Number of scenes, overriding the file."),
+    typer.Option("--num-scenes", "-n", metavar="N", parser=at_least(1), help="Number of scenes, overriding the file."),
 ]
 Seed = Annotated[
     int | None,
@@ -204,8 +204,11 @@ AllowOutside = Annotated[
 Limits = Annotated[
     list[str] | None, typer.Option("--limit", metavar="NAME=VALUE", help="Change a limit; may be repeated.")
 ]
-TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="Format of the result.")]
-FormatOption = Annotated[Format, typer.Option("--format", help="Format of the diagnostics.")]
+TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="Format of the output.")]
+FormatOption = Annotated[
+    Format, typer.Option("--format", help="Format of the output; from github on, of the diagnostics only.")
+]
+Timings = Annotated[bool, typer.Option("--timings", help="Print the time of each stage, on standard error.")]
 
 _COMPILE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "num_scenes": (NumScenes, None),

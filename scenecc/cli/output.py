@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 import typer
 
-from scenecc.cli.options import Format
 from scenecc.files import replace_all, replace_set
 from scenecc.interrupt import undoing
 
@@ -67,6 +66,22 @@ def print_err(text: str) -> None:
     with suppress(OSError):
         sys.stderr.write(text)
         sys.stderr.flush()
+
+
+_quiet = False
+"""Whether only results and diagnostics are printed."""
+
+
+def set_quiet(on: bool) -> None:
+    """Sets the option `--quiet` of this process."""
+    global _quiet  # noqa: PLW0603 - an option of the process
+    _quiet = on
+
+
+def print_note(text: str) -> None:
+    """Writes a count, a time or another note to standard error, unless `--quiet` is given."""
+    if not _quiet:
+        print_err(text)
 
 
 def refusal(target: str) -> str | None:
@@ -168,7 +183,7 @@ def print_needs(target: str, made: Emitted) -> None:
     needs += made.needs[:_MOST_NEEDS]
     needs += [f"{len(made.needs) - _MOST_NEEDS} more"] if len(made.needs) > _MOST_NEEDS else []
     if needs:
-        print_err(f"{'the output' if target == STDOUT else target} needs {', '.join(needs)}\n")
+        print_note(f"{'the output' if target == STDOUT else target} needs {', '.join(needs)}\n")
 
 
 def unwritten(name: str, error: OSError) -> Unwritten:
@@ -209,17 +224,16 @@ def _status_of(diagnostic: Diagnostic) -> Status:
     return Status[CODES[diagnostic.code].at_fault] if diagnostic.code in CODES else Status.scene
 
 
-_OPTIONS: Final = {"target": "--to"}
+_OPTIONS: Final = {"target": "--to", "scenes": "--scene"}
 """Options whose names differ from the API's arguments."""
 
 
-def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str], **options: str) -> list[Diagnostic]:
+def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str]) -> list[Diagnostic]:
     """Rewrites diagnostics about the API's arguments as diagnostics about options.
 
     Args:
         diagnostics: those of the API.
         settings: names of the parameters that `--set` sets.
-        options: argument → option, where the names differ.
     """
     from dataclasses import replace
 
@@ -232,19 +246,23 @@ def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str], **o
         if one.file == _PARAMS and one.line is None:
             option = f"{_SET} {one.path}" if one.path in settings else _SET
         elif one.file is None and one.path and one.code in CODES and CODES[one.code].at_fault == "usage":
-            option = (_OPTIONS | options).get(one.path, f"--{one.path.replace('_', '-')}")
+            option = _OPTIONS.get(one.path, f"--{one.path.replace('_', '-')}")
         found.append(replace(one, location=Location(None), path=option) if option else one)
     return found
 
 
-def print_json(data: Any) -> None:
-    """Prints a result as JSON."""
-    print_out(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+def print_json(data: Mapping[str, Any], diagnostics: Sequence[Diagnostic] = ()) -> None:
+    """Prints a result and the diagnostics beside it as one JSON document, in ASCII: no escape sequence of a scene gets
+    into it.
+    """
+    from scenecc.diagnostics.formats.json_text import records
+
+    print_out(json.dumps({**data, "diagnostics": records(diagnostics)}, indent=2) + "\n")
 
 
 def print_findings(
     diagnostics: Sequence[Diagnostic],
-    form: Format,
+    form: str,
     *,
     files: Sequence[str] = (),
     corrections: Sequence[Diagnostic] | None = None,
@@ -259,34 +277,56 @@ def print_findings(
         corrections: as in `render`.
         simulated: as in `render`.
     """
-    if form is Format.text and not diagnostics:
+    if form == "text" and not diagnostics:
         return  # nothing to print, so load nothing
     from scenecc.diagnostics.formats import render, wants_color
 
     color = wants_color(sys.stdout)
-    print_out(render(diagnostics, form.value, color=color, files=files, corrections=corrections, simulated=simulated))
+    print_out(render(diagnostics, form, color=color, files=files, corrections=corrections, simulated=simulated))
 
 
-def print_asides(diagnostics: Sequence[Diagnostic], form: Format = Format.text) -> None:
-    """Prints diagnostics beside another result: text on standard error, other formats on standard output."""
-    if form is not Format.text:
-        print_findings(diagnostics, form)
-    elif diagnostics:
+def print_asides(diagnostics: Sequence[Diagnostic]) -> None:
+    """Prints diagnostics beside another result, on standard error."""
+    if diagnostics:
         from scenecc.diagnostics.formats import render, wants_color
 
         print_err(render(diagnostics, color=wants_color(sys.stderr)))
 
 
-def end(diagnostics: Sequence[Diagnostic], form: Format = Format.text, *, least: Status = Status.fine) -> NoReturn:
-    """Ends the command: prints diagnostics, and exits with their status or `least`, whichever is higher."""
-    print_asides(diagnostics, form)
+def end(
+    diagnostics: Sequence[Diagnostic],
+    form: str = "text",
+    *,
+    data: Callable[[], Mapping[str, Any]] = dict,
+    text: Callable[[], str] = str,
+    beside: bool = False,
+    least: Status = Status.fine,
+) -> NoReturn:
+    """Ends the command: prints its result and its diagnostics in the same format, and exits with their status.
+
+    As text, the result is on standard output and the diagnostics are on standard error. As JSON, both are one document.
+    The formats of CI services have only diagnostics.
+
+    Args:
+        diagnostics: diagnostics to print.
+        form: the value of `--format`.
+        data: returns the result for programs.
+        text: returns the result for people.
+        beside: whether standard output holds a file, so that the text is printed on standard error.
+        least: lowest exit status.
+    """
+    if form == "text":
+        (print_err if beside else print_out)(text())
+        print_asides(diagnostics)
+    elif form == "json":
+        print_json(data(), diagnostics)
+    else:
+        print_findings(diagnostics, form)
     raise typer.Exit(max(status(diagnostics), least))
 
 
 @contextmanager
-def scene_errors(
-    options: Mapping[str, Any], form: Format = Format.text, *, least: Status = Status.fine
-) -> Generator[None]:
+def scene_errors(options: Mapping[str, Any], form: str = "text", *, least: Status = Status.fine) -> Generator[None]:
     """Ends the command with the diagnostics of a `SceneError` raised inside. `options`: the compile options."""
     import scenecc
 
@@ -368,7 +408,7 @@ def progress(label: str, *, where: bool = True, clock: bool = True) -> Generator
     Yields None if nobody would see the bar, or if `where` is false because another bar is shown. `clock`: draw from a
     thread; must be false if the work forks.
     """
-    if not where or not sys.stderr.isatty():
+    if _quiet or not where or not sys.stderr.isatty():
         yield None
         return
     bar = _Bar(label)

@@ -13,10 +13,6 @@ from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_op
 from scenecc.cli.output import (
     STDOUT,
     end,
-    print_asides,
-    print_err,
-    print_json,
-    print_out,
     scene_errors,
     unwritten,
     usage_error,
@@ -64,28 +60,22 @@ def pack(
     import scenecc
 
     _check_usage(scene, output, listed=listed)
-    if faults := [*path_faults(scene, output), *_report_missing(add or [])]:
-        end(faults)
-    with scene_errors(options):
+    if faults := [*path_faults(scene, output, form), *_report_missing(add or [])]:
+        end(faults, form)
+    with scene_errors(options, form):
         if listed:
             from scenecc.pack import read_pack
 
-            manifest, content = read_pack(scene).manifest, None
+            manifest, content, found = read_pack(scene).manifest, None, ()
         else:
             try:
                 packed = scenecc.pack_scene(scene, add=add or (), **options)
             except OSError as error:
-                end([usage_error(*unwritten(error.filename or output or scene, error), file=output)])
-            manifest, content = packed.manifest, packed.content
-            print_asides(packed.diagnostics)
-    if content is not None and output is not None:
-        if (fault := write_output(output, content)) is not None:
-            end([usage_error(*fault, file=output)])
-        print_err(f"{output}: {len(manifest.files)} file{'s' * (len(manifest.files) != 1)}, {len(content)} bytes\n")
-    elif form is TableFormat.json:
-        print_json(manifest.model_dump())
-    else:
-        print_out(_text(manifest))
+                end([usage_error(*unwritten(error.filename or output or scene, error), file=output)], form)
+            manifest, content, found = packed.manifest, packed.content, packed.diagnostics
+    if content is not None and output is not None and (fault := write_output(output, content)) is not None:
+        end([usage_error(*fault, file=output)], form)
+    end(found, form, data=manifest.model_dump, text=lambda: _text(manifest, output, content), beside=not listed)
 
 
 def _check_usage(scene: str, output: str | None, *, listed: bool) -> None:
@@ -104,7 +94,9 @@ def _report_missing(paths: list[Path]) -> list[Diagnostic]:
     return [usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in missing]
 
 
-def _text(manifest: Manifest) -> str:
-    """Returns one line per file, in the format of `sha256sum`; the scene first."""
+def _text(manifest: Manifest, output: str | None, content: bytes | None) -> str:
+    """Returns a line about the written pack; or one line per file, in the format of `sha256sum`, the scene first."""
+    if content is not None:
+        return f"{output}: {len(manifest.files)} file{'s' * (len(manifest.files) != 1)}, {len(content)} bytes\n"
     names = [manifest.entry, *(name for name in manifest.files if name != manifest.entry)]
     return "".join(f"{manifest.files[name]}  {name}\n" for name in names)

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenecc.cli.options import SceneArgument, TableFormat, TableFormatOption, takes_compile_options
-from scenecc.cli.output import print_json, print_out, scene_errors
+from scenecc.cli.output import end, scene_errors
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text, table
 
@@ -34,13 +34,10 @@ def params(
     """
     import scenecc
 
-    source = checked_source(scene)
-    with scene_errors(options):
+    source = checked_source(scene, form=form)
+    with scene_errors(options, form):
         rows = scenecc.list_params(source, **options)
-    if form is TableFormat.json:
-        print_json({"parameters": params_data(rows)})
-    else:
-        print_out(params_table(rows))
+    end([], form, data=lambda: {"parameters": params_data(rows)}, text=lambda: params_table(rows))
 
 
 def params_table(rows: Sequence[ParamRow]) -> str:

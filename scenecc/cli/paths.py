@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
-from scenecc.cli.options import Format
 from scenecc.cli.output import STDOUT, end, folder_refusal, refusal, usage_error
 from scenecc.files import ARCHIVE, PACK_SUFFIX, NotAFileError, open_regular
 
@@ -159,7 +158,7 @@ def source_of(scene: str) -> str | BinaryIO:
 
 
 def checked_source(
-    scene: str, output: str | None = None, form: Format = Format.text, *, folder: bool = False
+    scene: str, output: str | None = None, form: str = "text", *, folder: bool = False
 ) -> str | BinaryIO:
     """Returns the source of a scene, or ends the command if `path_faults` finds something. Same arguments."""
     if faults := path_faults(scene, output, form, folder=folder):
@@ -168,7 +167,7 @@ def checked_source(
 
 
 def path_faults(
-    scene: str, output: str | None, form: Format = Format.text, *, folder: bool = False, source: str = "scene"
+    scene: str, output: str | None, form: str = "text", *, folder: bool = False, source: str = "scene"
 ) -> list[Diagnostic]:
     """Returns diagnostics about the paths of the scene and the output.
 
@@ -187,8 +186,8 @@ def path_faults(
         faults.append(usage_error("SC901", message, file=scene, hint=f"name a {source} file in it"))
     if output is None:
         return faults
-    if output == STDOUT and form is not Format.text:
-        message = f"standard output cannot hold both the result (`-o -`) and diagnostics as {form.value}"
+    if output == STDOUT and form != "text":
+        message = f"standard output cannot hold both the result (`-o -`) and diagnostics as {form}"
         faults.append(usage_error("SC906", message, file=output, hint="name a file after -o"))
     elif scene != STDIN and _is_same_file(scene, output):
         message = f"`{output}` is the {source} itself and would be overwritten"

@@ -10,7 +10,7 @@ import typer
 
 from scenecc.cli.completion import complete_prefab
 from scenecc.cli.options import TableFormat, TableFormatOption
-from scenecc.cli.output import end, print_json, print_out, usage_error
+from scenecc.cli.output import end, usage_error
 from scenecc.cli.params import params_data, params_table
 from scenecc.cli.tables import escape_text, table
 
@@ -25,7 +25,7 @@ def prefabs(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="[NAME]", help="A prefab, such as table or scenecc:table.", autocompletion=complete_prefab
+            metavar="NAME", help="A prefab, such as table or scenecc:table.", autocompletion=complete_prefab
         ),
     ] = None,
     *,
@@ -37,6 +37,7 @@ def prefabs(
     Examples:
       scenecc prefabs
       scenecc prefabs table
+      scenecc prefabs --format json
     """
     import scenecc
 
@@ -45,24 +46,20 @@ def prefabs(
         full = name if name.startswith(_SHIPPED) else _SHIPPED + name
         chosen = [row for row in rows if row.name == full]
         if not chosen:
-            _refuse(name, [row.name for row in rows])
+            _refuse(name, [row.name for row in rows], form)
         rows = chosen
-    if form is TableFormat.json:
-        print_json({"prefabs": _data(rows)})
-    elif name is None:
-        print_out(_table(rows))
-    else:
-        print_out(f"{rows[0].name}: {rows[0].description}\n{_editions(rows[0])}\n{params_table(rows[0].params)}")
+    text = _table if name is None else _one
+    end([], form, data=lambda: {"prefabs": _data(rows)}, text=lambda: text(rows))
 
 
-def _refuse(name: str, known: list[str]) -> NoReturn:
+def _refuse(name: str, known: list[str], form: str) -> NoReturn:
     from scenecc.diagnostics.messages import cut, listed, nearest
 
     # The common prefix would make any word look similar.
     near = nearest(name.removeprefix(_SHIPPED), [other.removeprefix(_SHIPPED) for other in known])
     hint = listed(known, name, "`scenecc prefabs`") if near is None else f"did you mean `{_SHIPPED}{near}`?"
     unknown = usage_error("SC909", f"no prefab `{cut(name)}` ships with scenecc", hint=hint)
-    end([unknown])
+    end([unknown], form)
 
 
 def _table(rows: Sequence[PrefabRow]) -> str:
@@ -70,6 +67,10 @@ def _table(rows: Sequence[PrefabRow]) -> str:
 
     cells = [(row.name, escape_text(row.description), ", ".join(param.name for param in row.params)) for row in rows]
     return table(_HEAD, cells, color=wants_color(sys.stdout))
+
+
+def _one(rows: Sequence[PrefabRow]) -> str:
+    return f"{rows[0].name}: {rows[0].description}\n{_editions(rows[0])}\n{params_table(rows[0].params)}"
 
 
 def _editions(row: PrefabRow) -> str:

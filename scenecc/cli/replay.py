@@ -14,7 +14,7 @@ from scenecc.cli.output import (
     end,
     outlive_pipes,
     print_asides,
-    print_err,
+    print_note,
     print_out,
     progress,
     refusal,
@@ -50,7 +50,10 @@ File = Annotated[
 AnyVersion = Annotated[
     bool, typer.Option("--any-version", help="Accept versions that differ from the passport, with a warning.")
 ]
-Render = Annotated[str | None, typer.Option("--render", metavar="FILE.png", help="Write a picture of the scene.")]
+Output = Annotated[
+    str | None,
+    typer.Option("--output", "-o", metavar="FILE.png", help="Write a picture of the scene; - is standard output."),
+]
 View = Annotated[bool, typer.Option("--view", help="Show the scene in the browser.")]
 
 
@@ -59,7 +62,7 @@ def replay(
     *,
     file: File = None,
     any_version: AnyVersion = False,
-    render: Render = None,
+    output: Output = None,
     view: View = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
@@ -73,14 +76,14 @@ def replay(
     Examples:
       scenecc replay passport.json
       scenecc replay passport.json --file scenes/clutter.yaml --view
-      scenecc replay - --render start.png < passport.json
+      scenecc replay - -o start.png < passport.json
     """
     from scenecc.passports import build_replay, open_passport
 
-    if render is not None and (reason := refusal(render)) is not None:
-        end([usage_error("SC904", reason, file=render)], form)
-    if render not in {None, STDOUT} and not str(render).lower().endswith(".png"):
-        raise typer.BadParameter(f"{quote_text(str(render))} must end in .png", param_hint="'--render'")
+    if output is not None and (reason := refusal(output)) is not None:
+        end([usage_error("SC904", reason, file=output)], form)
+    if output not in {None, STDOUT} and not str(output).lower().endswith(".png"):
+        raise typer.BadParameter(f"{quote_text(str(output))} must end in .png", param_hint="'-o'")
     is_text = passport.lstrip()[:1] == "{"
     if not is_text and passport != STDIN and not os.path.lexists(passport):
         end([usage_error("SC901", f"there is no file `{passport}`", file=passport)], form)
@@ -90,16 +93,23 @@ def replay(
         known, compiled = open_passport(text, file=source, any_version=any_version, **options)
         build_replay(known, compiled, render=False).close()
     found = compiled.sink.diagnostics()
-    if form is Format.text:
-        said = f"scene {known.scene} of {known.num_scenes}: the initial state equals the passport's, bit for bit"
-        (print_err if render == STDOUT else print_out)(f"{said}\n")
     with scene_errors(options, form):
-        if render is not None:
-            found += _picture(known, compiled, render)
-        if view:
-            print_asides(found, form)
+        if output is not None:
+            found += _picture(known, compiled, output)
+    said = f"scene {known.scene} of {known.num_scenes}: the initial state equals the passport's, bit for bit"
+    if view:
+        (print_note if form == "json" or output == STDOUT else print_out)(f"{said}\n")
+        print_asides(found)
+        with scene_errors(options, form):
             _serve(known, compiled)
-    end(found, form)
+    picture = f"{escape_text(output)}: scene {known.scene}\n" if output not in {None, STDOUT} else ""
+    end(
+        found,
+        form,
+        data=lambda: {"scene": known.scene, "num_scenes": known.num_scenes, "seed": known.seed, "picture": output},
+        text=lambda: f"{said}\n{picture}",
+        beside=output == STDOUT,
+    )
 
 
 def _picture(known: PassportContent, compiled: CompiledSource, target: str) -> list[Any]:
@@ -108,8 +118,6 @@ def _picture(known: PassportContent, compiled: CompiledSource, target: str) -> l
 
     made = scenecc.render_scene(compiled, scenes=str(known.scene))
     reason = write_output(target, made.png())
-    if reason is None and target != STDOUT:
-        print_out(f"{escape_text(target)}: scene {known.scene}\n")
     return [] if reason is None else [usage_error(*reason, file=target)]
 
 
@@ -117,9 +125,9 @@ def _serve(known: PassportContent, compiled: CompiledSource) -> None:
     import scenecc
 
     outlive_pipes()  # a browser may go away
-    print_err("Press Ctrl-C to stop.\n")
-    look = scenecc.ViewOptions(scene=known.scene)
-    scenecc.view_scene(compiled, look=look, ready=lambda url: print_out(f"{url}\n"))
+    print_note("Press Ctrl-C to stop.\n")
+    shown = scenecc.ViewOptions(scene=known.scene)
+    scenecc.view_scene(compiled, options=shown, on_ready=lambda url: print_out(f"{url}\n"))
 
 
 replay = takes_compile_options(replay, {"starts", "asset_roots", "allow_outside_assets", "limits"})

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from scenecc.cli.output import print_json
+import json
+
+from scenecc.cli.output import print_out
 
 
 def schema() -> None:
@@ -16,4 +18,4 @@ def schema() -> None:
     """
     import scenecc
 
-    print_json(scenecc.json_schema())
+    print_out(json.dumps(scenecc.json_schema(), indent=2, ensure_ascii=False) + "\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -10,7 +11,7 @@ import typer
 
 from scenecc.cli.check import parse_seconds, parse_seeds, refuse_seed_beside
 from scenecc.cli.options import Format, FormatOption, SceneArgument, takes_compile_options
-from scenecc.cli.output import STDOUT, end, print_out, progress, scene_errors, usage_error, write_files
+from scenecc.cli.output import STDOUT, end, progress, scene_errors, usage_error, write_files
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text
 
@@ -45,7 +46,7 @@ def settle(
     Examples:
       scenecc settle scenes/clutter.yaml -o starts.json
       scenecc settle scenes/clutter.yaml --seeds 0:100 -o starts.json
-      scenecc settle scenes/clutter.yaml --num-scenes 16 --seeds 0:20 --seconds 5 -o starts.json
+      scenecc settle scenes/clutter.yaml -n 16 --seconds 5 -o starts.json
     """
     import scenecc
 
@@ -69,6 +70,13 @@ def settle(
             end([*found, usage_error(*reason, file=output)], form)
     else:
         found.append(usage_error("SC937", f"no scene has a start: {made.summary()}", file=scene))
-    if made.kept and form is Format.text:
-        print_out(f"{escape_text(made.summary())}\n")
-    end(found, form)
+    end(
+        found,
+        form,
+        data=lambda: {
+            "starts": output if made.kept else None,
+            "kept": made.kept,
+            "dropped": list(map(asdict, made.dropped)),
+        },
+        text=lambda: f"{escape_text(made.summary())}\n" if made.kept else "",
+    )

@@ -14,14 +14,13 @@ from scenecc.cli.completion import complete_scene
 from scenecc.cli.many_files import parse_shard
 from scenecc.cli.options import (
     Camera,
-    Format,
     TableFormat,
     TableFormatOption,
     at_least,
     quote_text,
     takes_compile_options,
 )
-from scenecc.cli.output import end, print_err, print_json, progress, scene_errors, status, usage_error
+from scenecc.cli.output import end, print_json, print_note, progress, scene_errors, status, usage_error
 from scenecc.cli.paths import STDIN, find_files
 from scenecc.cli.render_options import parse_size
 from scenecc.cli.settings import ProjectSettings, SettingsFinder
@@ -57,7 +56,7 @@ class _Wanted:
         return self.settings.apply(without_lacks(diagnostics) if self.is_part else diagnostics, scene)
 
 
-def _find_scenes(paths: list[str]) -> dict[str, _Wanted]:
+def _find_scenes(paths: list[str], form: str) -> dict[str, _Wanted]:
     """Returns the files to sweep and their settings. Ends the command if a path or setting is wrong."""
     found = find_files(paths)
     faults = found.faults()
@@ -66,7 +65,7 @@ def _find_scenes(paths: list[str]) -> dict[str, _Wanted]:
     finder, parts = SettingsFinder(None, (), strict=False), Parts(found.files)
     wanted = {file: _Wanted(finder.of(file), file in parts) for file in found.files}
     if faults := [*faults, *finder.faults]:
-        end(faults)
+        end(faults, form)
     return wanted
 
 
@@ -106,7 +105,9 @@ def sweep(
     ] = 1.0,
     camera: Camera = None,
     size: Annotated[str | None, typer.Option("--size", metavar="WxH", help="Size of each picture [px].")] = None,
-    jobs: Annotated[int, typer.Option("--jobs", metavar="N", parser=at_least(1), help="Number of processes.")] = 1,
+    jobs: Annotated[
+        int, typer.Option("--jobs", "-j", metavar="N", parser=at_least(1), help="Number of processes.")
+    ] = 1,
     ray: Annotated[bool, typer.Option("--ray", help="Use Ray on this machine.")] = False,
     ray_address: Annotated[
         str | None, typer.Option("--ray-address", metavar="HOST:PORT", help="Use the Ray cluster with this head node.")
@@ -126,13 +127,13 @@ def sweep(
     Examples:
       scenecc sweep scenes/clutter.yaml --seeds 0:100 -o out --jobs 4
       scenecc sweep scenes --do check,render,state --size 320x240 -o out
-      scenecc sweep scenes/clutter.yaml --seeds 0:10000 -o out --ray-address 10.0.0.1:6379
+      scenecc sweep scenes/clutter.yaml -o out --ray-address 10.0.0.1:6379
       scenecc sweep scenes/clutter.yaml --seeds 0:10000 -o out --shard 3/20
     """
     import scenecc
 
-    wanted = _find_scenes(paths)
-    with scene_errors(options), progress("sweep", clock=False) as show:
+    wanted = _find_scenes(paths, form)
+    with scene_errors(options, form), progress("sweep", clock=False) as show:
         result = scenecc.sweep(
             list(wanted),
             output=output,
@@ -152,15 +153,15 @@ def sweep(
     _conclude(result, form, strict=any(one.settings.strict for one in wanted.values()))
 
 
-def _conclude(result: Sweep, form: TableFormat, *, strict: bool) -> None:
+def _conclude(result: Sweep, form: str, *, strict: bool) -> None:
     """Prints the findings and the path of the table, and exits with the status. `strict`: warnings count as errors."""
     table = None if result.table is None else str(result.table)
-    if form is TableFormat.json:
+    if form == "json":
         done = {"table": table, "units": result.units, "done": result.done}
         print_json({**done, "statistics": statistics(result.counts)})
     else:
-        print_statistics(result.counts, Format.text)
+        print_statistics(result.counts)
         what = f"{result.done} of {result.units} units done"
-        print_err(f"{what}; table in {table}\n" if table else f"{what}; the other parts are missing\n")
+        print_note(f"{what}; table in {table}\n" if table else f"{what}; the other parts are missing\n")
     found = [Diagnostic(code, cast("Severity", severity), "", Location(None)) for code, severity in result.counts]
     raise typer.Exit(status(found, strict=strict))

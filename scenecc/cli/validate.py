@@ -11,7 +11,7 @@ import typer
 from scenecc.cli.checking import CHECK_OPTIONS, Check, ScenesOnly, run_checks
 from scenecc.cli.corrections import corrected, summary
 from scenecc.cli.options import Format, FormatOption, ScenePaths, takes_compile_options
-from scenecc.cli.output import of_settings, print_err
+from scenecc.cli.output import of_settings, print_err, print_note
 from scenecc.cli.paths import STDIN, find_files, source_of
 from scenecc.simulation.summary import Checked
 
@@ -70,7 +70,7 @@ def validate(
     try:
         run_checks("validate", found, {**others, "cache": False}, asked, correct, form=form, corrections=made)
     finally:
-        print_err(summary(made or ()))
+        print_note(summary(made or ()))
 
 
 def _correct(

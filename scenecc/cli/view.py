@@ -21,6 +21,7 @@ from scenecc.cli.output import (
     outlive_pipes,
     print_asides,
     print_err,
+    print_note,
     print_out,
     progress,
     scene_errors,
@@ -40,19 +41,22 @@ if TYPE_CHECKING:
 Scene = Annotated[int, typer.Option("--scene", metavar="K", parser=at_least(0), help="Scene to show first.")]
 Grid = Annotated[bool, typer.Option("--grid", help="Show all scenes side by side.")]
 Shadows = Annotated[bool, typer.Option("--shadows/--no-shadows", help="Draw shadows; slow in a browser without a GPU.")]
-Export = Annotated[
+Output = Annotated[
     str | None,
-    typer.Option("--export", metavar="FILE.html", help="Write a self-contained page and exit."),
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE.html",
+        help="Write a self-contained page instead of serving one; - is standard output.",
+    ),
 ]
-Steps = Annotated[
-    int, typer.Option("--steps", metavar="N", parser=at_least(0), help="Steps to record (with --export).")
-]
+Steps = Annotated[int, typer.Option("--steps", metavar="N", parser=at_least(0), help="Steps to record (with -o).")]
 Host = Annotated[
     str | None,
     typer.Option(
         "--host",
         metavar="ADDRESS",
-        help="Address to listen on. 0.0.0.0 lets other machines connect: see --token.",
+        help="Address to listen on. 0.0.0.0 lets other machines connect, with a token.",
         show_default="127.0.0.1",
     ),
 ]
@@ -68,8 +72,14 @@ Port = Annotated[
 ]
 Token = Annotated[
     str | None,
-    typer.Option("--token", metavar="TOKEN", help="Require this token in the address; auto generates one."),
+    typer.Option(
+        "--token",
+        metavar="TOKEN",
+        help="Require this token in the address; auto generates one.",
+        show_default="auto if other machines can connect",
+    ),
 ]
+NoToken = Annotated[bool, typer.Option("--no-token", help="Let anyone who can connect control the scene.")]
 Open = Annotated[bool, typer.Option("--open", help="Open the page in the browser.")]
 
 
@@ -81,11 +91,12 @@ def view(
     grid: Grid = False,
     show: Annotated[Show, typer.Option("--show", help="Shapes to show first.")] = Show.visual,
     shadows: Shadows = True,
-    export: Export = None,
+    output: Output = None,
     steps: Steps = 0,
     host: Host = None,
     port: Port = None,
     token: Token = None,
+    no_token: NoToken = False,
     open_it: Open = False,
     options: dict[str, Any],
 ) -> None:
@@ -99,53 +110,56 @@ def view(
     Examples:
       scenecc view scenes/tabletop.yaml
       scenecc view scenes/clutter.yaml --num-scenes 16 --grid --port 0
-      scenecc view scenes/tabletop.yaml --export tabletop.html --steps 200
+      scenecc view scenes/tabletop.yaml -o tabletop.html --steps 200
     """
     import scenecc
 
-    _check(export, steps, served=open_it or any(given is not None for given in (host, port, token)))
-    source = checked_source(scene, export)
-    look = scenecc.ViewOptions(
+    _check(output, steps, served=open_it or no_token or any(given is not None for given in (host, port, token)))
+    source = checked_source(scene, output)
+    shown = scenecc.ViewOptions(
         index, grid, visual=show is Show.visual, collision=show is Show.collision, shadows=shadows
     )
     with scene_errors(options):
         outlive_pipes()  # a browser may disconnect, and the processes that write a page end in any order
-        if export is None:
-            place = _place(host, port, token)
+        if output is None:
+            address = _address(host, port, token, no_token=no_token)
             scenecc.view_scene(
                 source,
-                place=place,
-                ready=lambda url: _ready(url, place, open_it=open_it),
-                told=_teller(scene, options["params"]),
-                look=look,
+                options=shown,
+                address=address,
+                on_ready=lambda url: _ready(url, address, open_it=open_it),
+                on_diagnostics=_teller(scene, options["params"]),
                 **options,
             )
         else:
             with progress("view") as told:
-                page = scenecc.open_scene(source, **options).page(look=look, steps=steps, progress=told)
-            _write(export, page.html, page.diagnostics)
+                page = scenecc.open_scene(source, **options).page(options=shown, steps=steps, progress=told)
+            _write(output, page.html, page.diagnostics)
 
 
-def _check(export: str | None, steps: int, *, served: bool) -> None:
+def _check(output: str | None, steps: int, *, served: bool) -> None:
     """Raises typer.BadParameter if options do not fit together."""
-    if export is None and steps:
-        raise typer.BadParameter("it needs --export; a served page has a button for it", param_hint="'--steps'")
-    if export is not None and served:
-        message = "it cannot be combined with --open, --host, --port or --token, because no page is served"
-        raise typer.BadParameter(message, param_hint="'--export'")
-    if export not in {None, STDOUT} and not str(export).lower().endswith((".html", ".htm")):
-        raise typer.BadParameter(f"{quote_text(str(export))} must end in .html", param_hint="'--export'")
+    if output is None and steps:
+        raise typer.BadParameter("it needs -o FILE.html; a served page has a button for it", param_hint="'--steps'")
+    if output is not None and served:
+        message = "it cannot be combined with --open, --host, --port, --token or --no-token, because no page is served"
+        raise typer.BadParameter(message, param_hint="'-o'")
+    if output not in {None, STDOUT} and not str(output).lower().endswith((".html", ".htm")):
+        raise typer.BadParameter(f"{quote_text(str(output))} must end in .html", param_hint="'-o'")
 
 
-def _place(host: str | None, port: int | None, token: str | None) -> PageAddress:
+def _address(host: str | None, port: int | None, token: str | None, *, no_token: bool) -> PageAddress:
     """Returns the page's address. Raises typer.BadParameter for an invalid port or token."""
     from secrets import token_urlsafe
 
     import scenecc
 
-    made_up = token_urlsafe() if token == "auto" else token  # noqa: S105 - not a token
+    if no_token and token is not None:
+        raise typer.BadParameter("it cannot be combined with --token", param_hint="'--no-token'")
+    given = {"host": host, "port": port, "token": token_urlsafe() if token == "auto" else token}  # noqa: S105
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     try:
-        return scenecc.PageAddress(host or scenecc.PageAddress().host, port, made_up)
+        return scenecc.PageAddress(**chosen | ({"token": None} if no_token else {}))
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="'--port' / '--token'") from None
 
@@ -158,16 +172,16 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
         nonlocal failed
         print_asides(of_settings(found, values))
         if failed and status(found) is Status.fine:
-            print_err(f"{escape_text(scene)}: no errors\n")
+            print_note(f"{escape_text(scene)}: no errors\n")
         failed = status(found) is not Status.fine
 
     return tell
 
 
-def _ready(url: str, place: PageAddress, *, open_it: bool) -> None:
-    if place.token is None and not place.is_local:
-        print_err("WARNING: anyone who can reach this address can view and control the scene; see --token\n")
-    print_err("Press Ctrl-C to stop.\n")
+def _ready(url: str, address: PageAddress, *, open_it: bool) -> None:
+    if address.token is None and not address.is_local:
+        print_err("WARNING: anyone who can reach this address can view and control the scene\n")
+    print_note("Press Ctrl-C to stop.\n")
     print_out(f"{url}\n")
     if open_it:
         import webbrowser

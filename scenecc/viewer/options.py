@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from ipaddress import ip_address
+from secrets import token_urlsafe
 from typing import Any, Final
 
 _LAST_PORT: Final = 65535
@@ -45,6 +46,7 @@ class PageAddress:
         host: address to listen on. A loopback address accepts only pages from this machine.
         port: port to listen on; 0: any free port; None: 8080, or the next free port.
         token: token that the page's address must contain; None: anyone who can reach the address may use the page.
+            "auto" becomes a random token if other machines can reach the address, and None if only this one can.
 
     Raises:
         ValueError: the host is empty, the port is out of range, or the token is empty or not ASCII.
@@ -52,7 +54,7 @@ class PageAddress:
 
     host: str = "127.0.0.1"
     port: int | None = None
-    token: str | None = field(default=None, repr=False)
+    token: str | None = field(default="auto", repr=False)
 
     def __post_init__(self) -> None:
         if not self.host.strip():  # the system would use every address
@@ -61,6 +63,8 @@ class PageAddress:
             raise ValueError(f"a port must be from 0 to {_LAST_PORT}, not {self.port}")
         if self.token is not None and not (self.token.isascii() and self.token):
             raise ValueError("a token must have one or more ASCII characters")
+        if self.token == "auto":  # noqa: S105 - not a token
+            object.__setattr__(self, "token", None if self.is_local else token_urlsafe())
 
     @property
     def is_local(self) -> bool:
@@ -72,10 +76,10 @@ class PageAddress:
 
 
 ARGUMENT_TYPES: Mapping[str, Any] = {
-    "look": ViewOptions | None,
-    "place": PageAddress | None,
-    "ready": Callable[[str], None] | None,
-    "told": Callable[..., None] | None,
+    "options": ViewOptions | None,
+    "address": PageAddress | None,
+    "on_ready": Callable[[str], None] | None,
+    "on_diagnostics": Callable[..., None] | None,
     "steps": int,
     "progress": Callable[[int, int], None] | None,
 }

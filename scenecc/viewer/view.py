@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 def view_scene(
     source: Source,
     *,
-    look: ViewOptions | None = None,
-    place: PageAddress | None = None,
-    ready: Callable[[str], None] | None = None,
-    told: Callable[[Sequence[Diagnostic]], None] | None = None,
-    **options: Unpack[CompileOptions],
+    options: ViewOptions | None = None,
+    address: PageAddress | None = None,
+    on_ready: Callable[[str], None] | None = None,
+    on_diagnostics: Callable[[Sequence[Diagnostic]], None] | None = None,
+    **given: Unpack[CompileOptions],
 ) -> None:
     """Shows a scene on a page in the browser until interrupted, and reloads it whenever its file changes.
 
@@ -45,11 +45,11 @@ def view_scene(
 
     Args:
         source: as for `validate`; a path and all files that it uses are watched.
-        look: what is shown initially.
-        place: where the page is served.
-        ready: called with the address once the page can be opened.
-        told: called with the diagnostics after each compilation or build.
-        options: fields of `CompileOptions`.
+        options: what is shown initially.
+        address: where the page is served.
+        on_ready: called with the page's URL once it can be opened.
+        on_diagnostics: called with the diagnostics after each compilation or build.
+        given: fields of `CompileOptions`.
 
     Raises:
         SceneError: the page cannot be served: a package is missing, or the address is not available.
@@ -58,18 +58,19 @@ def view_scene(
     _need_packages()
     from scenecc.viewer.session import Session
 
-    look, place = look or ViewOptions(), place or PageAddress()
-    compile_options = Options.of_call(view_scene, options)
-    check_types(view_scene, {"look": look, "place": place, "ready": ready, "told": told}, ARGUMENT_TYPES)
+    options, address = options or ViewOptions(), address or PageAddress()
+    compile_options = Options.of_call(view_scene, given)
+    called = {"on_ready": on_ready, "on_diagnostics": on_diagnostics}
+    check_types(view_scene, {"options": options, "address": address, **called}, ARGUMENT_TYPES)
     path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
     label = "scenecc" if path is None else f"scenecc: {path.stem}"
-    writes = place.is_local or place.token is not None
-    around: Any = {"path": path, "report": told or _ignore, "links": place.is_local, "writes": writes}
+    writes = address.is_local or address.token is not None
+    around: Any = {"path": path, "report": on_diagnostics or _ignore, "links": address.is_local, "writes": writes}
     with (
-        _serve(place, label) as server,
-        closing(Session(server, _again(source), compile_options, look, **around)) as session,
+        _serve(address, label) as server,
+        closing(Session(server, _again(source), compile_options, options, **around)) as session,
     ):
-        session.serve(lambda: (ready or _ignore)(address(place, server.get_port())))
+        session.serve(lambda: (on_ready or _ignore)(page_url(address, server.get_port())))
 
 
 @frozen
@@ -88,19 +89,19 @@ class ScenePage:
 def page_of_source(
     source: Source,
     *,
-    look: ViewOptions | None = None,
+    options: ViewOptions | None = None,
     steps: int = 0,
     progress: Callable[[int, int], None] | None = None,
-    **options: Unpack[CompileOptions],
+    **given: Unpack[CompileOptions],
 ) -> ScenePage:
     """Returns the page of `export_page` with its diagnostics.
 
     Args:
         source: as for `validate`.
-        look: what is shown.
+        options: what is shown.
         steps: number of simulation steps that the page plays; 0: a still scene.
         progress: called with (scenes done, total scenes) while the engine builds, and with steps after that.
-        options: fields of `CompileOptions`.
+        given: fields of `CompileOptions`.
 
     Raises:
         SceneError: the scene has errors, the scene index does not exist, or the engine or machine failed.
@@ -109,18 +110,18 @@ def page_of_source(
     _need_packages()
     from scenecc.viewer.world import World, check_selected_scene, load, record_page
 
-    look = look or ViewOptions()
+    shown = options or ViewOptions()
     steps = integer(steps, "steps", 0)
-    compile_options = Options.of_call(page_of_source, options)
+    compile_options = Options.of_call(page_of_source, given)
     loading = load(source, compile_options, {})
     if loading.loaded is None:
         raise SceneError(loading.diagnostics)
-    check_selected_scene(look, loading.loaded.plan)
-    world = World(loading.loaded, look, progress)
+    check_selected_scene(shown, loading.loaded.plan)
+    world = World(loading.loaded, shown, progress)
     try:
         # viser exports a page from a running server; this one is never announced.
         with _serve(PageAddress(port=0), loading.loaded.plan.name) as server:
-            page = record_page(server, world, look, steps, progress)
+            page = record_page(server, world, shown, steps, progress)
     finally:
         world.close()
     return ScenePage(page, loading.loaded.sink.diagnostics())
@@ -159,7 +160,7 @@ def _open_server(place: PageAddress, label: str) -> viser.ViserServer:
         raise SceneError(sink.diagnostics()) from error
 
 
-def address(place: PageAddress, port: int) -> str:
+def page_url(place: PageAddress, port: int) -> str:
     """Returns the address for a browser on this machine, or on others if they can reach it."""
     host = _own_address(place.host) if place.host in {"0.0.0.0", "::"} else place.host  # noqa: S104 - only compared
     token = "" if place.token is None else f"/?token={quote(place.token, safe='')}"

@@ -288,7 +288,7 @@ def test_a_page_of_another_site_cannot_talk_to_the_viewer(browser: Any, viewer: 
 
 def test_an_exported_page_needs_no_server(browser: Any, tmp_path: Path) -> None:
     (tmp_path / "demo.yaml").write_text(TABLETOP + BALL.replace("0.05]\n", "1]\n"))
-    arguments = ["view", "demo.yaml", "--export", "page.html", "--steps", "60"]
+    arguments = ["view", "demo.yaml", "-o", "page.html", "--steps", "60"]
     done = scenecc(arguments, cwd=tmp_path, stdin=b"", env=plain_environment())
     assert done.returncode == 0, done.stderr
     page = Page(browser, (tmp_path / "page.html").as_uri())

@@ -101,7 +101,7 @@ def test_the_command_of_a_finding_shows_that_scene(run, tmp_path: Path) -> None:
     (line,) = re.findall(r"hint: `(.*)` shows it", run("check", "my scene.yaml", *given, "--seeds", "2:6").stdout)
     scenecc, view, *arguments = shlex.split(line)
     assert (scenecc, view) == ("scenecc", "view")
-    assert run(view, *arguments, "--export", "page.html").returncode == 0
+    assert run(view, *arguments, "-o", "page.html").returncode == 0
     where = arguments.index("--seed")
     seed, scene = arguments[where + 1], int(arguments[where + 3])
     told = run("check", *arguments[:where], "--seed", seed).stdout

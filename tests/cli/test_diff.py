@@ -98,10 +98,11 @@ def test_diff_prints_json(run, scenes: Path) -> None:
                 "b": "0.5",
                 "scene_count": 2,
             }
-        ]
+        ],
+        "diagnostics": [],
     }
     same = run("diff", "a.yaml", "same.yaml", "--format", "json")
-    assert (same.returncode, json.loads(same.stdout)) == (0, {"differences": []})
+    assert (same.returncode, json.loads(same.stdout)) == (0, {"differences": [], "diagnostics": []})
 
 
 def test_a_plan_equals_its_scene(run, scenes: Path) -> None:

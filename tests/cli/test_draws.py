@@ -99,7 +99,11 @@ def test_text_has_a_line_for_each_value(run, scene: Path) -> None:
         (("--seeds", "3"), 2, "'3' must be A:B with A below B, as in 0:20"),
         (("--seeds", "0:2", "--seed", "1"), 2, "cannot be combined with --seed"),
         (("--scene", "3"), 2, "--scene: error SC908: there is no scene 3: scenes are 0 to 2"),
-        (("--set", "edge=1"), 2, 'there is no parameter `edge`; it is a draw: give values in Python, `draws={"edge": …}`'),
+        (
+            ("--set", "edge=1"),
+            2,
+            'there is no parameter `edge`; it is a draw: give values in Python, `draws={"edge": …}`',
+        ),
         (("--format", "xml"), 2, "'xml' is not one of 'text', 'json', 'csv', 'parquet'"),
         (("--format", "parquet"), 2, "Parquet is written to a file: -o FILE.parquet"),
         (("-o", "missing/draws.csv", "--format", "csv"), 2, "SC904"),

@@ -92,6 +92,7 @@ def test_inspect_prints_the_tree_as_json(run, scene: Path) -> None:
     found = json.loads(run("inspect", "scene.yaml", "--format", "json").stdout)
     assert list(found) == [
         *("name", "type", "num_scenes", "seed", "physics", "parameters", "entities", "materials", "variation", "files"),
+        "diagnostics",
     ]
     cube = found["entities"][1]
     assert cube["mass"] == {"alternatives": [1.0, 2.0], "at_reset": True}

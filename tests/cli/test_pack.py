@@ -31,7 +31,8 @@ def tray(run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     done = run("pack", "made/tray.yaml", "-o", "tray.scn")
     size = (tmp_path / "tray.scn").stat().st_size
     assert (done.returncode, done.stdout) == (0, "")
-    assert done.stderr.endswith(f"0 errors, 1 warning\ntray.scn: 2 files, {size} bytes\n")
+    assert done.stderr.startswith(f"tray.scn: 2 files, {size} bytes\n")
+    assert done.stderr.endswith("0 errors, 1 warning\n")
     shutil.rmtree(tmp_path / "made")
     return tmp_path / "tray.scn"
 
@@ -53,7 +54,7 @@ COMMANDS = {
     "emit": ["emit", "tray.scn", "--to", "mjcf", "-o", "tray.xml"],
     "emit python": ["emit", "tray.scn", "--to", "python", "-o", "tray.py"],
     "plan": ["build", "tray.scn", "--dry-run", "-o", "plan.json"],
-    "view": ["view", "tray.scn", "--export", "tray.html"],
+    "view": ["view", "tray.scn", "-o", "tray.html"],
     "fix": ["validate", "--fix", "tray.scn"],
     "sweep": ["sweep", "tray.scn", "--seeds", "0:3", "--do", "check,state", "--settle", "0.1", "-o", "swept"],
 }

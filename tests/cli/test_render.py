@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 from pathlib import Path
 
@@ -44,10 +45,10 @@ def test_render_without_a_device_gives_an_install_hint(run, scene: Path, tmp_pat
     [
         ([], "an output is needed"),
         (["-o", "out.jpg"], "'out.jpg' must end in .png"),
-        (["--video", "out.avi", "--steps", "2"], "'out.avi' must end in .mp4 or .gif"),
-        (["--video", "out.mp4"], "a video needs --steps"),
-        (["-o", "a.png", "--every", "2", "--steps", "4"], "it needs --video"),
-        (["--video", "a.gif", "--every", "5", "--steps", "4"], "and at least as many --steps"),
+        (["-o", "out.avi", "--steps", "2"], "'out.avi' must end in .png, .mp4 or .gif"),
+        (["-o", "out.mp4"], "a video needs --steps"),
+        (["-o", "a.png", "--every", "2", "--steps", "4"], "it needs a video"),
+        (["-o", "a.gif", "--every", "5", "--steps", "4"], "and at least as many --steps"),
         (["-o", "out.png", "--size", "640"], "'640' must be WIDTHxHEIGHT"),
         (["-o", "out.png", "--size", "0x5"], "'0x5' must be WIDTHxHEIGHT"),
         (["-o", "out.png", "--size", "16385x5"], "'16385x5' must be WIDTHxHEIGHT"),
@@ -55,9 +56,9 @@ def test_render_without_a_device_gives_an_install_hint(run, scene: Path, tmp_pat
         (["-o", "out.png", "--camera", "eye", "--scene", "2"], "SC911"),
         (["-o", "out.png", "--scene", "3"], "SC908"),
         (["-o", "out.png", "--grid", "--size", "16384x16384"], "SC912"),
-        (["--video", "out.mp4", "--steps", "2", "--size", "4096x4096"], "SC912"),
+        (["-o", "out.mp4", "--steps", "2", "--size", "4096x4096"], "SC912"),
         (["-o", "no/out.png"], "SC904"),
-        (["--video", "no/out.gif", "--steps", "2"], "SC904"),
+        (["-o", "no/out.gif", "--steps", "2"], "SC904"),
         (["-o", "scene.yaml"], "must end in .png"),
     ],
 )
@@ -97,7 +98,7 @@ def test_a_picture_is_written_and_described(run, scene: Path, tmp_path: Path) ->
 @pytest.mark.quick
 def test_a_segmentation_comes_with_its_legend(run, scene: Path, tmp_path: Path) -> None:
     done = run("render", scene, "--camera", "eye", "--what", "segmentation", "-o", "out.png")
-    head, floor, cube, blank, file, _ = done.stdout.splitlines()
+    head, floor, cube, blank, file = done.stdout.splitlines()
     assert head.split() == ["id", "color", "name", "scenes"]
     assert [line.split() for line in (floor, cube)] == [["1", "#800000", "floor", "0"], ["2", "#008000", "cube", "0"]]
     assert (blank, file) == ("", "out.png: segmentation, 64 × 48, scene 0 of 3")
@@ -108,7 +109,7 @@ def test_a_segmentation_comes_with_its_legend(run, scene: Path, tmp_path: Path) 
 
 @pytest.mark.render
 def test_an_encoder_crash_is_an_error_of_the_machine(run, scene: Path, tmp_path: Path) -> None:
-    arguments = ["--camera", "eye", "--steps", "200", "--every", "1", "--video", "video.mp4"]
+    arguments = ["--camera", "eye", "--steps", "200", "--every", "1", "-o", "video.mp4"]
     done = run("render", scene, *arguments, IMAGEIO_FFMPEG_EXE="/bin/true")
     assert (done.returncode, done.stdout) == (3, "")
     assert "error SC814" in done.stderr
@@ -116,13 +117,16 @@ def test_an_encoder_crash_is_an_error_of_the_machine(run, scene: Path, tmp_path:
 
 
 @pytest.mark.render
-def test_a_sheet_and_a_video_are_written_together(run, scene: Path, tmp_path: Path) -> None:
-    arguments = ["--camera", "eye", "--grid", "--steps", "9", "--every", "3", "--video", "video.mp4", "-o", "out.png"]
-    done = run("render", scene, *arguments)
+def test_the_suffix_chooses_a_sheet_or_a_video(run, scene: Path, tmp_path: Path) -> None:
+    asked = ["render", scene, "--camera", "eye", "--grid", "--steps", "9"]
+    done = run(*asked, "-o", "out.png", "--timings")
     assert done.returncode == 0, done.stderr
-    first, second, _ = done.stdout.splitlines()
-    assert first == "out.png: color, 64 × 48, scenes 0, 1 of 3"
-    assert second == "video.mp4: color, 64 × 48, scenes 0, 1 of 3, 4 frames, 33.33 per second"
+    assert done.stdout == "out.png: color, 64 × 48, scenes 0, 1 of 3\n"
+    assert "render " in done.stderr
+    done = run(*asked, "--every", "3", "-o", "video.mp4", "--format", "json")
+    (written,) = json.loads(done.stdout)["files"]
+    wanted = {"file": "video.mp4", "what": "color", "size": [64, 48], "scene_idxs": [0, 1], "frames": 4, "legend": []}
+    assert written == wanted
     sheet = np.asarray(Image.open(tmp_path / "out.png"))
     _, frames = decoded(tmp_path / "video.mp4")
     assert [frame.shape for frame in frames] == [sheet.shape] * 4
@@ -142,7 +146,7 @@ def test_a_picture_on_standard_output_is_described_on_standard_error(scene: Path
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("output", [("-o", "out.png"), ("--video", "out.gif")])
+@pytest.mark.parametrize("output", [("-o", "out.png"), ("-o", "out.gif")])
 def test_a_diverging_simulation_gives_no_picture(run, scene: Path, tmp_path: Path, output: tuple[str, str]) -> None:
     falls = SCENE.replace("  floor: {body_type: static, shapes: [{type: plane}]}\n", "")
     scene.write_text(f"physics: {{gravity: [0, 0, -1.0e+6], timestep: 1}}\n{falls}")
@@ -198,7 +202,7 @@ def git(folder: Path, *arguments: str) -> None:
     subprocess.run(["git", *who, *arguments], cwd=folder, check=True, capture_output=True)
 
 
-@pytest.mark.parametrize("arguments", [("--video", "a.gif", "--steps", "2"), ("-o", "out.png"), ("-o", "-")])
+@pytest.mark.parametrize("arguments", [("-o", "a.gif", "--steps", "2"), ("-o", "out.png"), ("-o", "-")])
 def test_many_pictures_need_a_folder(run, scene: Path, arguments: tuple[str, ...]) -> None:
     done = run("render", scene, "other.yaml", *arguments)
     assert (done.returncode, done.stdout) == (2, "")

@@ -81,7 +81,7 @@ def test_replay_reports_differences_with_status_1(passport: str, tmp_path: Path)
 def test_wrong_usage_of_replay_is_refused(passport: str, tmp_path: Path) -> None:
     assert run(tmp_path, "no.json").returncode == 2
     assert "SC901" in run(tmp_path, "no.json").stderr
-    assert run(tmp_path, passport, "--render", "start.jpg").returncode == 2
+    assert run(tmp_path, passport, "-o", "start.jpg").returncode == 2
     assert "SC930" in run(tmp_path, "scene.yaml").stderr
     assert run(tmp_path, ".").returncode == 1
 
@@ -105,9 +105,9 @@ def test_replay_view_runs_until_interrupted(passport: str, tmp_path: Path) -> No
 
 @pytest.mark.render
 def test_replay_renders_the_initial_state(passport: str, tmp_path: Path) -> None:
-    assert run(tmp_path, passport, "--render", "start.png").stdout.endswith("start.png: scene 3\n")
+    assert run(tmp_path, passport, "-o", "start.png").stdout.endswith("start.png: scene 3\n")
     content = json.loads(passport)
     del content["reset"]
     with load_scene("scene.yaml", render=False) as batch:
-        assert run(tmp_path, batch.passport(3), "--render", "built.png").returncode == 0
+        assert run(tmp_path, batch.passport(3), "-o", "built.png").returncode == 0
     assert (tmp_path / "start.png").read_bytes() != (tmp_path / "built.png").read_bytes()

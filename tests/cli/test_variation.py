@@ -87,10 +87,10 @@ def test_a_dry_run_lists_the_varying_fields(run, scene: Path) -> None:
 
 
 def test_selected_scenes_equal_those_of_the_full_batch(run, scene: Path) -> None:
-    few = run("build", scene, "--scenes", "2:4", "--no-render", "--set", "with_post=true")
+    few = run("build", scene, "--scene", "2:4", "--no-render", "--set", "with_post=true")
     assert few.returncode == 0, few.stderr
     assert "built 2 of 6 scenes, 5 objects in all" in few.stdout
-    dry = run("build", scene, "--scenes", "2:4", "--dry-run")
+    dry = run("build", scene, "--scene", "2:4", "--dry-run")
     assert "planned 2 of 6 scenes, 4 objects in all" in dry.stdout
 
 
@@ -131,6 +131,6 @@ def test_an_error_in_any_scene_stops_a_partial_build(run, tmp_path: Path) -> Non
     scene = tmp_path / "scene.yaml"
     text = 'entities: {c: {mass: "${1 / (6 - scene)}", shapes: [{type: sphere, radius: 0.1}]}}'
     scene.write_text(f"scenecc: 1\nnum_scenes: 8\n{text}\n")
-    done = run("build", scene, "--scenes", "0:4", "--dry-run")
+    done = run("build", scene, "--scene", "0:4", "--dry-run")
     assert done.returncode == 1
     assert "error SC202: in scene 6: division by zero" in done.stdout + done.stderr

@@ -64,8 +64,8 @@ def test_view_serves_a_page_until_interrupted(scene: Path, tmp_path: Path) -> No
     assert ended(process) == (130, "", "Press Ctrl-C to stop.\n")
 
 
-def test_a_public_page_gives_a_warning_unless_it_has_a_token(scene: Path, tmp_path: Path) -> None:
-    process = started(scene.name, "--port", "0", "--host", "0.0.0.0", folder=tmp_path)
+def test_a_public_page_has_a_token_unless_that_is_refused(scene: Path, tmp_path: Path) -> None:
+    process = started(scene.name, "--port", "0", "--host", "0.0.0.0", "--no-token", folder=tmp_path)
     assert process.stdout is not None
     url = process.stdout.readline().strip()
     assert "0.0.0.0" not in url
@@ -74,7 +74,7 @@ def test_a_public_page_gives_a_warning_unless_it_has_a_token(scene: Path, tmp_pa
     status, _, errors = ended(process)
     assert (status, errors.splitlines()[0].startswith("WARNING: anyone who can reach")) == (130, True)
 
-    process = started(scene.name, "--port", "0", "--host", "0.0.0.0", "--token", "auto", folder=tmp_path)
+    process = started(scene.name, "--port", "0", "--host", "0.0.0.0", folder=tmp_path)
     assert process.stdout is not None
     url = process.stdout.readline().strip()
     bare, _, token = url.partition("/?token=")
@@ -152,7 +152,7 @@ def test_view_reads_a_scene_from_standard_input(tmp_path: Path) -> None:
 
 
 def test_view_export_writes_one_file(run, scene: Path, tmp_path: Path) -> None:
-    done = run("view", scene, "--export", "page.html", "--steps", "5")
+    done = run("view", scene, "-o", "page.html", "--steps", "5")
     assert done.returncode == 0, done.stderr
     assert re.fullmatch(r"page\.html: \d+\.\d\d MB\n", done.stdout)
     assert "<title>scene</title>" in (tmp_path / "page.html").read_text()
@@ -161,7 +161,7 @@ def test_view_export_writes_one_file(run, scene: Path, tmp_path: Path) -> None:
 
 def test_view_export_of_a_bad_scene_writes_nothing(run, scene: Path, tmp_path: Path) -> None:
     scene.write_text(CUBE.replace("box", "bx"))
-    done = run("view", scene, "--export", "page.html")
+    done = run("view", scene, "-o", "page.html")
     assert (done.returncode, done.stdout) == (1, "")
     assert "SC105" in done.stderr
     assert not (tmp_path / "page.html").exists()
@@ -170,17 +170,18 @@ def test_view_export_of_a_bad_scene_writes_nothing(run, scene: Path, tmp_path: P
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--steps", "5"], "it needs --export"),
-        (["--export", "page.txt"], "'page.txt' must end in .html"),
-        (["--export", "page.html", "--open"], "because no page is served"),
-        (["--export", "page.html", "--host", "127.0.0.1"], "because no page is served"),
-        (["--export", "page.html", "--port", "0"], "because no page is served"),
-        (["--export", "no/page.html"], "SC904"),
-        (["--export", "page.html", "--token", "auto"], "because no page is served"),
+        (["--steps", "5"], "it needs -o FILE.html"),
+        (["-o", "page.txt"], "'page.txt' must end in .html"),
+        (["-o", "page.html", "--open"], "because no page is served"),
+        (["-o", "page.html", "--host", "127.0.0.1"], "because no page is served"),
+        (["-o", "page.html", "--port", "0"], "because no page is served"),
+        (["-o", "no/page.html"], "SC904"),
+        (["-o", "page.html", "--token", "auto"], "because no page is served"),
+        (["--token", "a", "--no-token"], "it cannot be combined with --token"),
         (["--token", ""], "a token must have one or more ASCII characters"),
         (["--port", "65536"], "a port must be from 0 to 65535, not 65536"),
         (["--scene", "1", "--port", "0"], "SC908"),
-        (["--scene", "1", "--export", "page.html"], "SC908"),
+        (["--scene", "1", "-o", "page.html"], "SC908"),
         (["--set", "size"], "must be name=value"),
     ],
 )

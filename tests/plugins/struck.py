@@ -25,7 +25,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 
-_VIDEO = ("--steps", "8", "--every", "1", "-o", "picture.png", "--video", "video.mp4")
+_VIDEO = ("--steps", "8", "--every", "1", "-o", "video.mp4")
 
 COMMANDS: Mapping[str, tuple[str, ...]] = {
     "validate": ("validate", str(ROOT / "scenes")),

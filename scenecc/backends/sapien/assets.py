@@ -436,7 +436,7 @@ class Resources:
             "SC821",
             f"these scenes need {count} physical materials{f' besides {others} of other batches' * (others > 0)},"
             f" and a process can hold {MATERIAL_LIMIT}",
-            hint="build fewer scenes in one process (`--scenes 0:2048`), or draw friction and restitution from few"
+            hint="build fewer scenes in one process (`--scene 0:2048`), or draw friction and restitution from few"
             " values (`choice`), which are shared",
         )
 

@@ -67,7 +67,7 @@ CALLS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "export scene": ("scene", lambda file: scenecc.export_scene(file, "mjcf", scene=9)),
     "export entity": ("entity", lambda file: scenecc.export_scene(file, "urdf", entity="bal")),
     "export robots": ("target", lambda file: scenecc.export_scene(file, "urdf")),
-    "page scene": ("scene", lambda file: scenecc.export_page(file, look=ViewOptions(scene=9))),
+    "page scene": ("scene", lambda file: scenecc.export_page(file, options=ViewOptions(scene=9))),
     "build scenes": ("scenes", lambda file: scenecc.build_scene(file, scenes="9")),
     "render scenes": ("scenes", lambda file: render_scene(file, scenes="9")),
     "render camera": ("camera", lambda file: render_scene(file, camera="ey")),

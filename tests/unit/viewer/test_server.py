@@ -23,7 +23,7 @@ from websockets.sync.client import connect
 
 from scenecc import PageAddress
 from scenecc.viewer.page import close_server, open_server
-from scenecc.viewer.view import address
+from scenecc.viewer.view import page_url
 
 
 @pytest.fixture
@@ -113,12 +113,12 @@ def test_the_viewer_library_prints_nothing(capsys: pytest.CaptureFixture[str]) -
     ("host", "opened"), [("127.0.0.1", "127.0.0.1"), ("::1", "[::1]"), ("box", "box"), ("192.0.2.7", "192.0.2.7")]
 )
 def test_the_printed_address_opens_in_a_browser(host: str, opened: str) -> None:
-    assert address(PageAddress(host), 81) == f"http://{opened}:81"
+    assert page_url(PageAddress(host, token=None), 81) == f"http://{opened}:81"
 
 
 @pytest.mark.parametrize(("host", "nowhere"), [("0.0.0.0", "0.0.0.0"), ("::", "[::]")])
 def test_the_address_of_a_public_page_is_one_of_this_machine(host: str, nowhere: str) -> None:
-    found = re.fullmatch(r"http://(.+):81/\?token=a%2Fb", address(PageAddress(host, token="a/b"), 81))
+    found = re.fullmatch(r"http://(.+):81/\?token=a%2Fb", page_url(PageAddress(host, token="a/b"), 81))
     assert found is not None
     assert found[1] != nowhere
     with socket.create_server((found[1].strip("[]"), 0), family=socket.AF_INET6 if "[" in found[1] else socket.AF_INET):

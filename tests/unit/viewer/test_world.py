@@ -284,7 +284,7 @@ def test_an_exported_page_contains_the_scene(tmp_path: Path) -> None:
 def test_an_exported_page_plays_in_real_time(tmp_path: Path) -> None:
     path = tmp_path / "balls.yaml"
     path.write_text(RECORDED_SCENE)
-    duration, messages = recorded(page_of_source(path, steps=50, look=ViewOptions(scene=1)).html)
+    duration, messages = recorded(page_of_source(path, steps=50, options=ViewOptions(scene=1)).html)
     assert duration == pytest.approx(0.5)
     falls = [
         (time, message["position"])
@@ -308,10 +308,10 @@ def test_a_bad_scene_gives_no_page(tmp_path: Path) -> None:
     assert caught.value.at_fault == "scene"
     path.write_text(RECORDED_SCENE)
     with pytest.raises(scenecc.SceneError) as caught:
-        page_of_source(path, look=ViewOptions(scene=2))
+        page_of_source(path, options=ViewOptions(scene=2))
     assert caught.value.diagnostics[0].code == "SC908"
     with pytest.raises(ValueError, match="scene must be at least 0, not -1"):
-        page_of_source(path, look=ViewOptions(scene=-1))
+        page_of_source(path, options=ViewOptions(scene=-1))
     for port in (-1, 65536):
         with pytest.raises(ValueError, match=f"a port must be from 0 to 65535, not {port}"):
             PageAddress(port=port)
