@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable
-from importlib.util import find_spec
 from typing import Annotated, Final, NoReturn
 
 import typer
 
 from scenecc.cli.completion import one_of
 from scenecc.cli.output import end, folder_refusal, print_out, usage_error, write_files
-from scenecc.extras import EXTRAS, ROBOTS_HINT
+from scenecc.extras import EXTRAS, install_hint
 from scenecc.starter import ROBOTS, TEMPLATES, starter_files
 
 _HERE: Final = "."
@@ -69,8 +68,9 @@ def _robot(template: str, robot: str | None) -> str | None:
         _refuse("robot", robot, row.robots)
     if robot not in row.robots:
         _end("robot", f"the template {template} does not support `{robot}`; it supports {' or '.join(row.robots)}")
-    if ROBOTS[robot] is not None and find_spec("mani_skill") is None:
-        _end("robot", f"`{robot}` is in the package mani_skill, which is not installed: {ROBOTS_HINT}")
+    extra = ROBOTS[robot]
+    if extra is not None and EXTRAS[extra].missing:
+        _end("robot", f"`{robot}` needs the extra `{extra}`, which is not installed: {install_hint(extra)}")
     return robot
 
 

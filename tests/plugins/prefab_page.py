@@ -49,7 +49,7 @@ The table is from SAPIEN's tutorial "Create Actors"; the others are ours. All co
     ),
     "Ropes": (
         """\
-A rope is a chain of capsules, which [how-to/recipes.md](../how-to/recipes.md#ropes) explains.""",
+A rope is a chain of capsules, which [Ropes and chains](../how-to/ropes.md) explains.""",
         ("rope",),
     ),
     "Clutter": (
