@@ -78,11 +78,11 @@ def _requirement(extra: str) -> str:
     )
 
 
-ROBOTS_HINT: Final = "run `pip install --no-deps mani_skill`: its robots and meshes, without PyTorch"
-"""How to get the files of ManiSkill's package, which scenes name by `pkg://mani_skill/…`."""
-
 DRIVER_HINT: Final = (
     "with a GPU, install its Vulkan driver (in an NVIDIA container, request the capability `graphics`);\n"
     "without one, Mesa's lavapipe, 24.3 or later, renders on the CPU: `apt-get install mesa-vulkan-drivers libvulkan1`"
 )
 """How to get a render device, in two lines."""
+
+ROBOTS_HINT: Final = "run `pip install --no-deps mani_skill`: its robots and meshes, without PyTorch"
+"""How to get the files of ManiSkill's package, which scenes name by `pkg://mani_skill/…`."""

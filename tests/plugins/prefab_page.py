@@ -37,7 +37,7 @@ last bit. ManiSkill need not be installed. ManiSkill's `name`, `scene_idxs` and 
     ),
     "ManiSkill's scenes": (
         """\
-The robots need ManiSkill's files (`pip install mani_skill`). ManiSkill is not imported. Tests compare the
+The robots need ManiSkill's files (`pip install --no-deps mani_skill`). ManiSkill is not imported. Tests compare the
 built scene with the result of ManiSkill's own builder, name by name and to the last bit. The scenes of
 [ManiSkill's tasks](../how-to/maniskill.md#maniskills-tasks-as-files) use this prefab.""",
         ("table_scene",),
@@ -49,7 +49,7 @@ The table is from SAPIEN's tutorial "Create Actors"; the others are ours. All co
     ),
     "Ropes": (
         """\
-A rope is a chain of capsules, which [how-to/recipes.md](../how-to/recipes.md#ropes) explains.""",
+A rope is a chain of capsules, which [Ropes and chains](../how-to/ropes.md) explains.""",
         ("rope",),
     ),
     "Clutter": (
