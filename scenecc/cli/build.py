@@ -14,6 +14,7 @@ from scenecc.cli.options import (
     Format,
     FormatOption,
     SceneArgument,
+    Scenes,
     Steps,
     Timings,
     takes_compile_options,
@@ -39,9 +40,6 @@ _STRIDE = 10
 """Steps between two progress reports."""
 
 
-Scenes = Annotated[
-    str | None, typer.Option("--scene", metavar="IDXS", help="Build only these scenes: 3, or 0:4 or 0,2 or ::2.")
-]
 Output = Annotated[
     str | None, typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan; - is standard output.")
 ]

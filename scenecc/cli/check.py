@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from scenecc.cli.checking import CHECK_OPTIONS, ScenesOnly, run_checks
-from scenecc.cli.options import Format, FormatOption, ScenePaths, quote_text, takes_compile_options
+from scenecc.cli.options import Format, FormatOption, ScenePaths, Scenes, quote_text, takes_compile_options
 from scenecc.cli.output import of_settings, progress
 from scenecc.cli.paths import find_files, source_of
 
@@ -61,6 +61,7 @@ def check(
     seeds: Annotated[
         Any, typer.Option("--seeds", metavar="A:B", parser=parse_seeds, help="Check each seed from A to B-1.")
     ] = None,
+    scenes: Scenes = None,
     permute: Annotated[
         bool,
         typer.Option("--permute", help="Also check that scenes do not depend on others in the batch, bit for bit."),
@@ -80,6 +81,7 @@ def check(
     Examples:
       scenecc check scenes/tabletop.yaml
       scenecc check scenes/clutter.yaml --seeds 0:20
+      scenecc check scenes/clutter.yaml --seed 7 --scene 3
       scenecc check --settle 0 --strict scenes --jobs 8
       scenecc check scenes/clutter.yaml --permute
     """
@@ -92,11 +94,21 @@ def check(
     # Many files get a separate process: SAPIEN keeps some memory of every scene, and can crash its process.
     others["jobs"] = others["jobs"] or int(len(found.files) > 1)
 
+    runs = settle, seeds, scenes
+
     def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> Checked:
         with progress("check", where=others["jobs"] == 0) as show:
             here = check_source(
-                source_of(file), asked, settle, seeds, rules=rules, progress=show, memory=memory, permute=permute
+                source_of(file),
+                asked,
+                settle,
+                seeds,
+                scenes,
+                rules=rules,
+                progress=show,
+                memory=memory,
+                permute=permute,
             )
         return replace(here, diagnostics=of_settings(here.diagnostics, asked.params))
 
-    run_checks("check", found, others, (asked, settle, seeds, permute), check_file, form=form)
+    run_checks("check", found, others, (asked, runs, permute), check_file, form=form)

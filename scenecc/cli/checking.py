@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from functools import cached_property
@@ -24,7 +24,7 @@ from scenecc.files import open_regular
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
     from scenecc.diagnostics import Diagnostic
-    from scenecc.simulation.summary import Checked, Simulated
+    from scenecc.simulation.summary import Checked
     from scenecc.source.paths import PathCache
 
 Check = Callable[[str, "Mapping[str, Rule]", "PathCache | None"], "Checked"]
@@ -124,10 +124,10 @@ def run_checks(
         return cache.findings(file, lambda memory: check(file, rules, memory))
 
     worst = status(diagnostics)
-    simulated: dict[str, Simulated | None] = {}
+    results: dict[str, Checked] = {}
     for file, here in find_in_each(found.files, asked["jobs"] or 0, command, find):
         wanted = settings[file].apply(parts.without_lacks(file, here.diagnostics), file)
-        simulated[file] = here.simulated
+        results[file] = here
         worst = max(worst, status(wanted, strict=settings[file].strict))
         diagnostics += wanted
     worst = max(worst, status(finder.faults), Status.fine)
@@ -139,28 +139,41 @@ def run_checks(
         else:
             print_statistics(counts)
     else:
-        listed = {file: one and asdict(one) for file, one in simulated.items()} if command == "check" else None
+        listed = {file: _simulated_data(one) for file, one in results.items()} if command == "check" else None
         print_findings(diagnostics, form, files=found.files, corrections=corrections, simulated=listed)
     if form is Format.text:
-        of_engine = f"; {_simulated_text(simulated.values())}" if command == "check" and simulated else ""
+        of_engine = f"; {_simulated_text(list(results.values()))}" if command == "check" and results else ""
         print_note(f"{found.counts()}{of_engine}\n")
     raise typer.Exit(worst)
 
 
-def _simulated_text(files: Iterable[Simulated | None]) -> str:
-    """Returns what was simulated of all files: `4 scenes, seed 7, 1 s simulated`."""
+def _simulated_data(file: Checked) -> dict[str, object] | None:
+    """Returns what was simulated of a file for programs."""
+    return None if file.simulated is None else {**asdict(file.simulated), "cached": file.cached}
+
+
+def _simulated_text(files: Sequence[Checked]) -> str:
+    """Returns what was simulated of all files: `4 scenes, seed 7, 1 s simulated, from the cache`."""
     from scenecc.diagnostics.messages import index_ranges
 
-    found = [one for one in files if one is not None]
+    found = [one.simulated for one in files if one.simulated is not None]
     scenes = sum(one.scenes for one in found)
+    cached = sum(one.cached for one in files)
+    origin = (
+        ""
+        if not cached
+        else ", from the cache"
+        if cached == len(files)
+        else f", {cached} of {len(files)} files from the cache"
+    )
     if not scenes:
-        return "nothing simulated"
+        return f"nothing simulated{origin}"
     seeds = sorted({seed for one in found for seed in one.seeds})
     several = f"seeds {index_ranges(seeds)}" if len(seeds) > 1 else f"seed {seeds[0]}"
     times = sorted({one.seconds for one in found})
     time = f"{times[0]:g} to {times[-1]:g} s" if len(times) > 1 else f"{times[0]:g} s" if times[0] else "1 step"
     permuted = " and permuted" if any(one.permuted for one in found) else ""
-    return f"{scenes} scene{'' if scenes == 1 else 's'}, {several}, {time} simulated{permuted}"
+    return f"{scenes} scene{'' if scenes == 1 else 's'}, {several}, {time} simulated{permuted}{origin}"
 
 
 def print_statistics(counts: Counter[tuple[str, str]]) -> None:

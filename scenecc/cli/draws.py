@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from scenecc.cli.check import parse_seeds, refuse_seed_beside
-from scenecc.cli.options import SceneArgument, takes_compile_options
+from scenecc.cli.options import SceneArgument, Scenes, takes_compile_options
 from scenecc.cli.output import STDOUT, end, print_out, progress, scene_errors, usage_error, write_output
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text, table
@@ -42,9 +42,7 @@ def draws(
     seeds: Annotated[
         Any, typer.Option("--seeds", metavar="A:B", parser=parse_seeds, help="Draw with each seed from A to B-1.")
     ] = None,
-    scenes: Annotated[
-        str | None, typer.Option("--scene", metavar="IDXS", help="Only these scenes: 3, or 0:4 or 0,2 or ::2.")
-    ] = None,
+    scenes: Scenes = None,
     output: Annotated[
         str | None, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")
     ] = None,

@@ -83,7 +83,7 @@ class FindingsCache:
         record = json.loads(kept)
         if all(_is_same(*file) for file in record["files"]) and not any(map(os.path.lexists, record["missing"])):
             simulated = record["simulated"] and Simulated(**record["simulated"])
-            return Checked([_diagnostic(one) for one in record["diagnostics"]], simulated)
+            return Checked([_diagnostic(one) for one in record["diagnostics"]], simulated, cached=True)
         return None
 
     def _keep(self, entry: Path, started: int, files: Iterable[Path], missing: Iterable[Path], found: Checked) -> None:

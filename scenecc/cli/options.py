@@ -180,6 +180,9 @@ Params = Annotated[
         autocompletion=complete_setting,
     ),
 ]
+Scenes = Annotated[
+    str | None, typer.Option("--scene", metavar="IDXS", help="Only these scenes: 3, or 0:4 or 0,2 or ::2.")
+]
 Starts = Annotated[
     str | None,
     typer.Option("--starts", metavar="FILE", help="Begin at the starts in this file, from `scenecc settle`."),

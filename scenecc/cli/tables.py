@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics.formats import wants_color
@@ -34,6 +33,8 @@ _MOST: Final = 30
 """Maximum number of rows, unless all are requested."""
 
 _NUMBER: Final = re.compile(r"\d+")
+_IN_INSTANCE: Final = re.compile(r"(?<=/).*")
+_ANY: Final = re.compile(r".+")
 
 _COMMAND: Final = re.compile(r"^(?=\s*::)|(?<=##)(?=\[)")
 """Where GitHub's runner would read a command in the output of a job."""
@@ -47,14 +48,12 @@ def escape_text(text: str) -> str:
 def built(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str:
     """Returns one line per entity in build order, then one line per constraint, light and camera.
 
-    `~` marks what differs between scenes; the first value is shown. `whole`: print all rows; otherwise equal copies
-    share a line, and tables end after 30.
+    `~` marks what differs between scenes; the first value is shown. `whole`: print all rows; otherwise, beyond 30 rows,
+    entities share a line as in `_groups`, and tables end after 30.
     """
-    entities = [row for row in rows if row.section == "entities"]
-    named = [(row.name, row) for row in entities]
     cells = [
-        (escape_text(name), _body(row), str(row.shape_count), _mass(row), _size(row), index_ranges(row.scene_idxs))
-        for name, row in (named if whole or len(named) <= _MOST else _merge_copies(entities))
+        (_names(group), _body(group[0]), _shapes(group), _masses(group), _sizes(group), _scenes(group))
+        for group in _groups(rows, whole=whole)
     ]
     return _cut(_BUILT, cells, color=color, whole=whole) + _others(rows, color=color, whole=whole)
 
@@ -62,33 +61,85 @@ def built(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str
 def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str:
     """Returns one line per entity in build order, then one line per field that differs between scenes.
 
-    Copies that are equal in every column share a line. `whole`: as in `built`.
+    `whole`: as in `built`.
     """
-    entities = _merge_copies([row for row in rows if row.section == "entities"])
-    others = [(f"{row.section}.{row.name}", row) for row in rows if row.section != "entities"]
+    entities = _groups(rows, whole=whole)
     cells = [
-        (
-            escape_text(name),
-            _body(row),
-            str(row.shape_count),
-            _size(row),
-            index_ranges(row.scene_idxs),
-            _differing_cell(row),
-        )
-        for name, row in entities
+        (_names(group), _body(group[0]), _shapes(group), _sizes(group), _scenes(group), _differing_cell(group))
+        for group in entities
     ]
-    fields = [
-        (
-            escape_text(name if first else ""),
-            escape_text(field.field),
-            "at reset" if field.at_reset else "",
-            escape_text(field.values),
-        )
-        for name, row in [*entities, *others]
-        for first, field in zip((True, *[False] * len(row.varying)), row.varying, strict=False)
-    ]
+    others = [[replace(row, name=f"{row.section}.{row.name}")] for row in rows if row.section != "entities"]
+    fields = [line for group in [*entities, *others] for line in _field_lines(group)]
+    if not whole and len(fields) > _MOST:
+        named = _groups([row for row in rows if row.section == "entities"], whole=False, most=0)
+        fields = [line for group in [*named, *others] for line in _field_lines(group)]
     differing = f"\n{_cut(_FIELDS, fields, color=color, whole=whole)}" if fields else ""
     return _cut(_PLANNED, cells, color=color, whole=whole) + _others(rows, color=color, whole=whole) + differing
+
+
+def _groups(rows: Sequence[SummaryRow], *, whole: bool, most: int = _MOST) -> list[list[SummaryRow]]:
+    """Returns the entities that share a line. Up to `most` have a line each. More share one if they have the same type
+    and their names differ only by numbers (`box_0`, `box_1`), or else their instance is the same, or else at all.
+    """
+    entities = [row for row in rows if row.section == "entities"]
+    groups = [[row] for row in entities]
+    for pattern in (_NUMBER, _IN_INSTANCE, _ANY):
+        if whole or len(groups) <= most:
+            break
+        found: dict[tuple[str, str], list[SummaryRow]] = {}
+        for row in entities:
+            found.setdefault((_NUMBER.sub("#", pattern.sub("#", row.name)), _body(row)), []).append(row)
+        groups = list(found.values())
+    return groups
+
+
+def _field_lines(group: Sequence[SummaryRow]) -> Iterator[tuple[str, str, str, str]]:
+    """Yields one line per field that differs between the scenes of an entity. Of several entities, equal values are
+    shown, and otherwise the first with `…`.
+    """
+    values: dict[tuple[str, bool], list[str]] = {}
+    for row in group:
+        for field in row.varying:
+            values.setdefault((field.field, field.at_reset), []).append(field.values)
+    name = _names(group)
+    for (field, at_reset), found in values.items():
+        shown = found[0] if len(set(found)) == 1 else f"{found[0]}, …"
+        yield name, escape_text(field), "at reset" if at_reset else "", escape_text(shown)
+        name = ""
+
+
+def _names(group: Sequence[SummaryRow]) -> str:
+    if len(group) == 1:
+        return escape_text(group[0].name)
+    return f"{escape_text(group[0].name)} … {escape_text(group[-1].name)} ({len(group)})"
+
+
+def _scenes(group: Sequence[SummaryRow]) -> str:
+    return index_ranges(sorted({idx for row in group for idx in row.scene_idxs}))
+
+
+def _shapes(group: Sequence[SummaryRow]) -> str:
+    return _range([row.shape_count for row in group])
+
+
+def _masses(group: Sequence[SummaryRow]) -> str:
+    return _range([mass for row in group if row.masses is not None for mass in row.masses])
+
+
+def _sizes(group: Sequence[SummaryRow]) -> str:
+    """Returns the extents, as ranges if they differ between entities."""
+    sizes = [row.size for row in group if row.size is not None]
+    if len(sizes) < len(group):
+        return "–"
+    return "~ " * any(row.size_differs for row in group) + " × ".join(map(_range, zip(*sizes, strict=True)))
+
+
+def _range(values: Sequence[float]) -> str:
+    """Returns the smallest and the largest of some numbers; a dash if there are none."""
+    if not values:
+        return "–"
+    low, high = (f"{value:.4g}" for value in (min(values), max(values)))
+    return low if low == high else f"{low}–{high}"
 
 
 def _others(rows: Sequence[SummaryRow], *, color: bool, whole: bool) -> str:
@@ -112,19 +163,6 @@ def _body(row: SummaryRow) -> str:
     if not row.link_count:
         return row.body_type
     return f"{row.body_type}, {row.link_count} link{'s' * (row.link_count != 1)}, {row.dof} dof"
-
-
-def _merge_copies(rows: Sequence[SummaryRow]) -> list[tuple[str, SummaryRow]]:
-    """Returns the rows with their names. Neighbours that differ only by a number in the name are merged."""
-
-    def facts(row: SummaryRow) -> tuple[str, SummaryRow]:
-        return _NUMBER.sub("#", row.name), replace(row, name="")
-
-    groups = [list(group) for _, group in groupby(rows, facts)]
-    return [
-        (group[0].name if len(group) == 1 else f"{group[0].name} … {group[-1].name} ({len(group)})", group[0])
-        for group in groups
-    ]
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, color: bool) -> str:
@@ -155,21 +193,9 @@ def _padded(row: Sequence[str], widths: Sequence[int], head: Sequence[str]) -> l
     ]
 
 
-def _mass(row: SummaryRow) -> str:
-    if row.masses is None:
-        return "–"
-    low, high = (f"{mass:.4g}" for mass in row.masses)
-    return low if low == high else f"{low}–{high}"
-
-
-def _size(row: SummaryRow) -> str:
-    if row.size is None:
-        return "–"
-    return "~ " * row.size_differs + " × ".join(f"{length:.4g}" for length in row.size)
-
-
-def _differing_cell(row: SummaryRow) -> str:
-    return f"{len(row.varying)} of {row.field_count}" if row.varying else "–"
+def _differing_cell(group: Sequence[SummaryRow]) -> str:
+    count = max(len(row.varying) for row in group)
+    return f"{count} of {max(row.field_count for row in group)}" if count else "–"
 
 
 def _time(seconds: float) -> str:

@@ -147,7 +147,7 @@ def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:
     choices = cast("RenderChoices", own)
     sink = Sink()
     if choices.get("video") == "mp4" and not has_encoder():
-        sink.report("SC812", NO_ENCODER, Location("scenecc"), hint=install_hint("pictures"))
+        sink.report("SC812", NO_ENCODER, Location(None), hint=install_hint("pictures"))
     raise_errors(sink)
     found = compile_or_raise(source, asked, sink)
     setup = choose_pictures(found.plan, choices, sink)

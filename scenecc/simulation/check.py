@@ -22,7 +22,7 @@ from scenecc.diagnostics.codes import is_of_check
 from scenecc.diagnostics.diagnostic import Silencings, dotted, report_unused
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, check_types
-from scenecc.pipeline import CHECK_TYPES, build_batch, compile_source, read_for_runs, run_seeds
+from scenecc.pipeline import CHECK_TYPES, build_batch, compile_source, read_for_runs, run_seeds, select_scenes
 from scenecc.simulation.bodies import moving_bodies
 from scenecc.simulation.bounds import scenes_in_doubt
 from scenecc.simulation.energy import EnergyWatch
@@ -70,6 +70,7 @@ def check_scene(
     *,
     settle: float = 1.0,
     seeds: Sequence[int] | None = None,
+    scenes: str | None = None,
     progress: Callable[[int, int], None] | None = None,
     rules: Mapping[str, Rule] | None = None,
     permute: bool = False,
@@ -82,6 +83,7 @@ def check_scene(
         source: as for `validate`.
         settle: simulated time [s]; longer if `expect` needs it. 0: only the time that `expect` needs.
         seeds: seeds to check; default: the file's own, or `seed` of the options. A stream allows only one.
+        scenes: scenes to build, as for `build_scene`; default: all.
         progress: called with (scenes done, total scenes).
         rules: as for `validate`.
         permute: also build the scenes in another order and in smaller batches, simulate a second, and report each scene
@@ -93,9 +95,9 @@ def check_scene(
         TypeError: as for `validate`.
     """
     asked = Options.of_call(check_scene, options)
-    given = {"settle": settle, "seeds": seeds, "progress": progress, "rules": rules, "permute": permute}
-    check_types(check_scene, given, CHECK_TYPES)
-    return check_source(source, asked, settle, seeds, rules=rules or {}, progress=progress, permute=permute).diagnostics
+    given = {"settle": settle, "seeds": seeds, "scenes": scenes, "progress": progress, "permute": permute}
+    check_types(check_scene, {**given, "rules": rules}, CHECK_TYPES)
+    return check_source(source, asked, rules=rules or {}, **given).diagnostics
 
 
 def check_source(
@@ -103,6 +105,7 @@ def check_source(
     options: Options,
     settle: float,
     seeds: Sequence[int] | None,
+    scenes: str | None = None,
     *,
     rules: Mapping[str, Rule],
     progress: Callable[[int, int], None] | None = None,
@@ -117,7 +120,7 @@ def check_source(
     readable = read_for_runs(source, len(runs), options.limits, sink)
     if readable is None:
         return Checked(sink.diagnostics())
-    check = _Check(settle, len(runs), rules, progress, permute=permute)
+    check = _Check(settle, len(runs), scenes, rules, progress, permute=permute)
     for number, run in enumerate(runs):
         if not check.run(number, readable, run, memory):
             break
@@ -130,6 +133,7 @@ class _Check:
     Args:
         settle: simulated time [s].
         seeds: number of seeds.
+        scenes: scenes to build; None: all.
         rules: house rules, by id.
         progress: called with (scenes done, total scenes).
         permute: also check that scenes do not depend on their neighbours.
@@ -139,6 +143,7 @@ class _Check:
         self,
         settle: float,
         seeds: int,
+        scenes: str | None,
         rules: Mapping[str, Rule],
         progress: Callable[[int, int], None] | None,
         *,
@@ -147,6 +152,7 @@ class _Check:
         self._permute = permute
         self._settle = settle
         self._seeds = seeds
+        self._scenes = scenes
         self._rules = rules
         self._progress = progress
         self._diagnostics: dict[Diagnostic, None] = {}
@@ -211,11 +217,12 @@ class _Check:
 
     def _simulate(self, number: int, plan: ScenePlan, sink: Sink) -> None:
         """Builds and simulates the scenes of a plan in groups."""
-        before, self._seconds = number * plan.num_scenes, max(self._settle, seconds_needed(plan))
+        self._seconds = max(self._settle, seconds_needed(plan))
+        chosen = self._choose_scenes(plan, sink)
         if number == 0:
-            self._count(0, plan)
-        for first in range(0, plan.num_scenes, SCENES_AT_ONCE):
-            scene_idxs, built = range(first, min(first + SCENES_AT_ONCE, plan.num_scenes)), sink.another()
+            self._count(0, 0, len(chosen))
+        for first in range(0, len(chosen), SCENES_AT_ONCE):
+            scene_idxs, built = chosen[first : first + SCENES_AT_ONCE], sink.another()
             try:
                 with build_batch(plan, built, scene_idxs=scene_idxs, render=False, audit=True) as batch:
                     self._collect(built)
@@ -229,11 +236,21 @@ class _Check:
                 self._diagnostics |= dict.fromkeys(error.diagnostics)
             else:
                 self._simulated[plan.seed] = self._simulated.get(plan.seed, 0) + len(scene_idxs)
-            self._count(before + scene_idxs.stop, plan)
+            self._count(number, first + len(scene_idxs), len(chosen))
 
-    def _count(self, done: int, plan: ScenePlan) -> None:
-        if self._progress is not None:
-            self._progress(done, self._seeds * plan.num_scenes)
+    def _choose_scenes(self, plan: ScenePlan, sink: Sink) -> Sequence[int]:
+        """Returns the scenes to build; none after an error."""
+        if self._scenes is None:
+            return range(plan.num_scenes)
+        chosen = select_scenes(self._scenes, plan.num_scenes, sink) or ()
+        self._collect(sink)
+        self._complete = self._complete and len(chosen) == plan.num_scenes
+        return chosen
+
+    def _count(self, number: int, done: int, scenes: int) -> None:
+        """Shows the progress. `number`: index of the seed; `scenes`: number of scenes with each seed."""
+        if self._progress is not None and scenes:
+            self._progress(number * scenes + done, self._seeds * scenes)
 
 
 def _without_consequences(

@@ -28,7 +28,14 @@ class Simulated:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """The result of checking a file. `simulated`: None if nothing was simulated."""
+    """The result of checking a file.
+
+    Attributes:
+        diagnostics: the findings.
+        simulated: None if nothing was simulated.
+        cached: whether the result is of an earlier check of the same files.
+    """
 
     diagnostics: list[Diagnostic] = field(default_factory=list["Diagnostic"])
     simulated: Simulated | None = None
+    cached: bool = False

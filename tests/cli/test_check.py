@@ -36,16 +36,18 @@ def test_the_summary_says_what_was_simulated(run, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(f"scenecc: 1\nnum_scenes: 4\nseed: 7\n{entities}")
     (tmp_path / "b.yaml").write_text(f"scenecc: 1\n{entities}expect: {{settled: {{seconds: 2.5}}}}\n")
     (tmp_path / "c.yaml").write_text("scenecc: 2\n")
-    for _ in range(2):  # the second result comes from the cache
-        assert run("check", "a.yaml").stderr == "1 file checked; 4 scenes, seed 7, 1 s simulated\n"
+    for origins in (("", ", 1 of 3 files from the cache"), (", from the cache",) * 2):
+        assert run("check", "a.yaml").stderr == f"1 file checked; 4 scenes, seed 7, 1 s simulated{origins[0]}\n"
         done = run("check", "a.yaml", "b.yaml", "c.yaml")
-        assert done.stderr == "3 files checked; 5 scenes, seeds 0, 7, 1 to 2.5 s simulated\n"
+        assert done.stderr == f"3 files checked; 5 scenes, seeds 0, 7, 1 to 2.5 s simulated{origins[1]}\n"
         report = json.loads(run("check", "a.yaml", "c.yaml", "--seeds", "1:3", "--format", "json").stdout)
         assert report["simulated"] == {
-            "a.yaml": {"scenes": 4, "seeds": [1, 2], "seconds": 1.0, "permuted": False},
+            "a.yaml": {"scenes": 4, "seeds": [1, 2], "seconds": 1.0, "permuted": False, "cached": bool(origins[0])},
             "c.yaml": None,
         }
-    assert run("check", "c.yaml").stderr == "1 file checked; nothing simulated\n"
+    assert run("check", "c.yaml", "--no-cache").stderr == "1 file checked; nothing simulated\n"
+    assert run("check", "a.yaml", "--scene", "1,3").stderr == "1 file checked; 2 scenes, seed 7, 1 s simulated\n"
+    assert "there is no scene 4" in run("check", "a.yaml", "--scene", "4").stdout
     assert "simulated" not in json.loads(run("validate", "a.yaml", "--format", "json").stdout)
 
 

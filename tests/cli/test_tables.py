@@ -73,14 +73,23 @@ def test_the_fields_of_a_plan_are_listed_below_its_objects() -> None:
     )
 
 
-def test_equal_copies_share_a_line() -> None:
+def test_many_entities_share_lines() -> None:
     pose = (VaryingField("pose.p", "0 … 1 each", at_reset=True),)
     rows = [SummaryRow(f"ball_{i}", "dynamic", 1, None, (0.1, 0.1, 0.1), (0, 1), 5, pose) for i in range(1000)]
-    rows.append(replace(rows[0], name="ball_1000", size=(0.2, 0.1, 0.1)))
-    lines = planned(rows, color=False).splitlines()
-    assert [line.partition("  ")[0] for line in lines] == [
-        "name", "ball_0 … ball_999 (1000)", "ball_1000", "", "", "ball_0 … ball_999 (1000)", "ball_1000",
+    rows.append(replace(rows[0], name="ball_1000", size=(0.2, 0.1, 0.1), varying=()))
+    assert planned(rows, color=False, whole=False).splitlines()[1:] == [
+        "ball_0 … ball_1000 (1001)  dynamic       1  0.1–0.2 × 0.1 × 0.1  0, 1    1 of 5",
+        "",
+        "                           differs            values",
+        "ball_0 … ball_1000 (1001)  pose.p   at reset  0 … 1 each",
+    ]
+    assert len(planned(rows, color=False).splitlines()) == 2 * len(rows) + 2
+    words = [replace(rows[0], name=f"{'ab'[i % 2]}/{chr(0x3B1 + i)}") for i in range(32)]
+    assert [line.split("  ")[0] for line in built(words, color=False, whole=False).splitlines()] == [
+        "name", "a/α … a/Ϗ (16)", "b/β … b/ϐ (16)",
     ]  # fmt: skip
+    others = [replace(row, name=row.name[2:]) for row in words]
+    assert built(others, color=False, whole=False).splitlines()[1].startswith("α … ϐ (32)  dynamic")
 
 
 def test_differences_between_scenes_are_marked() -> None:
@@ -116,8 +125,7 @@ def test_a_long_table_is_cut_and_names_the_option_for_all_rows() -> None:
     assert built(copies, color=False, whole=False).splitlines()[1].startswith("cube_0 … cube_30 (31)  dynamic")
     assert len(built(copies[:30], color=False, whole=False).splitlines()) == 31
     differing = [replace(cube, name=f"cube_{i}", masses=(i + 1.0, i + 1.0)) for i in range(40)]
-    *shown, last = built(differing, color=False, whole=False).splitlines()
-    assert (len(shown), last) == (31, "… 10 more rows, which --all shows")
+    assert "cube_0 … cube_39 (40)  dynamic       1       1–40" in built(differing, color=False, whole=False)
     assert len(built(differing, color=False).splitlines()) == 41
     fields = tuple(VaryingField(f"shapes[{i}].density", "1 … 2", at_reset=False) for i in range(35))
     text = planned([replace(cube, name="cube", varying=fields)], color=False, whole=False)
