@@ -44,6 +44,10 @@ ROUNDING: Final = 0.004
 SPEEDS: Final = frozenset((45.0, 90.0))
 """[rad/s] Speeds of rotation that are probably degrees per second. Larger ones are beyond what PhysX allows."""
 
+_NAME: Final = re.compile(r"[\w-]+")
+_SIMPLE_PATTERN: Final = re.compile(r"(?:[\w|-]|\.\*)+")
+"""A pattern of alternatives and `.*` only."""
+
 _FOV_KEYS: Final = ("fovy_deg", "fovx_deg", "outer_fov_deg")
 _ANGLE_KEYS: Final = frozenset(("rpy", "angle", "yaw", "qpos", "target", "limits"))
 _SPEED_KEYS: Final = frozenset(("angular_velocity", "velocity_target", "qvel"))
@@ -334,6 +338,8 @@ def _check_drives(mapping: Mapping[str, Any], origin: Origin, sink: Sink) -> Non
 
 def _matches(pattern: str, name: str) -> bool:
     """Returns whether a pattern of joints may match what another one, or a name, matches: any of its alternatives."""
+    if not all(map(_SIMPLE_PATTERN.fullmatch, (pattern, name))) and not any(map(_NAME.fullmatch, (pattern, name))):
+        return True  # `joint(1|2)` and `joint[23]` are not compared
     try:
         return any(
             re.fullmatch(one, part) is not None

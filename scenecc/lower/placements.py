@@ -448,6 +448,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
         hint = distance_beyond_target(placement, plan)
         beside = "use a smaller `gap`, another `side` or a larger target"
         region = "make the region larger, `apart` or the bodies smaller, or place fewer"
+        region += "" if placement.kind == "above" else "; place a heap `above`, from where it falls"
         hint = hint or (region if placement.next_to is None else beside)
         sink.report("SC354", message, origin, hint=hint)
     except UnsupportedShapeError as error:

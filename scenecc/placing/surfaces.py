@@ -149,12 +149,12 @@ def _level_of(points: Floats, triangles: Any) -> Floats:
 
 def hull_order(points: Floats) -> list[int]:
     """Returns the indices of the convex hull of points (n, 2), counterclockwise."""
-    order = np.lexsort((points[:, 1], points[:, 0])).tolist()
+    order, listed = np.lexsort((points[:, 1], points[:, 0])).tolist(), points.tolist()
 
     def half(indices: Sequence[int]) -> list[int]:
         kept: list[int] = []
         for index in indices:
-            while len(kept) > 1 and _turn(points[kept[-2]], points[kept[-1]], points[index]) <= 0:
+            while len(kept) > 1 and _turn(listed[kept[-2]], listed[kept[-1]], listed[index]) <= 0:
                 kept.pop()
             kept.append(index)
         return kept[:-1]
@@ -162,8 +162,8 @@ def hull_order(points: Floats) -> list[int]:
     return half(order) + half(order[::-1])
 
 
-def _turn(a: Any, b: Any, c: Any) -> float:
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def extent(parts: Sequence[Part], direction: Floats) -> Floats:
@@ -229,18 +229,36 @@ def _highest_joined(
     with np.errstate(invalid="ignore"):
         near = (ranked[:, 1:] - ranked[:, :-1] <= COPLANAR) & (ranked[:, 1:] > best[:, None])
     found = best.copy()
+    over = np.stack([_are_over(parts, one.corners) for one in ended if one.corners is not None], axis=-1)
+    absent = ~np.stack([part.there for part in parts])
     for row in np.flatnonzero(near.any(axis=1)).tolist():
         outline: Floats | None = None
         for top in sorted({level for level in z[row].tolist() if level > best[row]}, reverse=True):
-            members = [one for one, level in zip(ended, z[row].tolist(), strict=True) if 0 <= top - level <= COPLANAR]
-            if len(members) < 2:
+            is_level = (z[row] <= top) & (z[row] >= top - COPLANAR)
+            if is_level.sum() < 2 or not (absent[:, row] | over[:, row, is_level].any(axis=1)).all():
                 continue
             outline = footprint(parts, row) if outline is None else outline
-            polygons = [one.corners[row] for one in members if one.corners is not None]
+            polygons = [
+                one.corners[row]
+                for one, level in zip(ended, is_level, strict=True)
+                if level and one.corners is not None
+            ]
             if is_covered(outline, polygons):
                 found[row] = top
                 break
     return found
+
+
+def _are_over(parts: Sequence[Part], corners: Floats) -> Flags:
+    """Returns whether the middle of each part is above a convex polygon, (parts, B). `corners`: (B, k, 2)."""
+    found: list[Flags] = []
+    edges = np.roll(corners, -1, axis=1) - corners
+    for part in parts:
+        middle = 0.0 if part.points is None else part.points.mean(axis=0) * part.scale
+        middle = np.matmul(part.turn, np.broadcast_to(middle, part.p.shape)[:, :, None])[:, :, 0] + part.p
+        off = middle[:, None, :2] - corners
+        found.append((edges[..., 0] * off[..., 1] - edges[..., 1] * off[..., 0] >= -_TOLERANCE).all(axis=1))
+    return np.stack(found)
 
 
 def footprint(parts: Sequence[Part], row: int) -> Floats:
@@ -267,17 +285,17 @@ def footprint(parts: Sequence[Part], row: int) -> Floats:
 
 def is_covered(polygon: Floats, by: Sequence[Floats]) -> bool:
     """Returns whether convex polygons together cover another one; all (k, 2), counterclockwise."""
-    rest = [polygon]
+    rest: list[list[Any]] = [polygon.tolist()]
     for cover in by:
-        rest = [piece for one in rest for piece in _subtract(one, cover)]
-    return sum(map(area_of, rest)) <= 1e-9 * area_of(polygon)
+        rest = [piece for one in rest for piece in _subtract(one, cover.tolist())]
+    return sum(area_of(np.array(one)) for one in rest) <= 1e-9 * area_of(polygon)
 
 
-def _subtract(polygon: Floats, cover: Floats) -> list[Floats]:
-    """Returns the convex pieces of a polygon outside another one."""
-    pieces: list[Floats] = []
+def _subtract(polygon: list[Any], cover: list[Any]) -> list[list[Any]]:
+    """Returns the convex pieces of a polygon outside another one, as lists of points."""
+    pieces: list[list[Any]] = []
     inside = polygon
-    for start, end in zip(cover, np.roll(cover, -1, axis=0), strict=True):
+    for start, end in zip(cover, [*cover[1:], cover[0]], strict=True):
         beyond = _clip(inside, end, start)
         if len(beyond) > 2:
             pieces.append(beyond)
@@ -287,21 +305,19 @@ def _subtract(polygon: Floats, cover: Floats) -> list[Floats]:
     return pieces
 
 
-def _clip(polygon: Floats, start: Floats, end: Floats) -> Floats:
+def _clip(polygon: list[Any], start: Sequence[float], end: Sequence[float]) -> list[Any]:
     """Returns the part of a convex polygon to the left of a line."""
-    if not len(polygon):
-        return polygon
-    along = end - start
-    side = along[0] * (polygon[:, 1] - start[1]) - along[1] * (polygon[:, 0] - start[0])
-    kept: list[Floats] = []
-    for here in range(len(polygon)):
+    along = end[0] - start[0], end[1] - start[1]
+    side = [along[0] * (y - start[1]) - along[1] * (x - start[0]) for x, y in polygon]
+    kept: list[Any] = []
+    for here, (x, y) in enumerate(polygon):
         there = (here + 1) % len(polygon)
         if side[here] >= 0:
-            kept.append(polygon[here])
-        if (side[here] > 0) != (side[there] > 0) and side[here] * side[there] < 0:
+            kept.append((x, y))
+        if side[here] * side[there] < 0:
             share = side[here] / (side[here] - side[there])
-            kept.append(polygon[here] + share * (polygon[there] - polygon[here]))
-    return np.array(kept).reshape(-1, 2)
+            kept.append((x + share * (polygon[there][0] - x), y + share * (polygon[there][1] - y)))
+    return kept
 
 
 def area_of(polygon: Floats) -> float:
