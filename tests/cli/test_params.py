@@ -139,4 +139,7 @@ def test_an_unknown_prefab_is_wrong_usage(run) -> None:
 def test_a_dissimilar_prefab_name_names_three_prefabs(run) -> None:
     error = run("prefabs", "nosuch").stderr
     assert "did you mean" not in error
-    assert "the nearest here: scenecc:shelf, scenecc:sphere, scenecc:box and 14 others (`scenecc prefabs` lists all)" in error
+    assert (
+        "the nearest here: scenecc:shelf, scenecc:sphere, scenecc:box and 14 others (`scenecc prefabs` lists all)"
+        in error
+    )
