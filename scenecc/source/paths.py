@@ -51,9 +51,15 @@ def check_uri(uri: str) -> Refusal | None:
         return Refusal(
             "SC403",
             f"`~` is not expanded in `{shorten_uri(uri)}`",
-            "write a path relative to the scene, or use asset://",
+            _portable(uri),
         )
     return None
+
+
+def _portable(uri: str) -> str:
+    """Returns a hint for a path that holds only on one machine."""
+    folder, _, name = shorten_uri(uri).rpartition("/")
+    return f"copy the file beside the scene and write `{name}`, or write `asset://{name}` with `--asset-root {folder}`"
 
 
 def check_scheme(uri: str, known: tuple[str, ...]) -> Refusal | None:
@@ -155,10 +161,6 @@ ASSET_PATH_VARIABLE = "SCENECC_ASSET_PATH"
 """Environment variable with asset roots, separated by `os.pathsep`; they follow those of `--asset-root`."""
 
 _PACK_HINT = "`scenecc pack` adds the files of other values with --set, and further files with --add"
-
-_OUTSIDE_HINT = (
-    "move the file beside the scene, add its folder with --asset-root, or allow it with --allow-outside-assets"
-)
 
 
 class ResolvedFile(NamedTuple):
@@ -417,7 +419,9 @@ def _check_path(
         real = _resolve_links(joined)
         if not scope.allow_outside and not any(real.is_relative_to(tree) for tree in (*_list_folders(scope), *extra)):
             places, hint = (
-                ("folders that this scene may read", _OUTSIDE_HINT) if scope.packages is None else ("pack", None)
+                ("folders that this scene may read", f"{_portable(written)}, or allow it with --allow-outside-assets")
+                if scope.packages is None
+                else ("pack", None)
             )
             return Refusal("SC402", f"`{shorten_uri(written)}` leaves the {places}", hint)
         kept = real if joined.name == ".." else _resolve_links(joined.parent) / joined.name
@@ -442,8 +446,8 @@ def _refuse_unreachable(error: OSError, joined: Path, written: str, scope: Asset
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
         scope.memory.missing.add(_resolve_links(joined))
         hint = scope.memory.near.hint(_resolve_links(joined), written) if scope.packages is None else _PACK_HINT
-        if written.startswith("$"):
-            hint = "variables are not expanded: write a path relative to the scene, or use asset://"
+        if written.startswith(("$", "%")):
+            hint = f"variables are not expanded: {_portable(written)}"
         hint = keyboard_hint(written) or hint
         where = "" if scope.packages is None else " in the pack"
         return Refusal("SC401", f"there is no file `{shorten_uri(written)}`{where}", hint)

@@ -137,7 +137,8 @@ def _operands(
     reader: FormReader, node: Any, domains: list[Domain], plain: Validate, loc: Loc, names: str
 ) -> tuple[Any, ...] | None:
     if not is_sequence(node):
-        return reader.mistake("SC103", f"{VALUE_NAME} must be {names}", node, loc)
+        hint = f"write `{loc[-1]}: {names}`"
+        return reader.mistake("SC103", f"{VALUE_NAME} must be {names}", node, loc, hint)
     count, first = len(domains), domains[0]
     if len(node) != count:
         return reader.mistake("SC106", f"{VALUE_NAME} must have {count} values, {names}, not {len(node)}", node, loc)
@@ -281,7 +282,8 @@ def _check_order(
             return
         if a > b:
             first, second = (_OPERAND_WORDS[name] for name in names)
-            reader.mistake("SC119", f"{first} {show(a)} is above {second} {show(b)}", low, loc)
+            hint = f"write `{loc[-1]}: [{show(b)}, {show(a)}]`" if (a, b) == (low, high) else None
+            reader.mistake("SC119", f"{first} {show(a)} is above {second} {show(b)}", low, loc, hint)
             return
         if domain.nonzero and a <= 0 <= b:
             hint = "for both signs write `choice: [{uniform: [-2, -1]}, {uniform: [1, 2]}]`"
