@@ -34,6 +34,18 @@ if TYPE_CHECKING:
     from scenecc.spec.params import ParamIssue
 
 
+_KIND_SYNONYMS = {
+    **dict.fromkeys(("float", "double", "real", "num"), "number"),
+    **dict.fromkeys(("int", "whole"), "integer"),
+    **dict.fromkeys(("str", "text"), "string"),
+    **dict.fromkeys(("bool", "flag"), "boolean"),
+    **dict.fromkeys(("vec3", "vector3", "array", "position"), "vector"),
+    **dict.fromkeys(("colour", "rgb", "rgba"), "color"),
+    **dict.fromkeys(("enum", "option"), "choice"),
+    **dict.fromkeys(("path", "mesh"), "file"),
+}
+"""Types of parameters in other notations → the type here."""
+
 _PARAM_KEYS = frozenset(("type", "default", "min", "max", "options", "description"))
 
 
@@ -95,7 +107,11 @@ def read_param(
     pattern = None if default is None else compiler.pattern(default, at)
     kind = known["type"] if "type" in known else None if pattern is not None else infer_param_kind(default)
     if not (isinstance(kind, str) and kind in PARAM_KINDS) and (kind is not None or pattern is None):
-        hint = suggest(kind, PARAM_KINDS) if isinstance(kind, str) else "write `type: number`, or another type"
+        hint = (
+            suggest(_KIND_SYNONYMS.get(kind, kind), PARAM_KINDS)
+            if isinstance(kind, str)
+            else "write `type: number`, or another type"
+        )
         what = f"there is no type {show(kind)}" if kind is not None else f"the type of `{cut(name)}` is missing"
         frame.report("SC214", what, (*path, "type") if kind is not None else path, hint=hint)
         return None

@@ -46,7 +46,11 @@ def check_uri(uri: str) -> Refusal | None:
     except UnicodeEncodeError:
         return Refusal("SC403", f"the path {shorten_uri(uri)!r} cannot be a file name")
     if "\\" in uri:
-        return Refusal("SC403", f"the path `{shorten_uri(uri)}` contains a backslash", "write `/` between folders")
+        return Refusal(
+            "SC403",
+            f"the path `{shorten_uri(uri)}` contains a backslash",
+            f"write `{shorten_uri(uri).replace(chr(92), '/')}`",
+        )
     if uri.startswith("~"):
         return Refusal(
             "SC403",
@@ -67,12 +71,13 @@ def check_scheme(uri: str, known: tuple[str, ...]) -> Refusal | None:
     match = _SCHEME.match(uri)
     if match is None or match[1] in known:
         return None
+    path = shorten_uri(uri[match.end() :]).lstrip("/")
     hints = {
         "http": "download the file and use its path",
         "https": "download the file and use its path",
-        "file": "write only the path, without file://",
-        "package": "write asset://PATH with --asset-root, or pkg://PACKAGE/PATH of a Python package",
-        "model": "write asset://PATH and give the model folder with --asset-root",
+        "file": f"write `{path}`",
+        "package": f"write `asset://{path}` and give the folder of the packages with --asset-root, or `pkg://{path}`",
+        "model": f"write `asset://{path}` and give the model folder with --asset-root",
     }
     fallback = (
         "name a path relative to the scene, pkg://PACKAGE/PATH or asset://PATH" if known else "name a relative path"
@@ -98,6 +103,8 @@ def shorten_uri(uri: str) -> str:
 _MAX_LISTED_NAMES = 1000
 
 _MAX_GUESSES = 20
+
+_ROBOTS = frozenset((".urdf", ".xml", ".mjcf", ".xacro", ".srdf", ".sdf"))
 
 
 class _FolderListing(NamedTuple):
@@ -131,6 +138,9 @@ class NameSuggestions:
 
     def _guess(self, missing: str, listing: _FolderListing) -> str | None:
         alike = listing.by_lower.get(missing.lower()) or listing.by_stem.get(Path(missing).stem.lower())
+        kind = Path(missing).suffix.lower()
+        if alike is not None and (kind in _ROBOTS) != (Path(alike).suffix.lower() in _ROBOTS):
+            return None  # a mesh cannot replace a robot
         # Comparing names takes milliseconds in a full folder, so the number of guesses is limited.
         if alike is not None or self._guesses_left <= 0 or len(missing) > 255:
             return alike

@@ -267,9 +267,10 @@ class _Reader:
                 if isinstance(under, str) and ":" in under.strip(":"):
                     hint = "a space must follow the colon of a key: write `key: value`"
                 elif form := _SPREAD_FORM.search(line):
-                    hint = f"write its numbers in brackets: `{{{form[1]}: [{form[2]}]}}`"
+                    hint = f"write its numbers in brackets: `{self._path()[-1]}: {{{form[1]}: [{form[2]}]}}`"
                 elif line[max(end.column - len(under) - 1, 0) :].startswith(f"{{{under}}}") if under else False:
-                    hint = f'an expression is written `"${{{under}}}"`'
+                    owner = self._path()[-1:]
+                    hint = f'an expression is written `{"".join(f"{one}: " for one in owner)}"${{{under}}}"`'
                 elif _is_key_at(below, key_event.start_mark.column):
                     hint = f"indent the lines below `{under}` by two more spaces, or remove the key"
                 elif below.lstrip().startswith("-{"):
@@ -301,9 +302,9 @@ class _Reader:
 
     def _key(self, event: NodeEvent) -> str | None:
         """Returns the key of an event; None, reported, if it is not a string."""
-        hint = f'quote it: "{format_scalar(event)}"'
+        hint = f'quote it: `"{format_scalar(event)}"`'
         if form := _SPREAD_FORM.search(self._faults.lines.line(event.start_mark.line)):
-            hint = f"write its numbers in brackets: `{{{form[1]}: [{form[2]}]}}`"
+            hint = f"write its numbers in brackets: `{self._path()[-1]}: {{{form[1]}: [{form[2]}]}}`"
         if isinstance(event, AliasEvent):
             key: Any = self._aliases.follow(event, [node for _, node in self._open], self._path())
             if key is None:

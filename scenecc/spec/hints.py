@@ -39,7 +39,7 @@ FORM_SYNONYMS = {
 """Name of a form in other tools → the form here."""
 
 HALVES: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("size", "sizes", "extents", "dimensions", "edges"), ("half_size",)),
+    **dict.fromkeys(("size", "sizes", "extents", "dimensions", "edges"), ("half_size", "radius")),
     **dict.fromkeys(("height", "length"), ("half_length",)),
     **dict.fromkeys(("diameter", "width"), ("radius",)),
 }
@@ -52,10 +52,12 @@ SYNTAX_HINTS: dict[str, str] = {
 """Key → syntax of its value."""
 
 MISSING_KEY_HINTS: dict[str, str] = {
-    "color": "its numbers also set the brightness: `color: [3, 3, 3]`",
+    "color": "write `color: [3, 3, 3]`: its numbers also set the brightness",
     "inertia": "write `inertia: [ixx, iyy, izz]`, along the axes of `com`",
     "radius": "write `radius: …` [m]",
     "half_size": "write `half_size: [x, y, z]`, from the centre to its faces [m]",
+    "side": "write `side: left`, or right, front or behind",
+    "of": "write `of: NAME`, the entity beside it",
     "half_length": "write `half_length: …`, half of its straight part [m], and turn it by `axis` or `pose`",
     "pick": "it selects the variant of each scene: `pick: {cycle: [0, 1]}`, or any form over their indices",
 }
@@ -86,6 +88,12 @@ KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("at", "time", "when"), ("after",)),
     **dict.fromkeys(("reason", "message", "msg"), ("because",)),
     **dict.fromkeys(("range", "times", "n", "num"), ("count",)),
+    **dict.fromkeys(("xy", "offset"), ("at",)),
+    **dict.fromkeys(("parent", "frame", "reference", "relative", "parent_frame"), ("relative_to",)),
+    **dict.fromkeys(("sky", "skybox", "hdr", "envmap", "hdri"), ("map",)),
+    **dict.fromkeys(("random", "distributions", "randomness"), ("draws",)),
+    **dict.fromkeys(("margin", "clearance", "min_distance"), ("apart",)),
+    "title": ("name",),
     "hfov": ("fovx",),
     "vfov": ("fovy",),
     "dir": ("direction",),
@@ -118,11 +126,13 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("locked_axes", "joint joints children links link",
      "a body has no joints: connect two with `constraints`, or write an articulation `root: {name: …, children: […]}`"),
     ("entities", "joint joints equality welds", "did you mean `constraints`?"),
-    ("mount", "parent attached_to parent_link", "did you mean `mount`?"),
+    ("mount", "parent attached_to attach_to attach parent_link link", "did you mean `mount`?"),
+    ("fovy", "clip clipping near_far", "write `near: 0.01` and `far: 100` [m]"),
+    ("fovy", "type kind", "remove it: every camera takes colour, depth and segmentation"),
     ("locked_axes fix_root_link", "parent attached_to parent_link mount",
      "write `pose: {relative_to: @}`, or connect them: `constraints: {NAME: {type: weld, …}}`"),
     ("pose_in_child", "anchor pivot anchor1 anchor2",
-     "write `pose_in_child: [x, y, z]`, the place in the frame of the child; that in the parent follows from it"),
+     "write `pose_in_child: @`, the place in the frame of the child; that in the parent follows from it"),
     ("pose_in_child", "parent attached_to parent_link child child_link",
      "write the link in the `children` of its parent, without this key"),
     ("locked_axes", "freejoint free_joint", "remove it: a body with `body_type: dynamic` moves freely"),
@@ -133,9 +143,12 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("material", "com center_of_mass", "write `com: @` beside `shapes`: it is a property of the body"),
     ("locked_axes fix_root_link material static_friction", "surface_velocity conveyor belt_velocity surfacevel",
      "PhysX in SAPIEN has no moving surfaces: write rollers, links that a drive turns by `velocity_target`"),
-    ("locked_axes", "disable_gravity gravcomp no_gravity", "write `gravity: false`"),
-    ("locked_axes", "count num copies for n number", "write `repeat: {i: {count: @}}`"),
-    ("fix_root_link", "fix_base fixed_base use_fixed_base fixed fix", "write `fix_root_link: @`"),
+    ("locked_axes fix_root_link", "disable_gravity gravcomp no_gravity", "write `gravity: false`"),
+    ("disable_self_collisions", "self_collision self_collisions enable_self_collisions",
+     "write `disable_self_collisions: true`; without it, links collide with each other"),
+    ("locked_axes", "for", "copies are `repeat: {i: {count: 4}}`"),
+    ("locked_axes", "count num copies n number", "write `repeat: {i: {count: @}}`"),
+    ("fix_root_link", "fix_base fixed_base base_fixed use_fixed_base fixed fix", "write `fix_root_link: @`"),
     ("fix_root_link", "static immovable is_static",
      "write `fix_root_link: true`, or `body_type: static` if its joints never move either"),
     ("fix_root_link", "kinematic is_kinematic", "write `body_type: kinematic`: its joints then never move"),
@@ -188,6 +201,7 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("locked_axes", "with prefix", "write it beside `use`: `{use: FILE, @key: @}`"),
     ("locked_axes", "uses using prefab instance", "write `use: @`"),
     ("locked_axes", "pick", "write it beside `variants`: `{variants: [{…}, {…}], pick: @}`"),
+    ("visibility", "visible", "write `visibility: 0`, or 1 for what is visible"),
     ("locked_axes", "urdf mjcf root",
      "`variants` takes bodies only; the file of a robot can vary: `urdf: {cycle: [a.urdf, b.urdf]}`"),
     ("fix_root_link", "urdf mjcf root", "an articulation has one of `urdf`, `mjcf` and `root`"),
@@ -208,13 +222,15 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "remove it: MuJoCo reads every MJCF; `scenecc decompile` writes ManiSkill's robots as trees of links"),
     ("fix_root_link", "keyframe", "only `mjcf` has keyframes: write `qpos: […]`"),
     ("fix_root_link", "controller control_mode controllers",
-     'a scene has drives, not controllers: `drives: {".*": {stiffness: …, damping: …}}`'),
+     'a scene has drives, not controllers: `drives: {".*": {stiffness: 1000, damping: 100}}`'),
     ("limits", "lower upper", "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
     ("limits", "range limit", "write `limits: @` in radians or metres, or `limits_deg: @`"),
-    ("armature", "effort max_force forcerange", 'set it on drives: `drives: {".*": {force_limit: @}}`'),
+    ("armature", "effort max_force forcerange", "set it on the drive: `drives: {@name: {force_limit: @}}`"),
+    ("limits", "length distance", "write `limits: [@, @]`"),
     ("max_velocity", "velocity velocity_limit", "write `max_velocity: @`"),
-    ("fix_root_link armature", "stiffness damping force_limit kp kd kv",
-     'set it on drives: `drives: {".*": {@key: @}}`'),
+    ("armature", "stiffness damping force_limit kp kd kv", "set it on the drive: `drives: {@name: {@here: @}}`"),
+    ("fix_root_link", "stiffness damping force_limit kp kd kv",
+     'set it on drives: `drives: {".*": {@here: @}}`'),
     ("locked_axes fix_root_link", "uid robot robot_uid robot_uids",
      ("give the robot's file, `urdf: …` or `mjcf: …`, "
       "or use ManiSkill's robots: `{use: scenecc:table_scene, with: {robot: @}}`")),
@@ -227,10 +243,11 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "only `hinge` and `slider` have an axis; here it is x of both poses, which `rpy_deg: [0, -90, 0]` turns to z"),
 )  # fmt: skip
 """Rows of known keys, unknown keys and a hint. A row applies if the mapping may have one of its known keys; the first
-row that applies is used. In a hint, `@` is the value of the unknown key, `[@]` a list of it, and `@key` the key."""
+row that applies is used. In a hint, `@` is the value of the unknown key, `[@]` a list of it, `@key`
+the key, `@here` its name here, and `@name` the name of the mapping that has it."""
 
 SHAPE_LIST_HINTS: dict[str, str] = {
-    "mesh": "a `mesh` is only visible: write it under `visuals`; a convex_mesh, convex_parts or triangle_mesh collides",
+    "mesh": "write `type: convex_mesh`, convex_parts or triangle_mesh: a `mesh` is only visible, under `visuals`",
     "tiled_plane": "a `tiled_plane` is only visible: write it under `visuals`",
     "convex_parts": "`convex_parts` always collide: write them under `shapes` or `collisions`, or use a visible `mesh`",
     "triangle_mesh": "a `triangle_mesh` always collides: write it under `shapes` or `collisions`",
@@ -253,6 +270,8 @@ VALUE_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("revolute", "hinge"), ("hinge", "revolute")),
     **dict.fromkeys(("prismatic", "slide", "slider"), ("slider", "prismatic")),
     "ground": ("plane",),
+    **dict.fromkeys(("position", "velocity", "torque", "effort"), ("force",)),
+    **dict.fromkeys(("spring", "rope", "cable"), ("distance",)),
 }
 """Unknown value → the values that may be meant."""
 
@@ -264,7 +283,7 @@ VALUE_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     **dict.fromkeys(("floating", "free"), (("continuous", "for a free robot write `fix_root_link: false`"),)),
     "ellipsoid": (("sphere", "write a `sphere`, or a `convex_mesh` with a file of that shape"),),
-    "ambient": (("directional", "write it under `environment`: `environment: {ambient_light: [r, g, b]}`"),),
+    "ambient": (("directional", "remove the light, and write `environment: {ambient_light: [0.3, 0.3, 0.3]}`"),),
 }
 """Unknown value → pairs of a value and a hint. The hint applies where that value is allowed."""
 

@@ -60,13 +60,14 @@ def snake_case(key: str) -> str:
 _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
-def misplaced_hint(key: str, owner: Mapping[str, Any], known: Sequence[str]) -> str | None:
+def misplaced_hint(key: str, owner: Mapping[str, Any], known: Sequence[str], name: str) -> str | None:
     """Returns what to write instead of a key that is known elsewhere or in another tool, or None.
 
     Args:
         key: the unknown key.
         owner: the mapping that has it.
         known: the keys that the mapping may have.
+        name: the key of that mapping.
     """
     word, value = snake_case(key), owner.get(key)
     if word != key and word in known:
@@ -79,12 +80,16 @@ def misplaced_hint(key: str, owner: Mapping[str, Any], known: Sequence[str]) -> 
     if hint is None:
         return None
     listed = flow(value) if is_sequence(value) else f"[{flow(value)}]"
+    (here, *_) = KEY_SYNONYMS.get(word, (key,))
+    hint = hint.replace("@name", flow(owner.get("name", name))).replace("@here", here)
     return hint.replace("@key", key).replace("[@]", listed).replace("@", flow(value))
 
 
 def half_hint(key: str, near: str, value: Any) -> str:
     """Returns what to write instead of a key of which `near` takes the half."""
     found = numbers(value)
+    if near == "radius" and len(found) == 2:
+        return f"write `radius: {flow(found[0])}, half_length: {flow(found[1])}`, as in MuJoCo's `{key}`"
     if near == "half_size" and len(found) == 1:
         found *= 3
     if not found or len(found) != (3 if near == "half_size" else 1):
@@ -178,6 +183,26 @@ def _coordinates(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
     return f"write `{'p' if names == 'xyz' else 'rpy'}: {flow(found)}`" if found else None
 
 
+def shape_hint(found: Mapping[str, Any], choices: Sequence[str]) -> str | None:
+    """Returns a hint for a mapping without a `type`. `choices`: the types that it may have."""
+    key = next((key for key in found if key in choices or key == "mesh"), None)
+    inner = found[key] if key is not None else None
+    kind = key or next((one for one in found.values() if isinstance(one, str) and one in choices), None)
+    keys = {name: one for name, one in found.items() if name != key and one != kind}
+    if is_mapping(inner):
+        keys |= inner
+    elif inner is not None:
+        keys |= {"half_size" if len(numbers(inner)) == 3 else "file" if isinstance(inner, str) else "radius": inner}
+    if kind is None:
+        guesses = (("half_size", "box"), ("file", "convex_mesh"), ("half_length", "capsule"), ("radius", "sphere"))
+        kind = next((guess for size, guess in guesses if size in found and guess in choices), None)
+    if kind is None:
+        return None
+    if kind == "mesh" and kind not in choices:
+        kind = "convex_mesh"
+    return f"write `{flow({'type': kind, **dict(_size(*one) for one in keys.items())})}`"
+
+
 _SHAPE_TYPES: Final = frozenset(
     ["box", "sphere", "capsule", "cylinder", "plane", "mesh", "convex_mesh", "triangle_mesh"]
 )
@@ -209,7 +234,7 @@ def _size(key: str, value: Any) -> tuple[str, Any]:
     if word in _FILES:
         return "file", value
     found = numbers(value)
-    (near,) = HALVES.get(word, (word,))
+    near, *_ = HALVES.get(word, (word,))
     if near == word or not found:
         return key, value
     return near, [one / 2 for one in found] if len(found) > 1 else found[0] / 2

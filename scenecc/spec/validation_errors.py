@@ -33,7 +33,7 @@ from scenecc.spec.hints import (
     VALUE_SYNONYMS,
     VARIANTS_HINT,
 )
-from scenecc.spec.key_hints import flow, half_hint, misplaced_hint, snake_case, suggest_key
+from scenecc.spec.key_hints import flow, half_hint, misplaced_hint, numbers, shape_hint, snake_case, suggest_key
 from scenecc.spec.keys import place_at
 from scenecc.spec.nodes import (
     KEY,
@@ -51,7 +51,7 @@ from scenecc.spec.nodes import (
 from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.repetition import RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
-from scenecc.spec.value_hints import MAPPING_OF_NAMES, color_hint, kind_hint, length_hint
+from scenecc.spec.value_hints import MAPPING_OF_NAMES, color_hint, kind_hint, length_hint, name_hint
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
@@ -192,8 +192,8 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
     known, free = known_keys(path, data)
     word = snake_case(key)
     owner = value_at(data, path[:-1])
-    hint = misplaced_hint(key, owner, known)
-    if hint is None and "use" in known and not nearest(word, known):
+    hint = misplaced_hint(key, owner, known, str(path[-2]) if len(path) > 1 else "")
+    if hint is None and "use" in known and not suggest_key(key, known):
         form = INSTANCE_HINT if _is_key_of_entities(key) else PARAM_HINT
         hint = form.format(entry=f"{key}: {flow(owner[key])}")
     fix: tuple[Literal["key"], str] | None = None
@@ -273,7 +273,7 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
     elif "type" not in found:
         union = place_at(path, partial(value_at, data)).choice
         choices = union.types() if isinstance(union, LazyUnion) else ()
-        hint = next((f"write `{{type: {key}, …}}`" for key in found if key in choices), None)
+        hint = shape_hint(found, choices)
         message = f"{value_name(path)} lacks the key `type`"
         sink.report("SC102", message, place, hint=hint or listed(choices, "", LISTS_KEYS))
     elif is_varying(tag):
@@ -302,9 +302,7 @@ def _suggest_value(found: str, choices: list[str]) -> str | None:
     if meant:
         return f"did you mean `{meant}`?"
     if "z" in choices:
-        hint = (
-            f"write its numbers: {_NEGATIVE_AXES[word]}" if word in _NEGATIVE_AXES else kind_hint("a list", (), found)
-        )
+        hint = f"write `{_NEGATIVE_AXES[word]}`" if word in _NEGATIVE_AXES else kind_hint("a list", (), found)
         if hint:
             return hint
     return suggest(found, choices, LISTS_KEYS)
@@ -325,7 +323,7 @@ def _report_pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:
         f"{show(found)} is not a name",
         place,
         at=at,
-        hint=PATTERN_HINTS.get(error["ctx"]["pattern"], PATTERN_HINTS[NAME_PATTERN]),  # pyright: ignore[reportTypedDictNotRequiredAccess]
+        hint=name_hint(found) + PATTERN_HINTS.get(error["ctx"]["pattern"], PATTERN_HINTS[NAME_PATTERN]),  # pyright: ignore[reportTypedDictNotRequiredAccess]
     )
 
 
@@ -438,4 +436,6 @@ def _find_misspelt_keys(located: LocatedErrors, data: dict[str, Any]) -> set[Pat
         if error["type"] == "extra_forbidden" and suggest_key(str(path[-1]), missing.get(path[:-1], ())):
             near = suggest_key(str(path[-1]), *known_keys(path, data))
             misspelt.update([(*path[:-1], near)] if near else [])
+            if near == "radius" and len(numbers(error["input"])) == 2:
+                misspelt.add((*path[:-1], "half_length"))  # MuJoCo's `size` has both
     return misspelt

@@ -44,8 +44,10 @@ def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:
         return f"write `{key}: {{count: {count}}}`" if is_index else f"write `repeat: {{i: {{count: {count}}}}}`"
     if expected == "true or false":
         return _switch_hint(key, found)
-    if expected == "a mapping" and owner in {"drives", "joints", "links"}:
-        return f'name them first: `{owner}: {{".*": {{{key}: …}}}}`'
+    if expected == "a mapping" and (plain := _PARTS.get(str(owner))):
+        if key in plain:
+            return f'name them first: `{owner}: {{".*": {{{key}: {flow(found)}}}}}`'
+        return f"write `{key}: {{{plain[0]}: {flow(found)}}}`"
     if found is True and key in {"settled", "no_overlap"}:
         return f"write `{key}: {{}}`, or its keys in the braces"
     if key == "gravity" and (vector := gravity(found)):
@@ -53,11 +55,21 @@ def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:
     return None if isinstance(found, bool) else _number_hint(expected, path, found)
 
 
+_PARTS: Final = {
+    "drives": ("stiffness", "damping", "force_limit", "target", "velocity_target"),
+    "joints": ("friction", "friction_force", "armature", "max_velocity"),
+    "links": ("mass", "linear_damping", "angular_damping"),
+}
+"""Mapping of names of a robot → its keys that take a number."""
+
+
 def _number_hint(expected: str, path: Path, found: float) -> str | None:
     """Returns a hint for a number in place of something else."""
     key, one = str(path[-1]), flow(found)
     meant = {
-        "scene_idxs": f"[{one}]",
+        **dict.fromkeys(("scene_idxs", "qpos", "qvel"), f"[{one}]"),
+        "limits": flow([-abs(found), abs(found)]),
+        **(dict.fromkeys("xyz", f"[{one}, {one}]") if path[-2:-1] == ("limits",) else {}),
         "half_size": flow([found] * 3),
         "physical": f"{{static_friction: {one}, dynamic_friction: {one}}}",
         **dict.fromkeys(("color", "base_color", "ambient_light"), flow([found] * 3)),
@@ -204,7 +216,7 @@ def _place_hint(path: Path, text: str) -> str | None:
         "next_to": f"write `next_to: {{of: {shown}, side: right}}`",
         "mimic": f"write `mimic: {{joint: {shown}}}`",
         "repair": f"repairs are a list: `repair: [{shown}]`",
-        "include": SYNTAX_HINTS["include"],
+        "include": f"write `include: [{shown}]`",
         "repeat": SYNTAX_HINTS["repeat"],
     }
     return hints.get(str(path[-1])) if path else None
@@ -222,9 +234,22 @@ def length_hint(path: Path, found: Any) -> str | None:
         return f"write `pose: {{p: {flow(parts[:3])}, {angles}: {flow(parts[3:])}}}`"
     if key == "pose" and len(found) == 2 and [len(numbers(one)) for one in found] == [3, 4]:
         return f"write `pose: {{p: {flow(found[0])}, q: {flow(found[1])}}}`; `q` has w first"
+    if key == "region" and len(parts) == 2:
+        return f"write two corners: `region: {flow([[-one / 2 for one in parts], [one / 2 for one in parts]])}`"
     if key == "region" and len(parts) == 4:
         return f"write two corners: `region: {flow([parts[:2], parts[2:]])}`"
     return LENGTH_HINTS.get((str(key), len(found)))
+
+
+def name_hint(found: str) -> str:
+    """Returns a name that resembles a text that is not one, for the start of a hint; "" if there is none."""
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", found[:_LONGEST_NAME]).strip("_")
+    name = name if name[:1].isalpha() else f"_{name}"
+    return f"write `{name}`: " if re.fullmatch(r"[A-Za-z_][\w.-]*", name) and len(name) > 1 else ""
+
+
+_LONGEST_NAME: Final = 60
+"""Longest text of which a name is made [characters]."""
 
 
 def color_hint(path: Path, found: Any) -> str:
@@ -271,7 +296,7 @@ _UNITS: Final = {
         for pair in (
             "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 lb=0.45359237 lbs=0.45359237 oz=0.0283495231 kilograms=1 grams=1e-3 "
             "m=1 km=1e3 dm=0.1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 in=0.0254 inch=0.0254 ft=0.3048 meters=1 metres=1 "
-            "s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 % =1e-2 "
+            "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 % =1e-2 "
             "N=1 Nm=1 N*m=1 N·m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
             "kg/m3=1 kg/m^3=1 kg/m³=1 g/cm3=1e3 g/cm^3=1e3 g/cm³=1e3 g/cc=1e3 kg/l=1e3 kg*m2=1 kg*m^2=1 kg·m²=1"
         )
@@ -342,6 +367,10 @@ _FORM_SLIP: TextSlip = (
 )
 
 _NUMERIC_SLIPS: tuple[TextSlip, ...] = (
+    (
+        re.compile(r"\s*\[([-+.\deE, ]*)\]\s*"),
+        lambda path, found: f"write {_entry(path, f'[{_commas(found[1])}]')}, without quotes",
+    ),
     (re.compile(r"\s*[-+.\d][-+.\deE]*(?:[ ,]+[-+.\d][-+.\deE]*)+\s*"), lambda path, found: _list(path, found[0])),
     (
         re.compile(r"[-+]?\d+[eE][-+]?\d+"),

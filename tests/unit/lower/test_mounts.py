@@ -122,7 +122,7 @@ def test_of_a_name_like_no_other_the_entities_are_listed() -> None:
 @pytest.mark.parametrize("name", ["ground", "ground/ground"])
 def test_an_instance_that_holds_one_entity_means_that_entity(name: str) -> None:
     assert mount_of(name, {"ground": {"use": "scenecc:ground"}}) == Mount("ground/ground")
-    cup = {"place": {"on": name}, "shapes": BALL}
+    cup = {"place": {"on": name, "at": [0, 0]}, "shapes": BALL}
     assert validate({"scenecc": 1, "entities": {"ground": {"use": "scenecc:ground"}, "cup": cup}}) == []
 
 
