@@ -168,6 +168,7 @@ def _find_declaration(param: Param, argument: ParamArgument, parent: Origin | No
 
 
 def _refuse(wanted: ParamType, argument: ParamArgument, wrong: ParamIssue, sink: Sink) -> None:
+    from scenecc.spec.hints import VALUE_SYNONYMS  # noqa: PLC0415 - needed only after an error
     from scenecc.spec.value_hints import color_hint, kind_hint  # noqa: PLC0415 - needed only after an error
 
     code, words = wrong
@@ -175,7 +176,9 @@ def _refuse(wanted: ParamType, argument: ParamArgument, wrong: ParamIssue, sink:
     message = f"the parameter `{cut(wanted.name)}` {words}"
     hint, value = None, argument.value
     if wanted.kind == "choice" and isinstance(value, str):
-        near = nearest(value, [option for option in wanted.options if isinstance(option, str)])
+        options = [option for option in wanted.options if isinstance(option, str)]
+        near = next((one for one in VALUE_SYNONYMS.get(value.lower(), ()) if one in options), None)
+        near = near or nearest(value, options)
         hint = None if near is None else f"did you mean `{near}`?"
     elif wanted.kind == "color":
         hint = color_hint((wanted.name,), value)

@@ -46,6 +46,15 @@ _KIND_SYNONYMS = {
 }
 """Types of parameters in other notations → the type here."""
 
+_KEY_SYNONYMS = {
+    **dict.fromkeys(("value", "init", "initial"), "default"),
+    **dict.fromkeys(("low", "lower", "minimum"), "min"),
+    **dict.fromkeys(("high", "upper", "maximum"), "max"),
+    **dict.fromkeys(("choices", "values", "enum"), "options"),
+    **dict.fromkeys(("kind", "dtype"), "type"),
+    **dict.fromkeys(("doc", "help", "unit"), "description"),
+}
+
 _PARAM_KEYS = frozenset(("type", "default", "min", "max", "options", "description"))
 
 
@@ -100,7 +109,11 @@ def read_param(
     if not known.keys() <= _PARAM_KEYS:
         key = next(key for key in known if key not in _PARAM_KEYS)
         frame.report(
-            "SC214", f"a parameter has no `{cut(key)}`", (*path, key), at="key", hint=suggest(key, _PARAM_KEYS)
+            "SC214",
+            f"a parameter has no `{cut(key)}`",
+            (*path, key),
+            at="key",
+            hint=suggest(_KEY_SYNONYMS.get(key, key), _PARAM_KEYS),
         )
         return None
     default = known.get("default")

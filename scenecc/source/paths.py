@@ -107,6 +107,10 @@ _MAX_GUESSES = 20
 _ROBOTS = frozenset((".urdf", ".xml", ".mjcf", ".xacro", ".srdf", ".sdf"))
 
 
+def _is_robot(name: str) -> bool:
+    return Path(name).suffix.lower() in _ROBOTS
+
+
 class _FolderListing(NamedTuple):
     names: tuple[str, ...]
     by_lower: dict[str, str]
@@ -137,16 +141,19 @@ class NameSuggestions:
         return f"there is no folder {folder / missing}" if rest else None
 
     def _guess(self, missing: str, listing: _FolderListing) -> str | None:
-        alike = listing.by_lower.get(missing.lower()) or listing.by_stem.get(Path(missing).stem.lower())
-        kind = Path(missing).suffix.lower()
-        if alike is not None and (kind in _ROBOTS) != (Path(alike).suffix.lower() in _ROBOTS):
-            return None  # a mesh cannot replace a robot
+        stem, suffix = Path(missing).stem.lower(), Path(missing).suffix.lower()
+        alike = listing.by_lower.get(missing.lower())
+        if alike is None and stem in listing.by_stem:
+            same = [name for name in listing.names if Path(name).stem.lower() == stem]
+            # A mesh cannot replace a robot.
+            kinds = {Path(name).suffix.lower(): name for name in same if suffix not in _ROBOTS or _is_robot(name)}
+            near = difflib.get_close_matches(suffix, kinds, n=1, cutoff=0)
+            return kinds[near[0]] if near else None
         # Comparing names takes milliseconds in a full folder, so the number of guesses is limited.
         if alike is not None or self._guesses_left <= 0 or len(missing) > 255:
             return alike
         self._guesses_left -= 1
         # Compare stems: `a.png` and `b.png` differ in one letter of five, but are different files.
-        stem, suffix = Path(missing).stem.lower(), Path(missing).suffix.lower()
         close = difflib.get_close_matches(stem, listing.by_stem, n=1, cutoff=0.75)
         if not close:
             return None

@@ -276,6 +276,25 @@ def _physical(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
     return hint and hint.replace("write it in the material: `material: {", "write `")[:-2] + "`"
 
 
+def _view(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
+    """Returns a hint for an angle of view."""
+    del owner
+    found = re.match(r"[\d.]+", str(value))
+    if found is None:
+        return None
+    is_small = float(found[0]) < math.pi and not word.endswith("deg") and "deg" not in str(value)
+    other = "`fovy` in radians" if not is_small else f"`fovy: {found[0]}` in radians"
+    return f"write `fovy_deg: {found[0]}`, the vertical angle of view in degrees, or {other}"
+
+
+def _file(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
+    """Returns a hint for the file of an entity, by its suffix."""
+    del word, owner
+    suffix = str(value).rpartition(".")[2].lower()
+    key = {"urdf": "urdf", "xml": "mjcf", "mjcf": "mjcf", "yaml": "use", "yml": "use"}.get(suffix)
+    return key and f"write `{key}: {flow(value)}`"
+
+
 def _part(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
     """Returns a hint for `collision` or `visual` of a body."""
     del owner
@@ -336,6 +355,7 @@ def _look_at(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
     del word, value
     pose = owner.get("pose")
     eye = owner.get("eye", pose.get("p") if is_mapping(pose) else pose)
+    eye = next((owner[key] for key in _PLACE_WORDS if key in owner), []) if eye is None else eye
     target = next((owner[key] for key in ("look_at", "lookat", "target") if key in owner), [0, 0, 0])
     if len(numbers(eye)) != 3 or len(numbers(target)) != 3:
         return None
@@ -365,6 +385,8 @@ _MAKERS: Final[tuple[tuple[str, frozenset[str], _Maker], ...]] = (
     ("origin", _TURN_WORDS, _beside_pose("origin")),
     ("pose", frozenset((*_PLACE_WORDS, "origin")), _pose_of_origin),
     ("locked_axes", frozenset(("collision", "visual")), _part),
+    ("locked_axes", frozenset(("file", "filename", "path", "uri", "src", "model", "mesh", "robot", "xml")), _file),
+    ("fovy", frozenset(("fov", "fov_deg")), _view),
     ("entities", frozenset(("gravity",)), _gravity),
     ("timestep", _FREQUENCIES, _frequency),
     ("entities", _FREQUENCIES, _frequency),

@@ -35,7 +35,7 @@ def kind_hint(expected: str, path: Path, found: Any) -> str | None:
     return _scalar_hint(expected, path, found) if path else None
 
 
-def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:
+def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case each
     """Returns a hint for a number or a boolean."""
     key, owner = str(path[-1]), path[-2] if len(path) > 1 else None
     if "repeat" in {key, owner}:
@@ -127,6 +127,10 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
 def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  # noqa: PLR0911 - a case each
     if expected == MAPPING_OF_NAMES:
         return _names_hint(path, found)
+    if expected == "a mapping" and path == ("lights", "ambient"):
+        return f"remove it, and write `environment: {{ambient_light: {flow(found)}}}`"
+    if expected == "a mapping" and path[:-1] == ("frames",) and len(numbers(found)) == 3:
+        return f"write `{path[-1]}: {{pose: {flow(found)}}}`"
     if expected == "a mapping":
         return "remove the `-` before each item: this is a mapping, `key: value`"
     if expected == "one of x, y, z" and sorted(found, key=str) == [0, 0, 1]:
@@ -134,6 +138,8 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  
     if "friction" in str(path[-1:]) and expected == "a number" and found:
         return f"write {_entry(path, found[0])}: PhysX has no torsional and no rolling friction"
     if expected == "a number" and path and isinstance(path[-1], str):
+        if len(found) > 1 and len({*map(repr, found)}) == 1:
+            return f"write `{path[-1]}: {flow(found[0])}`"
         if len(found) == 2 and all(isinstance(one, int) and one >= 0 for one in found):
             return f"write `{path[-1]}: {found[0]}.{found[1]}`, with a decimal point"
         return f"write one number; one for each scene is `{path[-1]}: {{per_scene: {flow(found)}}}`"
@@ -212,6 +218,7 @@ def _place_hint(path: Path, text: str) -> str | None:
     if len(path) == 2 and path[0] == "entities":
         return f"to use another scene file write `{{use: {shown}}}`"
     hints = {
+        "lights": "write `environment: {ambient_light: [0.3, 0.3, 0.3]}`" if text == "ambient" else None,
         "place": f"write `place: {{on: {shown}}}`",
         "next_to": f"write `next_to: {{of: {shown}, side: right}}`",
         "mimic": f"write `mimic: {{joint: {shown}}}`",
@@ -222,7 +229,7 @@ def _place_hint(path: Path, text: str) -> str | None:
     return hints.get(str(path[-1])) if path else None
 
 
-def length_hint(path: Path, found: Any) -> str | None:
+def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case each
     """Returns a hint for a list of a wrong length."""
     if not path or not is_sequence(found):
         return None
@@ -297,7 +304,8 @@ _UNITS: Final = {
             "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 lb=0.45359237 lbs=0.45359237 oz=0.0283495231 kilograms=1 grams=1e-3 "
             "m=1 km=1e3 dm=0.1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 in=0.0254 inch=0.0254 ft=0.3048 meters=1 metres=1 "
             "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 % =1e-2 "
-            "N=1 Nm=1 N*m=1 N·m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
+            "N=1 Nm=1 N*m=1 N·m=1 N/m=1 Nm/rad=1 N·m/rad=1 N*m/rad=1 "
+            "N*s/m=1 N·s/m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
             "kg/m3=1 kg/m^3=1 kg/m³=1 g/cm3=1e3 g/cm^3=1e3 g/cm³=1e3 g/cc=1e3 kg/l=1e3 kg*m2=1 kg*m^2=1 kg·m²=1"
         )
         .replace(" =", "=")
@@ -329,7 +337,7 @@ def unit_hint(path: Path, text: str) -> str | None:
     factor = _UNITS.get(unit, _UNITS.get(unit.lower()))
     if factor is None:
         return None
-    takes_degrees = any(str(key).endswith("_deg") for key in path[-2:])
+    takes_degrees = any(str(key).endswith("_deg") for key in path)
     if takes_degrees and unit[:1] in {"d", "r", "°"}:
         return f"write {_entry(path, number * factor * 180 / pi)}: this key is in degrees"
     return f"write {_entry(path, number * factor)}: {_SI}"
@@ -380,7 +388,10 @@ _NUMERIC_SLIPS: tuple[TextSlip, ...] = (
         re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"),
         lambda path, found: f"write {_entry(path, found[0].strip())}, without quotes",
     ),
-    (re.compile(r"[-+]?[\d.]{1,24} ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}"), f"write only the number: {_SI}"),
+    (
+        re.compile(r"([-+]?\d[\d.]{0,23}) ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}"),
+        lambda path, found: f"write only the number, {_entry(path, found[1])}: {_SI}",
+    ),
     (re.compile(r".*random.*"), "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
     (re.compile(r"None|null|nil|nan", re.IGNORECASE), "remove the key, or write a number"),
     (
