@@ -65,7 +65,7 @@ def _check_joint_limits(joint: Joint, origin: Origin, sink: Sink) -> None:
         message = f"the lower limit of {_format_joint(joint)}, {low:g}, is above its upper limit, {high:g}"
         place = joint.limits_origin or joint.origin or origin
         at: Literal["key", "value"] = "key" if joint.limits_origin is None else "value"
-        report_fault(sink, "SC520", message, place, "limits are [lower, upper]", found.sample, at=at)
+        report_fault(sink, "SC520", message, place, f"write `limits: [{high:g}, {low:g}]`", found.sample, at=at)
 
 
 def _find_reversed(limits: Row) -> Row | None:
@@ -257,7 +257,7 @@ def _check_drive_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool
     if found is not None:
         far = found.found
         message = f"PhysX measures twist from -π to π, so a limit of {far:g} is never reached"
-        hint = "`limits_deg` takes degrees" if abs(far) > 2 * pi else "use -π to π, or ±.inf for no limit"
+        hint = "degrees are written `limits_deg: […]`" if abs(far) > 2 * pi else "use -π to π, or ±.inf for no limit"
         report_fault(sink, "SC561", message, place, hint, found.sample)
 
 

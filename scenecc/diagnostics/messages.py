@@ -116,7 +116,7 @@ def keyboard_hint(text: str) -> str | None:
     if len(text) > _LONGEST:
         return None
     if curly := _CURLY.fullmatch(text):
-        return f'use straight quotes: "{curly[1]}"'
+        return f'use straight quotes: `"{curly[1]}"`'
     if text[:1] in {"−", "–", "—"} and text[1:2].isdecimal():
-        return f"use a hyphen as minus: -{text[1:]}"
+        return f"use a hyphen as minus: `-{text[1:]}`"
     return None

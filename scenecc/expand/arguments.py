@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.diagnostic import Location, Origin, Path
 from scenecc.diagnostics.messages import cut, nearest, suggest
@@ -170,14 +170,27 @@ def _find_declaration(param: Param, argument: ParamArgument, parent: Origin | No
 
 
 def _refuse(wanted: ParamType, argument: ParamArgument, wrong: ParamIssue, sink: Sink) -> None:
+    from scenecc.spec.hints import VALUE_SYNONYMS  # noqa: PLC0415 - needed only after an error
+    from scenecc.spec.value_hints import color_hint, kind_hint  # noqa: PLC0415 - needed only after an error
+
     code, words = wrong
     related = [("the parameter", wanted.declared, "key")] if wanted.declared is not None else []
     message = f"the parameter `{cut(wanted.name)}` {words}"
-    near = None
-    if isinstance(argument.value, str):
-        near = nearest(argument.value, [option for option in wanted.options if isinstance(option, str)])
-    hint = None if near is None else f"did you mean `{near}`?"
+    hint, value = None, argument.value
+    if wanted.kind == "choice" and isinstance(value, str):
+        options = [option for option in wanted.options if isinstance(option, str)]
+        near = next((one for one in VALUE_SYNONYMS.get(value.lower(), ()) if one in options), None)
+        near = near or nearest(value, options)
+        hint = None if near is None else f"did you mean `{near}`?"
+    elif wanted.kind == "color":
+        hint = color_hint((wanted.name,), value)
+    elif code == "SC211":
+        hint = kind_hint(_KINDS.get(wanted.kind, ""), (wanted.name,), value)
     sink.report(code, message, argument.told, hint=hint, related=related, path=(wanted.name,))  # pyright: ignore[reportArgumentType]
+
+
+_KINDS: Final = {"number": "a number", "integer": "a whole number", "boolean": "true or false", "vector": "a list"}
+"""Kind of a parameter → what its value must be, in the words of `kind_hint`."""
 
 
 def _relocate_argument(

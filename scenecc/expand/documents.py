@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.diagnostic import Path as KeyPath
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.messages import cut, nearest, suggest
+from scenecc.diagnostics.messages import cut, nearest
 from scenecc.source.paths import AssetScope, Refusal, has_package, resolve_path
 from scenecc.source.read import read_text
 from scenecc.source.text import read_bytes, text_size
@@ -112,7 +112,8 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
             name = reference[len(SHIPPED_PREFIX) :]
             if name not in shipped_names():
                 message = f"no prefab `{cut(name)}` ships with scenecc"
-                hint = suggest(name, shipped_names()) if nearest(name, shipped_names()) else _NAME_A_SCENE
+                near = nearest(name.lower().lstrip(":"), shipped_names())
+                hint = f"did you mean `{SHIPPED_PREFIX}{near}`?" if near else _NAME_A_SCENE
                 sink.report("SC240", message, place, hint=hint)
                 return None
             file = shipped_file(name, edition_here(name, scope))
@@ -120,8 +121,11 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
         found = resolve_path(uri, base=owner.folder, scope=scope)
         if isinstance(found, Refusal):
             hint = found.hint
-            if reference in shipped_names():
-                hint = f"did you mean `{SHIPPED_PREFIX}{reference}`?"
+            word = reference.lower().removeprefix("scenecc").strip(":/. ").removesuffix(".yaml").replace("-", "_")
+            if "/" not in word and (near := nearest(word, shipped_names(), 0.8)):
+                hint = f"did you mean `{SHIPPED_PREFIX}{near}`?"
+            elif word in {"panda", "fetch", "robot"}:
+                hint = f"write `use: {SHIPPED_PREFIX}table_scene, with: {{robot: panda}}`; another robot is `urdf: …`"
             elif hint is None and "." not in reference:
                 hint = _NAME_A_SCENE
             sink.report(found.code, found.message, place, hint=hint)

@@ -34,6 +34,27 @@ if TYPE_CHECKING:
     from scenecc.spec.params import ParamIssue
 
 
+_KIND_SYNONYMS = {
+    **dict.fromkeys(("float", "double", "real", "num"), "number"),
+    **dict.fromkeys(("int", "whole"), "integer"),
+    **dict.fromkeys(("str", "text"), "string"),
+    **dict.fromkeys(("bool", "flag"), "boolean"),
+    **dict.fromkeys(("vec3", "vector3", "array", "position"), "vector"),
+    **dict.fromkeys(("colour", "rgb", "rgba"), "color"),
+    **dict.fromkeys(("enum", "option"), "choice"),
+    **dict.fromkeys(("path", "mesh"), "file"),
+}
+"""Types of parameters in other notations → the type here."""
+
+_KEY_SYNONYMS = {
+    **dict.fromkeys(("value", "init", "initial"), "default"),
+    **dict.fromkeys(("low", "lower", "minimum"), "min"),
+    **dict.fromkeys(("high", "upper", "maximum"), "max"),
+    **dict.fromkeys(("choices", "values", "enum"), "options"),
+    **dict.fromkeys(("kind", "dtype"), "type"),
+    **dict.fromkeys(("doc", "help", "unit"), "description"),
+}
+
 _PARAM_KEYS = frozenset(("type", "default", "min", "max", "options", "description"))
 
 
@@ -88,14 +109,22 @@ def read_param(
     if not known.keys() <= _PARAM_KEYS:
         key = next(key for key in known if key not in _PARAM_KEYS)
         frame.report(
-            "SC214", f"a parameter has no `{cut(key)}`", (*path, key), at="key", hint=suggest(key, _PARAM_KEYS)
+            "SC214",
+            f"a parameter has no `{cut(key)}`",
+            (*path, key),
+            at="key",
+            hint=suggest(_KEY_SYNONYMS.get(key, key), _PARAM_KEYS),
         )
         return None
     default = known.get("default")
     pattern = None if default is None else compiler.pattern(default, at)
     kind = known["type"] if "type" in known else None if pattern is not None else infer_param_kind(default)
     if not (isinstance(kind, str) and kind in PARAM_KINDS) and (kind is not None or pattern is None):
-        hint = suggest(kind, PARAM_KINDS) if isinstance(kind, str) else "write `type: number`, or another type"
+        hint = (
+            suggest(_KIND_SYNONYMS.get(kind, kind), PARAM_KINDS)
+            if isinstance(kind, str)
+            else "write `type: number`, or another type"
+        )
         what = f"there is no type {show(kind)}" if kind is not None else f"the type of `{cut(name)}` is missing"
         frame.report("SC214", what, (*path, "type") if kind is not None else path, hint=hint)
         return None

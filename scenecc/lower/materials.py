@@ -153,7 +153,11 @@ class MaterialLowerer:
         prefix = qualified("", scope_of(full))
         name = full[len(prefix) :]
         names = [other[len(prefix) :] for other in self._named if other.startswith(prefix)]
-        hint = suggest_name(name, names, self._sink) if names else "name it under `materials`"
+        hint = (
+            suggest_name(name, names, self._sink)
+            if names
+            else f"declare it at the top: `materials: {{{cut(name)}: {{physical: {{static_friction: 0.5}}}}}}`"
+        )
         self._sink.report("SC301", f"there is no material `{cut(name)}`", place, hint=hint)
 
     def _lower(self, material: Material, origin: Origin, fields: FieldLowerer) -> LoweredMaterial:

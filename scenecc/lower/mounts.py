@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 class MountLookup:
     """Resolves names: ENTITY, or ENTITY/LINK.
 
-    A name with slashes refers to the longest entity name that exists. An articulation without a link means its root
-    link.
+    A name with slashes refers to the longest entity name that exists. An instance of a prefab that holds one entity
+    means that entity. An articulation without a link means its root link.
 
     Args:
         entities: all entities of the plan.
@@ -65,7 +65,10 @@ class MountLookup:
                 return None
             seen = list(self._names_seen_from(prefix, scope))
             inside = tuple(name[len(prefix) :] for name in self._entities if name.startswith(f"{prefix}{written}/"))
-            hint = listed(inside) or suggest_name(written, seen, self._sink, self._links_of(prefix, seen))
+            here = dict.fromkeys(
+                name[len(prefix) :].split("/")[0] for name in self._entities if name.startswith(prefix)
+            )
+            hint = listed(inside) or suggest_name(written, here, self._sink, self._links_of(prefix, seen))
             self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, hint=hint, span=span)
             return None
         mount = self._link(entity, rest, place, span)
@@ -89,6 +92,10 @@ class MountLookup:
             entity = self._entities.get(ahead)
             if entity is not None:
                 return entity, name[len(ahead) + 1 :] or None
+            inside = [one for other, one in self._entities.items() if other.startswith(f"{ahead}/")]
+            is_whole = ahead == name or isinstance(inside[0].structures[0], ArticulationStructure) if inside else False
+            if len(inside) == 1 and is_whole:
+                return inside[0], name[len(ahead) + 1 :] or None
         return None, None
 
     def _names_seen_from(self, prefix: str, scope: str) -> Iterable[str]:

@@ -27,7 +27,7 @@ _MAX_SUGGESTIONS, _MAX_CANDIDATES = 20, 1000
 """Maximum number of errors with a suggested name, and of names to compare."""
 
 OTHER_FORMAT_HINTS = {
-    "robot": "give a URDF with `urdf:`",
+    "robot": "write `urdf: FILE` for a URDF",
     "mujoco": "give an MJCF with `mjcf:`",
     "sdf": "make a scene of an SDF with `scenecc import`",
 }

@@ -47,14 +47,24 @@ def check_uri(uri: str) -> Refusal | None:
     except UnicodeEncodeError:
         return Refusal("SC403", f"the path {shorten_uri(uri)!r} cannot be a file name")
     if "\\" in uri:
-        return Refusal("SC403", f"the path `{shorten_uri(uri)}` contains a backslash", "write `/` between folders")
+        return Refusal(
+            "SC403",
+            f"the path `{shorten_uri(uri)}` contains a backslash",
+            f"write `{shorten_uri(uri).replace(chr(92), '/')}`",
+        )
     if uri.startswith("~"):
         return Refusal(
             "SC403",
             f"`~` is not expanded in `{shorten_uri(uri)}`",
-            "write a path relative to the scene, or use asset://",
+            _portable(uri),
         )
     return None
+
+
+def _portable(uri: str) -> str:
+    """Returns a hint for a path that holds only on one machine."""
+    folder, _, name = shorten_uri(uri).rpartition("/")
+    return f"copy the file beside the scene and write `{name}`, or write `asset://{name}` with `--asset-root {folder}`"
 
 
 def check_scheme(uri: str, known: tuple[str, ...]) -> Refusal | None:
@@ -62,12 +72,13 @@ def check_scheme(uri: str, known: tuple[str, ...]) -> Refusal | None:
     match = _SCHEME.match(uri)
     if match is None or match[1] in known:
         return None
+    path = shorten_uri(uri[match.end() :]).lstrip("/")
     hints = {
         "http": "download the file and use its path",
         "https": "download the file and use its path",
-        "file": "write only the path, without file://",
-        "package": "write asset://PATH with --asset-root, or pkg://PACKAGE/PATH of a Python package",
-        "model": "write asset://PATH and give the model folder with --asset-root",
+        "file": f"write `{path}`",
+        "package": f"write `asset://{path}` and give the folder of the packages with --asset-root, or `pkg://{path}`",
+        "model": f"write `asset://{path}` and give the model folder with --asset-root",
     }
     fallback = (
         "name a path relative to the scene, pkg://PACKAGE/PATH or asset://PATH" if known else "name a relative path"
@@ -93,6 +104,12 @@ def shorten_uri(uri: str) -> str:
 _MAX_LISTED_NAMES = 1000
 
 _MAX_GUESSES = 20
+
+_ROBOTS = frozenset((".urdf", ".xml", ".mjcf", ".xacro", ".srdf", ".sdf"))
+
+
+def _is_robot(name: str) -> bool:
+    return Path(name).suffix.lower() in _ROBOTS
 
 
 class _FolderListing(NamedTuple):
@@ -125,13 +142,19 @@ class NameSuggestions:
         return f"there is no folder {folder / missing}" if rest else None
 
     def _guess(self, missing: str, listing: _FolderListing) -> str | None:
-        alike = listing.by_lower.get(missing.lower()) or listing.by_stem.get(Path(missing).stem.lower())
+        stem, suffix = Path(missing).stem.lower(), Path(missing).suffix.lower()
+        alike = listing.by_lower.get(missing.lower())
+        if alike is None and stem in listing.by_stem:
+            same = [name for name in listing.names if Path(name).stem.lower() == stem]
+            # A mesh cannot replace a robot.
+            kinds = {Path(name).suffix.lower(): name for name in same if suffix not in _ROBOTS or _is_robot(name)}
+            near = difflib.get_close_matches(suffix, kinds, n=1, cutoff=0)
+            return kinds[near[0]] if near else None
         # Comparing names takes milliseconds in a full folder, so the number of guesses is limited.
         if alike is not None or self._guesses_left <= 0 or len(missing) > 255:
             return alike
         self._guesses_left -= 1
         # Compare stems: `a.png` and `b.png` differ in one letter of five, but are different files.
-        stem, suffix = Path(missing).stem.lower(), Path(missing).suffix.lower()
         close = difflib.get_close_matches(stem, listing.by_stem, n=1, cutoff=0.75)
         if not close:
             return None
@@ -156,10 +179,6 @@ ASSET_PATH_VARIABLE = "SCENECC_ASSET_PATH"
 """Environment variable with asset roots, separated by `os.pathsep`; they follow those of `--asset-root`."""
 
 _PACK_HINT = "`scenecc pack` adds the files of other values with --set, and further files with --add"
-
-_OUTSIDE_HINT = (
-    "move the file beside the scene, add its folder with --asset-root, or allow it with --allow-outside-assets"
-)
 
 
 class ResolvedFile(NamedTuple):
@@ -420,7 +439,9 @@ def _check_path(
         real = _resolve_links(joined)
         if not scope.allow_outside and not any(real.is_relative_to(tree) for tree in (*_list_folders(scope), *extra)):
             places, hint = (
-                ("folders that this scene may read", _OUTSIDE_HINT) if scope.packages is None else ("pack", None)
+                ("folders that this scene may read", f"{_portable(written)}, or allow it with --allow-outside-assets")
+                if scope.packages is None
+                else ("pack", None)
             )
             return Refusal("SC402", f"`{shorten_uri(written)}` leaves the {places}", hint)
         kept = real if joined.name == ".." else _resolve_links(joined.parent) / joined.name
@@ -445,8 +466,8 @@ def _refuse_unreachable(error: OSError, joined: Path, written: str, scope: Asset
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
         scope.memory.missing.add(_resolve_links(joined))
         hint = scope.memory.near.hint(_resolve_links(joined), written) if scope.packages is None else _PACK_HINT
-        if written.startswith("$"):
-            hint = "variables are not expanded: write a path relative to the scene, or use asset://"
+        if written.startswith(("$", "%")):
+            hint = f"variables are not expanded: {_portable(written)}"
         hint = keyboard_hint(written) or hint
         where = "" if scope.packages is None else " in the pack"
         return Refusal("SC401", f"there is no file `{shorten_uri(written)}`{where}", hint)

@@ -60,6 +60,17 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
 
 
+_SPREAD_FORM = re.compile(
+    r"\{ *(uniform|log_uniform|integers|normal|choice|cycle|per_scene) *: *([-+.\w]+(?: *, *[-+.\w]+)+) *\}"
+)
+"""A form whose list has no brackets."""
+
+
+def _is_key_at(line: str, column: int) -> bool:
+    """Returns whether a line begins with a key at a column."""
+    return len(line) - len(line.lstrip(" ")) == column and ":" in line and not line.lstrip().startswith("-")
+
+
 _COMMENTED_COLOUR = re.compile(r"[ \t]*:[ \t]+(#[0-9A-Fa-f]{3,8})[ \t,}\]]*$")
 
 _TYPE_OF: Callable[[object], object] = type
@@ -252,9 +263,17 @@ class _Reader:
                 subject = f"the key `{under}`" if isinstance(under, str) else "the list item"
                 hint = "give it a value, or remove the key to get its default"
                 lines, end = self._faults.lines, key_event.end_mark
+                line, below = lines.line(end.line), lines.line(end.line + 1)
                 if isinstance(under, str) and ":" in under.strip(":"):
                     hint = "a space must follow the colon of a key: write `key: value`"
-                elif lines.line(end.line + 1).lstrip().startswith("-{"):
+                elif form := _SPREAD_FORM.search(line):
+                    hint = f"write its numbers in brackets: `{self._path()[-1]}: {{{form[1]}: [{form[2]}]}}`"
+                elif line[max(end.column - len(under) - 1, 0) :].startswith(f"{{{under}}}") if under else False:
+                    owner = self._path()[-1:]
+                    hint = f'an expression is written `{"".join(f"{one}: " for one in owner)}"${{{under}}}"`'
+                elif _is_key_at(below, key_event.start_mark.column):
+                    hint = f"indent the lines below `{under}` by two more spaces, or remove the key"
+                elif below.lstrip().startswith("-{"):
                     hint = "write a space after the `-` of each item: `- {…}`"
                 elif colour := _COMMENTED_COLOUR.match(lines.line(end.line)[end.column :]):
                     hint = f'`#` starts a comment, so quote it: `{under}: "{colour[1]}"`'
@@ -283,7 +302,9 @@ class _Reader:
 
     def _key(self, event: NodeEvent) -> str | None:
         """Returns the key of an event; None, reported, if it is not a string."""
-        hint = f'quote it: "{format_scalar(event)}"'
+        hint = f'quote it: `"{format_scalar(event)}"`'
+        if form := _SPREAD_FORM.search(self._faults.lines.line(event.start_mark.line)):
+            hint = f"write its numbers in brackets: `{self._path()[-1]}: {{{form[1]}: [{form[2]}]}}`"
         if isinstance(event, AliasEvent):
             key: Any = self._aliases.follow(event, [node for _, node in self._open], self._path())
             if key is None:

@@ -103,7 +103,7 @@ class SourceReporter:
 
 _EXPRESSION = re.compile(r"\$\{[^}]*\}?")
 
-_KEY_WITHOUT_BLANK = re.compile(r"\s*(?:- +)*(?P<key>[A-Za-z_][\w.-]*):[^\s:/]")
+_KEY_WITHOUT_BLANK = re.compile(r"\s*(?:- +)*(?P<key>[A-Za-z_][\w.-]*):(?P<value>[^\s:/].{0,60}?)\s*(?:#.*)?$")
 
 _MAX_KEY = 1024
 """Maximum length of a key before its colon, by YAML's rule for keys without `? `."""
@@ -196,7 +196,7 @@ def _find_commented_colour(problem: _Problem) -> _Advice | None:
         if found := _COMMENTED_COLOUR.search(problem.lines.line(line)):
             colour = found["colour"]
             message = "a bracket is not closed: `#` starts a comment"
-            return _Advice(message, f'quote the colour: "{colour}"', line, found.start("colour"), len(colour))
+            return _Advice(message, f'quote the colour: `"{colour}"`', line, found.start("colour"), len(colour))
     return None
 
 
@@ -205,7 +205,7 @@ def _find_tab(problem: _Problem) -> _Advice | None:
     column = text.find("\t", 0, len(text) - len(text.lstrip(" \t")))
     if column < 0:
         return None
-    return _Advice("a tab in the indentation", "indent YAML only with spaces", column=column)
+    return _Advice("a tab in the indentation", "write two spaces instead of each tab", column=column)
 
 
 def _explain_brackets(problem: _Problem) -> _Advice:
@@ -215,9 +215,16 @@ def _explain_brackets(problem: _Problem) -> _Advice:
     if expression is not None:
         text = expression[0]
         message = "unquoted expression: inside brackets, `{` starts a mapping"
-        return _Advice(message, f'quote it: "{text}"', column=before, length=len(text))
+        text += re.match(r"[^\s,\]}]*", problem.text[before + len(text) :])[0]  # pyright: ignore[reportOptionalSubscript]
+        return _Advice(message, f'quote it: `"{text}"`', column=before, length=len(text))
     closing = problem.problem.rstrip("'")[-1:]
     what, opening = ("list", "[") if closing == "]" else ("mapping", "{")
+    if before > 0 and (prefab := re.search(r"\bscenecc$", problem.text[: before + 1])):
+        name = re.match(r":\s*(\w+)", problem.text[before + 1 :])
+        if name is not None:
+            length = before + 1 + name.end() - prefab.start()
+            message = "a space is not allowed in the name of a prefab"
+            return _Advice(message, f"write `scenecc:{name[1]}`", column=prefab.start(), length=length)
     if problem.at_end and problem.context is not None:
         return _Advice(f"this `{opening}` is never closed", None, problem.context.line, problem.context.column)
     if problem.context is not None and problem.mark.line > problem.context.line:
@@ -256,10 +263,10 @@ def _explain_missing_blank(match: re.Match[str], line: int) -> _Advice:
     key = match["key"]
     return _Advice(
         f"the space is missing after the colon of `{key}`",
-        f"write `{key}: `; without the space, the colon is part of a string",
+        f"write `{key}: {match['value']}`; without the space, the colon is part of a string",
         line,
         match.start("key"),
-        len(key) + 1,
+        len(key) + 1 + len(match["value"]),
     )
 
 

@@ -137,7 +137,12 @@ def _operands(
     reader: FormReader, node: Any, domains: list[Domain], plain: Validate, loc: Loc, names: str
 ) -> tuple[Any, ...] | None:
     if not is_sequence(node):
-        return reader.mistake("SC103", f"{VALUE_NAME} must be {names}", node, loc)
+        from scenecc.spec.key_hints import flow
+
+        values = [*node.values()] if is_mapping(node) else []
+        is_whole = len(values) == len(domains) and all(map(_is_number, values))
+        hint = f"write `{loc[-1]}: {flow(values) if is_whole else names}`"
+        return reader.mistake("SC103", f"{VALUE_NAME} must be {names}", node, loc, hint)
     count, first = len(domains), domains[0]
     if len(node) != count:
         return reader.mistake("SC106", f"{VALUE_NAME} must have {count} values, {names}, not {len(node)}", node, loc)
@@ -168,7 +173,10 @@ def _read_bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, 
         return reader.plain(node, plain, loc)
     if isinstance(node, str) or is_mapping(node) or (is_sequence(node) and domain.item is None):
         found = f", not the string {show(node)}" if isinstance(node, str) else ""
-        return reader.mistake("SC103", f"{VALUE_NAME} must be a number{found}", node, loc)
+        from scenecc.spec.value_hints import kind_hint
+
+        hint = kind_hint("a number", tuple(loc), node)
+        return reader.mistake("SC103", f"{VALUE_NAME} must be a number{found}", node, loc, hint)
     if is_sequence(node):
         return reader.vector(node, domain, loc)
     number = reader.plain(node, domain.scalar.validate_number, loc)
@@ -281,7 +289,8 @@ def _check_order(
             return
         if a > b:
             first, second = (_OPERAND_WORDS[name] for name in names)
-            reader.mistake("SC119", f"{first} {show(a)} is above {second} {show(b)}", low, loc)
+            hint = f"write `{loc[-1]}: [{show(b)}, {show(a)}]`" if (a, b) == (low, high) else None
+            reader.mistake("SC119", f"{first} {show(a)} is above {second} {show(b)}", low, loc, hint)
             return
         if domain.nonzero and a <= 0 <= b:
             hint = "for both signs write `choice: [{uniform: [-2, -1]}, {uniform: [1, 2]}]`"

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 INSTANCE_HINT = (
-    "a prefab may hold many objects: write `override: {{NAME: {{{key}: …}}}}` for one of them, or `with: {{{key}: …}}` "
+    "a prefab may hold many objects: write `override: {{NAME: {{{entry}}}}}` for one of them, or `with: {{{entry}}}` "
     "where it has such a parameter"
 )
+
+PARAM_HINT = "a parameter of the prefab is written `with: {{{entry}}}`; `scenecc prefabs NAME` lists them"
 
 VARIANTS_HINT = "use `variants` of the entity for differences in structure"
 
@@ -37,7 +39,7 @@ FORM_SYNONYMS = {
 """Name of a form in other tools → the form here."""
 
 HALVES: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("size", "sizes", "extents", "dimensions", "edges"), ("half_size",)),
+    **dict.fromkeys(("size", "sizes", "extents", "dimensions", "edges"), ("half_size", "radius")),
     **dict.fromkeys(("height", "length"), ("half_length",)),
     **dict.fromkeys(("diameter", "width"), ("radius",)),
 }
@@ -50,10 +52,12 @@ SYNTAX_HINTS: dict[str, str] = {
 """Key → syntax of its value."""
 
 MISSING_KEY_HINTS: dict[str, str] = {
-    "color": "its numbers also set the brightness: `color: [3, 3, 3]`",
+    "color": "write `color: [3, 3, 3]`: its numbers also set the brightness",
     "inertia": "write `inertia: [ixx, iyy, izz]`, along the axes of `com`",
     "radius": "write `radius: …` [m]",
     "half_size": "write `half_size: [x, y, z]`, from the centre to its faces [m]",
+    "side": "write `side: left`, or right, front or behind",
+    "of": "write `of: NAME`, the entity beside it",
     "half_length": "write `half_length: …`, half of its straight part [m], and turn it by `axis` or `pose`",
     "pick": "it selects the variant of each scene: `pick: {cycle: [0, 1]}`, or any form over their indices",
 }
@@ -83,62 +87,78 @@ KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("condition", "check", "expr", "expression", "assert"), ("that",)),
     **dict.fromkeys(("at", "time", "when"), ("after",)),
     **dict.fromkeys(("reason", "message", "msg"), ("because",)),
+    **dict.fromkeys(("range", "times", "n", "num"), ("count",)),
+    **dict.fromkeys(("xy", "offset"), ("at",)),
+    **dict.fromkeys(("parent", "frame", "reference", "relative", "parent_frame"), ("relative_to",)),
+    **dict.fromkeys(("sky", "skybox", "hdr", "envmap", "hdri"), ("map",)),
+    **dict.fromkeys(("random", "distributions", "randomness"), ("draws",)),
+    **dict.fromkeys(("margin", "clearance", "min_distance"), ("apart",)),
+    "title": ("name",),
+    **dict.fromkeys(("metalness", "metal"), ("metallic",)),
+    **dict.fromkeys(("angle", "cone_angle", "spot_angle"), ("outer_fov",)),
     "hfov": ("fovx",),
     "vfov": ("fovy",),
     "dir": ("direction",),
     "base_mass": ("mass",),
     **dict.fromkeys(("import", "imports"), ("include",)),
-    **dict.fromkeys(("variables", "vars", "constants", "args", "arguments", "properties"), ("params",)),
+    **dict.fromkeys(
+        ("variables", "vars", "constants", "args", "arguments", "parameters", "properties", "params"),
+        ("params", "with"),
+    ),
 }
 """Unknown key → the keys here, for names that fuzzy matching would not find."""
 
 MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("locked_axes", "type", "write `body_type: static`, or a shape: `shapes: [{type: box, …}]`"),
-    ("fix_root_link", "type", "leave it out: `urdf`, `mjcf` or `root` make it an articulation"),
+    ("fix_root_link", "type", "remove it: `urdf`, `mjcf` or `root` make it an articulation"),
     ("locked_axes", ("half_size half_length geometry geom geoms box sphere capsule cylinder collider "
      "shape sizes extents dimensions edges size radius"),
      "write shapes in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"),
     ("locked_axes", "mesh file filename path uri src",
-     "write it in a shape: `shapes: [{type: convex_mesh, file: …}]`; a robot is `urdf: …` or `mjcf: …`"),
-    ("locked_axes", "visual", "write `visuals: [{type: …}]`, a list of shapes that are only visible"),
-    ("locked_axes", "collision", "write `collisions: [{type: …}]`, a list of shapes that only collide"),
-    ("locked_axes", "collidable contype conaffinity disable_collision collision_enabled",
-     "write shapes that do not collide in `visuals`; `collision_group` selects which bodies collide"),
-    ("material", "collision collidable contype conaffinity disable_collision collision_enabled",
-     "write shapes that do not collide in `visuals`; `collision_group` selects which bodies collide"),
+     "write it in a shape: `shapes: [{type: convex_mesh, file: @}]`; a robot is `urdf: …` or `mjcf: …`"),
+    ("locked_axes", "visual", "write `visuals: [@]`, a list of shapes that are only visible"),
+    ("locked_axes", "collision", "write `collisions: [@]`, a list of shapes that only collide"),
+    ("material", ("collision collidable collide can_collide has_collision contype conaffinity disable_collision "
+     "collision_enabled"),
+     "write `visuals` instead of `shapes` for shapes that do not collide; `collision_group` selects which collide"),
     ("locked_axes pose", "scale global_scaling",
      "only meshes and robots have a `scale`: write the size of the shape itself"),
     ("locked_axes", "usd usda usdc sdf world_file", "convert it: `scenecc import FILE -o scene.yaml`"),
-    ("locked_axes", "xml", "did you mean `mjcf`?"),
+    ("locked_axes", "xml", "write `mjcf: @`"),
     ("locked_axes", "joint joints children links link",
      "a body has no joints: connect two with `constraints`, or write an articulation `root: {name: …, children: […]}`"),
     ("entities", "joint joints equality welds", "did you mean `constraints`?"),
-    ("mount", "parent attached_to parent_link", "did you mean `mount`?"),
+    ("mount", "parent attached_to attach_to attach parent_link link", "did you mean `mount`?"),
+    ("fovy", "clip clipping near_far", "write `near: 0.01` and `far: 100` [m]"),
+    ("fovy", "type kind", "remove it: every camera takes colour, depth and segmentation"),
     ("locked_axes fix_root_link", "parent attached_to parent_link mount",
-     "write `pose: {relative_to: NAME, p: […]}`, or connect them: `constraints: {NAME: {type: weld, …}}`"),
+     "write `pose: {relative_to: @}`, or connect them: `constraints: {NAME: {type: weld, …}}`"),
     ("pose_in_child", "anchor pivot anchor1 anchor2",
-     "write `pose_in_child: [x, y, z]`, the place in the frame of the child; that in the parent follows from it"),
+     "write `pose_in_child: @`, the place in the frame of the child; that in the parent follows from it"),
     ("pose_in_child", "parent attached_to parent_link child child_link",
      "write the link in the `children` of its parent, without this key"),
     ("locked_axes", "freejoint free_joint", "remove it: a body with `body_type: dynamic` moves freely"),
-    ("locked_axes", "inertia", "write `inertial: {mass: …, com: …, inertia: [ixx, iyy, izz]}`"),
+    ("locked_axes", "inertia", "write `inertial: {mass: 1, inertia: @}`, with its mass [kg]"),
     ("com", "center_of_mass cog center_of_gravity com_offset",
-     "did you mean `com`? it is a position in the frame of the body [m]"),
-    ("fix_root_link", "com center_of_mass", "set it on links: `links: {NAME: {com: [x, y, z]}}`"),
-    ("material", "com center_of_mass", "write `com: [x, y, z]` beside `shapes`: it is a property of the body"),
+     "write `com: @`, a position in the frame of the body [m]"),
+    ("fix_root_link", "com center_of_mass", "set it on links: `links: {NAME: {com: @}}`"),
+    ("material", "com center_of_mass", "write `com: @` beside `shapes`: it is a property of the body"),
     ("locked_axes fix_root_link material static_friction", "surface_velocity conveyor belt_velocity surfacevel",
      "PhysX in SAPIEN has no moving surfaces: write rollers, links that a drive turns by `velocity_target`"),
-    ("locked_axes", "disable_gravity gravcomp no_gravity", "write `gravity: false`"),
-    ("locked_axes", "count num copies for n number", "copies are `repeat: {i: {count: 4}}`"),
-    ("fix_root_link", "fix_base fixed_base use_fixed_base fixed fix", "did you mean `fix_root_link`?"),
+    ("locked_axes fix_root_link", "disable_gravity gravcomp no_gravity", "write `gravity: false`"),
+    ("disable_self_collisions", "self_collision self_collisions enable_self_collisions",
+     "write `disable_self_collisions: true`; without it, links collide with each other"),
+    ("locked_axes", "for", "copies are `repeat: {i: {count: 4}}`"),
+    ("locked_axes", "count num copies n number", "write `repeat: {i: {count: @}}`"),
+    ("fix_root_link", "fix_base fixed_base base_fixed use_fixed_base fixed fix", "write `fix_root_link: @`"),
     ("fix_root_link", "static immovable is_static",
      "write `fix_root_link: true`, or `body_type: static` if its joints never move either"),
-    ("fix_root_link", "kinematic is_kinematic", "did you mean `body_type: kinematic`? its joints then never move"),
+    ("fix_root_link", "kinematic is_kinematic", "write `body_type: kinematic`: its joints then never move"),
     ("next_to", "beside adjacent left_of right_of behind in_front_of",
-     "write `next_to: {of: NAME, side: left, gap: 0.02}`"),
-    ("material", "body_type", "write it beside `shapes`: it is a property of the body"),
-    ("locked_axes", "static immovable is_static fixed fix", "did you mean `body_type: static`?"),
-    ("locked_axes", "kinematic is_kinematic", "did you mean `body_type: kinematic`?"),
+     "write `next_to: {of: @, side: left, gap: 0.02}`"),
+    ("material", "body_type", "write `@key: @` beside `shapes`: it is a property of the body"),
+    ("locked_axes", "static immovable is_static fixed fix", "write `body_type: static`"),
+    ("locked_axes", "kinematic is_kinematic", "write `body_type: kinematic`"),
     ("locked_axes", "dynamic is_dynamic movable", "`body_type` is one of dynamic, kinematic and static"),
     ("rpy_deg", "quat quaternion orientation rotation rot",
      "write `q: [w, x, y, z]`, w first, or `rpy_deg: [roll, pitch, yaw]`"),
@@ -148,87 +168,89 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("origin", "quat quaternion orientation rotation rot q base_orientation euler angles euler_deg rpy rpy_deg",
      "write it in the origin: `origin: {p: [x, y, z], rpy_deg: [roll, pitch, yaw]}`"),
     ("rpy_deg", "xyzw", "`q` has w first: `q: [w, x, y, z]`"),
-    ("rpy_deg", "yaw heading", "write `rpy: [0, 0, yaw]`, or `rpy_deg: [0, 0, yaw]` in degrees"),
-    ("rpy_deg", "pos xyz translation location position p initial_pose base_position", "write `p: [x, y, z]`"),
+    ("rpy_deg", "eye", "write `p: @`"),
+    ("rpy_deg", "target lookat", "write `look_at: @`"),
+    ("rpy_deg", "heading", "write `rpy: [0, 0, @]`, or `rpy_deg: [0, 0, @]` in degrees"),
+    ("rpy_deg", "pos xyz translation location position p initial_pose base_position", "write `p: @`"),
     ("pose", "pos xyz translation location position p initial_pose base_position origin", "did you mean `pose`?"),
     ("locked_axes", "scene_idxs repeat if pose", "write it beside `variants`, for all variants"),
     ("children", "pose", "write it as the `origin` of its joint: `joint: {origin: …}`; of the root, beside `root`"),
     ("origin", "pos xyz translation location position p initial_pose base_position pose", "did you mean `origin`?"),
     ("com", "pos xyz translation location position p initial_pose base_position origin", "did you mean `com`?"),
-    ("physical", "friction mu mu1 lateral_friction",
-     "write it under `physical`: `{physical: {static_friction: …, dynamic_friction: …}}`"),
-    ("physical", "static_friction dynamic_friction restitution",
-     "write it under `physical`: `material: {physical: {…}}`"),
-    ("patch_radius locked_axes", "friction mu mu1 lateral_friction static_friction dynamic_friction restitution",
-     "write it in the material: `material: {physical: {static_friction: …, dynamic_friction: …}}`"),
-    ("fix_root_link", "friction mu mu1 lateral_friction",
-     "write it in the material: `material: {physical: {static_friction: …, dynamic_friction: …}}`"),
-    ("entities", "gravity", "write it under `physics`: `physics: {gravity: …}`"),
-    ("entities", "timestep dt sim_dt", "write it under `physics`: `physics: {timestep: …}`"),
-    ("entities", "contact_offset", "write it under `physics`: `physics: {contact_offset: …}`"),
-    ("entities", "default_material", "write it under `physics`: `physics: {default_material: …}`"),
-    ("entities", ("actors objects bodies robots articulations models worldbody world scene "
-     "uid robot robot_uid robot_uids"),
-     "bodies and robots are written under `entities`: `entities: {NAME: {…}}`"),
+    ("entities", "gravity", "write it under `physics`: `physics: {gravity: [@]}`"),
+    ("entities", "timestep dt sim_dt", "write it under `physics`: `physics: {timestep: @}`"),
+    ("entities", "contact_offset", "write it under `physics`: `physics: {contact_offset: @}`"),
+    ("entities", "default_material", "write it under `physics`: `physics: {default_material: @}`"),
+    ("entities", "actors objects bodies robots articulations models worldbody world scene",
+     "did you mean `entities`? it holds bodies and robots by name"),
+    ("entities", "uid robot robot_uid robot_uids",
+     "write `entities: {robot: {use: scenecc:table_scene, with: {robot: @}}}`, or give its file: `{urdf: …}`"),
     ("entities", "option sim simulation sim_config physics_config", "did you mean `physics`?"),
-    ("entities timestep", "sim_freq control_freq frequency fps hz",
-     "write `physics: {timestep: …}` [s], one divided by the frequency"),
+    ("entities", "ambient", "write it under `environment`: `environment: {ambient_light: @}`"),
+    ("entities", "metadata meta author tags", "remove it, or write a comment: `# …`; `description` takes a text"),
     ("timestep entities", "substeps", "PhysX has no substeps: write a smaller `timestep`"),
     ("entities", "asset assets meshes textures",
      "name a file where it is used: `shapes: [{type: convex_mesh, file: …}]`, `urdf: …` or `base_color_texture: …`"),
     ("entities", "ground floor plane ground_plane",
      "write it under `entities`: `entities: {ground: {use: scenecc:ground}}`"),
     ("entities", "default defaults", "repeat values by an anchor and `<<: *NAME`, or name materials under `materials`"),
-    ("entities", "version format schema", "leave it out: `scenecc: 1` is the version of the language"),
+    ("entities", "version format schema", "remove it: `scenecc: 1` is the version of the language"),
     ("entities", "randomization randomize domain_randomization distributions",
      "write a form instead of a value, as in `mass: {uniform: [0.1, 0.2]}`"),
-    ("entities", "ambient_light", "write it under `environment`: `environment: {ambient_light: [r, g, b]}`"),
+    ("entities", "ambient_light", "write it under `environment`: `environment: {ambient_light: @}`"),
     ("color", "intensity power energy brightness", "its numbers also set the brightness: `color: [3, 3, 3]`"),
-    ("fovy", "fov fov_deg", "write `fovy_deg: …`, the vertical angle of view in degrees, or `fovy` in radians"),
-    ("fovy", "resolution image_size size", "write `width: …` and `height: …` [px]"),
+    ("fovy", "resolution image_size size", "write `width: 640` and `height: 480` [px]"),
     ("outer_radius", "radius thickness", "a ring has an `inner_radius` and an `outer_radius`"),
-    ("locked_axes", "with prefix", "write it beside `use`: `{use: FILE, with: {…}}`"),
-    ("locked_axes", "uses using prefab", "did you mean `use`?"),
-    ("locked_axes", "pick", "write it beside `variants`: `{variants: [{…}, {…}], pick: …}`"),
+    ("locked_axes", "with prefix", "write it beside `use`: `{use: FILE, @key: @}`"),
+    ("locked_axes", "uses using prefab instance", "write `use: @`"),
+    ("locked_axes", "pick", "write it beside `variants`: `{variants: [{…}, {…}], pick: @}`"),
+    ("visibility", "visible", "write `visibility: 0`, or 1 for what is visible"),
     ("locked_axes", "urdf mjcf root",
      "`variants` takes bodies only; the file of a robot can vary: `urdf: {cycle: [a.urdf, b.urdf]}`"),
     ("fix_root_link", "urdf mjcf root", "an articulation has one of `urdf`, `mjcf` and `root`"),
     ("fix_root_link", "shapes collisions visuals",
-     "the links of a tree have shapes: `root: {shapes: […]}`; the shapes of a robot come from its file"),
-    ("fix_root_link", "mass inertial linear_damping angular_damping", "set it on links: `links: {NAME: {…: …}}`"),
-    ("material", "mass", "write `mass` beside `shapes`, or the `density` of this shape"),
+     "the links of a tree have shapes: `root: {name: base, @key: @}`; those of a robot come from its file"),
+    ("fix_root_link", "mass inertial linear_damping angular_damping", "set it on links: `links: {NAME: {@key: @}}`"),
+    ("material", "mass", "write `mass: @` beside `shapes`, or the `density` of this shape"),
     ("fix_root_link", "color rgba colour", "the colours of a robot come from its file"),
-    ("children", "color rgba colour", "write it in the shapes of the link: `shapes: [{…, color: …}]`"),
+    ("children", "color rgba colour", "write it in the shapes of the link: `shapes: [{…, color: @}]`"),
     ("visual", "texture texture_file diffuse_texture albedo_texture",
-     "write it under `visual`: `material: {visual: {base_color_texture: …}}`"),
+     "write it under `visual`: `visual: {base_color_texture: @}`"),
     ("material", "texture texture_file diffuse_texture albedo_texture",
-     "write it in the material: `material: {visual: {base_color_texture: …}}`"),
+     "write it in the material: `material: {visual: {base_color_texture: @}}`"),
     ("material", "decomposition", "only `convex_parts` are decomposed: write `type: convex_parts`"),
-    ("visual", "color rgba colour base_color roughness metallic specular emission",
-     "write it under `visual`: `material: {visual: {…}}`"),
+    ("visual", "color rgba colour", "write it under `visual`: `visual: {base_color: @}`"),
+    ("visual", "base_color roughness metallic specular emission", "write it under `visual`: `visual: {@key: @}`"),
     ("keyframe", "loader",
-     "leave it out: MuJoCo reads every MJCF; `scenecc decompile` writes ManiSkill's robots as trees of links"),
+     "remove it: MuJoCo reads every MJCF; `scenecc decompile` writes ManiSkill's robots as trees of links"),
     ("fix_root_link", "keyframe", "only `mjcf` has keyframes: write `qpos: […]`"),
     ("fix_root_link", "controller control_mode controllers",
-     'a scene has drives, not controllers: `drives: {".*": {stiffness: …, damping: …}}`'),
-    ("limits", "range limit lower upper", "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
-    ("armature", "effort max_force forcerange", "set it on drives: `drives: {JOINT: {force_limit: …}}`"),
-    ("max_velocity", "velocity velocity_limit", "write `max_velocity: …`"),
-    ("fix_root_link armature", "stiffness damping force_limit kp kd kv",
-     "set it on drives: `drives: {JOINT: {stiffness: …, damping: …}}`"),
+     'a scene has drives, not controllers: `drives: {".*": {stiffness: 1000, damping: 100}}`'),
+    ("limits", "lower upper", "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
+    ("limits", "range limit", "write `limits: @` in radians or metres, or `limits_deg: @`"),
+    ("armature", "effort max_force forcerange", "set it on the drive: `drives: {@name: {force_limit: @}}`"),
+    ("limits", "length distance", "write `limits: [@, @]`"),
+    ("max_velocity", "velocity velocity_limit", "write `max_velocity: @`"),
+    ("armature", "stiffness damping force_limit kp kd kv", "set it on the drive: `drives: {@name: {@here: @}}`"),
+    ("fix_root_link", "stiffness damping force_limit kp kd kv",
+     'set it on drives: `drives: {".*": {@here: @}}`'),
     ("locked_axes fix_root_link", "uid robot robot_uid robot_uids",
      ("give the robot's file, `urdf: …` or `mjcf: …`, "
-      "or use ManiSkill's robots: `{use: scenecc:table_scene, with: {robot: …}}`")),
-    ("inside", "in", "did you mean `inside`, or `on` with a `region`?"),
+      "or use ManiSkill's robots: `{use: scenecc:table_scene, with: {robot: @}}`")),
+    ("inside", "in", "write `inside: @`, or `on: @` with a `region`"),
+    ("locked_axes", "on inside next_to above below", "write `place: {@key: @}`"),
+    ("rpy_deg", "on inside next_to", "write `place: {@key: @}` instead of the pose"),
+    ("locked_axes", "num_envs n_envs num_scenes n_scenes", "write `num_scenes: @` at the top of the file"),
     ("fovy", "look_at lookat eye target xyaxes up", "write it in the pose: `pose: {p: […], look_at: […]}`"),
     ("pose_in_parent", "axis",
      "only `hinge` and `slider` have an axis; here it is x of both poses, which `rpy_deg: [0, -90, 0]` turns to z"),
 )  # fmt: skip
 """Rows of known keys, unknown keys and a hint. A row applies if the mapping may have one of its known keys; the first
-row that applies is used."""
+row that applies is used. In a hint, `@` is the value of the unknown key, `[@]` a list of it, `@key`
+the key, `@here` its name here, and `@name` the name of the mapping that has it."""
 
 SHAPE_LIST_HINTS: dict[str, str] = {
-    "mesh": "a `mesh` is only visible: write it under `visuals`; a convex_mesh, convex_parts or triangle_mesh collides",
+    "mesh": "write `type: convex_mesh`, convex_parts or triangle_mesh: a `mesh` is only visible, under `visuals`",
     "tiled_plane": "a `tiled_plane` is only visible: write it under `visuals`",
     "convex_parts": "`convex_parts` always collide: write them under `shapes` or `collisions`, or use a visible `mesh`",
     "triangle_mesh": "a `triangle_mesh` always collides: write it under `shapes` or `collisions`",
@@ -251,6 +273,8 @@ VALUE_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("revolute", "hinge"), ("hinge", "revolute")),
     **dict.fromkeys(("prismatic", "slide", "slider"), ("slider", "prismatic")),
     "ground": ("plane",),
+    **dict.fromkeys(("position", "velocity", "torque", "effort"), ("force",)),
+    **dict.fromkeys(("spring", "rope", "cable"), ("distance",)),
 }
 """Unknown value → the values that may be meant."""
 
@@ -262,35 +286,27 @@ VALUE_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     **dict.fromkeys(("floating", "free"), (("continuous", "for a free robot write `fix_root_link: false`"),)),
     "ellipsoid": (("sphere", "write a `sphere`, or a `convex_mesh` with a file of that shape"),),
-    "ambient": (("directional", "write it under `environment`: `environment: {ambient_light: [r, g, b]}`"),),
+    "ambient": (("directional", "remove the light, and write `environment: {ambient_light: [0.3, 0.3, 0.3]}`"),),
 }
 """Unknown value → pairs of a value and a hint. The hint applies where that value is allowed."""
 
-COLORS: dict[str, str] = {
-    "red": "#ff0000",
-    "green": "#008000",
-    "blue": "#0000ff",
-    "white": "#ffffff",
-    "black": "#000000",
-    "yellow": "#ffff00",
-    "orange": "#ffa500",
-    "gray": "#808080",
-    "grey": "#808080",
-    "brown": "#a52a2a",
-    "purple": "#800080",
-    "pink": "#ffc0cb",
-    "cyan": "#00ffff",
-}
+_COLORS = (
+    "red=ff0000 green=008000 blue=0000ff white=ffffff black=000000 yellow=ffff00 orange=ffa500 gray=808080 "
+    "grey=808080 brown=a52a2a purple=800080 pink=ffc0cb cyan=00ffff aqua=00ffff magenta=ff00ff fuchsia=ff00ff "
+    "lime=00ff00 maroon=800000 navy=000080 olive=808000 teal=008080 silver=c0c0c0 gold=ffd700 beige=f5f5dc "
+    "tan=d2b48c wood=deb887 violet=ee82ee indigo=4b0082 turquoise=40e0d0 coral=ff7f50 salmon=fa8072 "
+    "khaki=f0e68c crimson=dc143c chocolate=d2691e ivory=fffff0 lightgray=d3d3d3 lightgrey=d3d3d3 "
+    "darkgray=a9a9a9 darkgrey=a9a9a9 lightblue=add8e6 darkblue=00008b lightgreen=90ee90 darkgreen=006400 "
+    "darkred=8b0000 skyblue=87ceeb steelblue=4682b4 royalblue=4169e1 tomato=ff6347 firebrick=b22222 "
+    "darkorange=ff8c00 slategray=708090 dimgray=696969 whitesmoke=f5f5f5 forestgreen=228b22"
+)
+
+COLORS: dict[str, str] = {name: f"#{value}" for name, value in (pair.split("=") for pair in _COLORS.split())}
 """CSS colour name → value."""
 
 LENGTH_HINTS: dict[tuple[str, int], str] = {
-    ("pose", 7): "a position and a rotation are {p: [x, y, z], q: [w, x, y, z]}",
     ("pose", 4): "a matrix is {matrix: [[…], […], […], […]]}, a rotation {q: [w, x, y, z]}",
-    ("pose", 6): "a position and three angles are {p: [x, y, z], rpy: [roll, pitch, yaw]}, or rpy_deg",
     ("inertia", 6): "[ixx, iyy, izz] along the axes of `com`: turn `com` until the others are 0",
-    ("gravity", 1): "one number for each axis: [0, 0, -9.81]",
-    ("half_size", 1): "one number for each axis: [x, y, z]",
-    ("region", 4): "write two corners: [[x, y], [x, y]]",
 }
 """Key and wrong number of values → hint."""
 

@@ -161,9 +161,10 @@ def _item_indices(item: int | str, num_scenes: int, place: Origin, sink: Sink) -
         return None
     match = _SLICE.match(item)
     if match is None or match[3] in {"0", "-0"} or (match[3] and int(match[3]) == 0):
-        sink.report(
-            "SC310", f"{item[:60]!r} is not a slice", place, hint='write a number, "start:stop" or "start:stop:step"'
-        )
+        hint = 'write a number, "start:stop" or "start:stop:step"'
+        if item.strip().lower() in {"all", "*", "any", "every"}:
+            hint = 'remove `scene_idxs`, or write ":": every scene is the default'
+        sink.report("SC310", f"{item[:60]!r} is not a slice", place, hint=hint)
         return None
     start, stop, step = (int(part) if part else None for part in match.groups())
     for bound in (start, stop):
@@ -184,7 +185,7 @@ def _report_out_of_range(index: int, num_scenes: int, place: Origin, sink: Sink)
         "SC307",
         f"there is no scene {index}: {scenes}",
         place,
-        hint="raise `num_scenes`",
+        hint=f"write `num_scenes: {index + 1}`, or another index" if index >= 0 else "count from 0",
     )
 
 

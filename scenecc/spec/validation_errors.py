@@ -6,7 +6,6 @@ Pydantic's `loc` is mapped to a path in the document and to the model at this pa
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -19,13 +18,11 @@ from scenecc.spec.body import BodySpec
 from scenecc.spec.entities import ENTITY_TYPES, entity_model
 from scenecc.spec.forms import quote_names
 from scenecc.spec.hints import (
-    COLORS,
     HALVES,
     INSTANCE_HINT,
     KEY_SYNONYMS,
-    LENGTH_HINTS,
-    MISPLACED_KEYS,
     MISSING_KEY_HINTS,
+    PARAM_HINT,
     PARTS_HINT,
     PHYSICS_HINT,
     SEPARATE_ENTITIES_HINT,
@@ -36,6 +33,7 @@ from scenecc.spec.hints import (
     VALUE_SYNONYMS,
     VARIANTS_HINT,
 )
+from scenecc.spec.key_hints import flow, half_hint, misplaced_hint, numbers, shape_hint, snake_case, suggest_key
 from scenecc.spec.keys import place_at
 from scenecc.spec.nodes import (
     KEY,
@@ -53,7 +51,7 @@ from scenecc.spec.nodes import (
 from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.repetition import RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
-from scenecc.spec.value_hints import MAPPING_OF_NAMES, kind_hint
+from scenecc.spec.value_hints import MAPPING_OF_NAMES, color_hint, kind_hint, length_hint, name_hint
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
@@ -126,7 +124,7 @@ def _report_error(error: ErrorDetails, path: Path, place: Origin, data: dict[str
     elif kind == "missing":
         _report_missing_key(path, place, sink)
     elif kind in _BOUNDS:
-        _report_bound(error, path, place, sink)
+        _report_bound(error, path, data, place, sink)
     elif kind == "finite_number":
         sink.report("SC104", f"{value_name(path)} must be finite, not {show(found)}", place)
     elif kind == "string_too_short":
@@ -163,7 +161,7 @@ def _variation_hint(path: Path) -> str | None:
     return VARIANTS_HINT if is_terrain or path[-1] in {"type", "body_type"} else None
 
 
-def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+def _report_bound(error: ErrorDetails, path: Path, data: Any, place: Origin, sink: Sink) -> None:
     found, (words, bound) = error["input"], _BOUNDS[error["type"]]
     limit = error["ctx"][bound]  # pyright: ignore[reportTypedDictNotRequiredAccess]
     hint = None
@@ -174,9 +172,10 @@ def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) ->
     elif abs(limit) in {FLOAT32_MIN, FLOAT32_MAX}:
         hint = "this is the range of single precision, in which the engine computes"
     elif limit == 1 and found > 1 and any(str(key).endswith("color") for key in path[-2:]):
-        hint = "colours are in 0..1: divide numbers up to 255 by 255"
+        whole = next(length for length in (1, 2) if str(path[-length]).endswith("color"))
+        hint = color_hint(path[: len(path) - whole + 1], value_at(data, path[: len(path) - whole + 1]))
     elif path and limit == math.pi:
-        hint = f"angles are radians; `{path[-1]}_deg` takes degrees"
+        hint = f"write `{path[-1]}_deg: {flow(found)}`: angles are radians"
     sink.report(
         "SC104",
         f"{value_name(path)} must be {words} {limit if isinstance(limit, int) else f'{limit:g}'}, not {show(found)}",
@@ -192,15 +191,17 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         return
     known, free = known_keys(path, data)
     word = snake_case(key)
-    hint = _suggest_place(word, known)
-    if hint is None and "use" in known and _is_key_of_entities(key):
-        hint = INSTANCE_HINT.format(key=key)
+    owner = value_at(data, path[:-1])
+    hint = misplaced_hint(key, owner, known, str(path[-2]) if len(path) > 1 else "")
+    if hint is None and "use" in known and not suggest_key(key, known):
+        form = INSTANCE_HINT if _is_key_of_entities(key) else PARAM_HINT
+        hint = form.format(entry=f"{key}: {flow(owner[key])}")
     fix: tuple[Literal["key"], str] | None = None
     if hint is None:
         near = suggest_key(key, known, free)
         hint = f"did you mean `{near}`?" if near else listed(free, key, LISTS_KEYS)
         if near in HALVES.get(word, ()):
-            hint = f"{hint} it is half of that"
+            hint = half_hint(word, near, owner[key])
         # No fix for a synonym with another convention (`quat` may be [x, y, z, w]), only for another spelling.
         is_synonym = word in {*KEY_SYNONYMS, *HALVES}
         if near in free and is_slip_of(key, free) and (not is_synonym or nearest(word, (near,), _SAME_WORD)):
@@ -212,35 +213,9 @@ _SAME_WORD: Final = 0.8
 """Smallest `difflib` ratio of two spellings of the same word."""
 
 
-def _suggest_place(word: str, known: tuple[str, ...]) -> str | None:
-    rows = (row for row in MISPLACED_KEYS if word in row[1].split())
-    return next((hint for beside, _, hint in rows if not set(beside.split()).isdisjoint(known)), None)
-
-
 def _is_key_of_entities(key: str) -> bool:
     """Whether a key belongs to any entity other than an instance."""
     return any(key in model.model_fields for model in (BodySpec, *map(entity_model, ENTITY_TYPES)))
-
-
-def snake_case(key: str) -> str:
-    """Converts a camelCase key of another tool (`useFixedBase`) to snake_case."""
-    return _HUMP.sub("_", key).lower()
-
-
-_HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
-
-
-def suggest_key(key: str, known: tuple[str, ...], free: tuple[str, ...] | None = None) -> str | None:
-    """Returns the known key that an unknown key probably means, or None.
-
-    Args:
-        key: the unknown key.
-        known: the keys that the mapping may have.
-        free: the candidates for a misspelling, normally the unused keys; None for all.
-    """
-    word = snake_case(key)
-    renamed = next((one for one in (*HALVES.get(word, ()), *KEY_SYNONYMS.get(word, ())) if one in known), None)
-    return renamed or nearest(key, known if free is None else free)
 
 
 def known_keys(path: Path, data: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -264,7 +239,7 @@ def _report_missing_key(path: Path, place: Origin, sink: Sink) -> None:
 
 def report_wrong_length(path: Path, must: int, found: Sequence[Any], place: Origin, sink: Sink) -> None:
     """Reports a list that must have `must` values."""
-    hint = LENGTH_HINTS.get((str(path[-1]), len(found))) if path else None
+    hint = length_hint(path, found)
     if len(found) == 1 and isinstance(found[0], str):
         hint = kind_hint("a number", path, found[0])
     sink.report("SC106", f"{value_name(path)} must have {must} values, not {len(found)}", place, hint=hint)
@@ -279,7 +254,7 @@ def _report_length(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -
     words = "at most" if "max_length" in context else "at least"
     count = context.get("actual_length")
     values = "value" if bound == 1 else "values"
-    hint = LENGTH_HINTS.get((str(path[-1]), count)) if path and count else None
+    hint = length_hint(path, error["input"])
     sink.report("SC106", f"{value_name(path)} must have {words} {bound} {values}, not {count}", place, hint=hint)
 
 
@@ -298,7 +273,7 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
     elif "type" not in found:
         union = place_at(path, partial(value_at, data)).choice
         choices = union.types() if isinstance(union, LazyUnion) else ()
-        hint = next((f"write `{{type: {key}, …}}`" for key in found if key in choices), None)
+        hint = shape_hint(found, choices)
         message = f"{value_name(path)} lacks the key `type`"
         sink.report("SC102", message, place, hint=hint or listed(choices, "", LISTS_KEYS))
     elif is_varying(tag):
@@ -327,9 +302,7 @@ def _suggest_value(found: str, choices: list[str]) -> str | None:
     if meant:
         return f"did you mean `{meant}`?"
     if "z" in choices:
-        hint = (
-            f"write its numbers: {_NEGATIVE_AXES[word]}" if word in _NEGATIVE_AXES else kind_hint("a list", (), found)
-        )
+        hint = f"write `{_NEGATIVE_AXES[word]}`" if word in _NEGATIVE_AXES else kind_hint("a list", (), found)
         if hint:
             return hint
     return suggest(found, choices, LISTS_KEYS)
@@ -341,10 +314,8 @@ _NEGATIVE_AXES = {"-x": "[-1, 0, 0]", "-y": "[0, -1, 0]", "-z": "[0, 0, -1]"}
 def _report_pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:
     found = error["input"]
     if error["ctx"]["pattern"].startswith("^#"):  # pyright: ignore[reportTypedDictNotRequiredAccess]
-        hint = 'three or four numbers in 0..1, or "#rrggbb[aa]"'
-        if found.lower() in COLORS:
-            hint = f'write "{COLORS[found.lower()]}"'
-        sink.report("SC108", f"{show(found)} is not a colour", place, hint=keyboard_hint(found) or hint)
+        hint = keyboard_hint(found) or color_hint(place.path, found)
+        sink.report("SC108", f"{show(found)} is not a colour", place, hint=hint)
         return
     at: At = "key" if KEY in error["loc"] else "value"
     sink.report(
@@ -352,7 +323,7 @@ def _report_pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:
         f"{show(found)} is not a name",
         place,
         at=at,
-        hint=PATTERN_HINTS.get(error["ctx"]["pattern"], PATTERN_HINTS[NAME_PATTERN]),  # pyright: ignore[reportTypedDictNotRequiredAccess]
+        hint=name_hint(found) + PATTERN_HINTS.get(error["ctx"]["pattern"], PATTERN_HINTS[NAME_PATTERN]),  # pyright: ignore[reportTypedDictNotRequiredAccess]
     )
 
 
@@ -465,4 +436,6 @@ def _find_misspelt_keys(located: LocatedErrors, data: dict[str, Any]) -> set[Pat
         if error["type"] == "extra_forbidden" and suggest_key(str(path[-1]), missing.get(path[:-1], ())):
             near = suggest_key(str(path[-1]), *known_keys(path, data))
             misspelt.update([(*path[:-1], near)] if near else [])
+            if near == "radius" and len(numbers(error["input"])) == 2:
+                misspelt.add((*path[:-1], "half_length"))  # MuJoCo's `size` has both
     return misspelt

@@ -7,7 +7,8 @@ from math import pi
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.messages import cut, keyboard_hint, nearest
-from scenecc.spec.hints import FORM_SYNONYMS, LENGTH_HINTS, MISSING_KEY_HINTS, SYNTAX_HINTS
+from scenecc.spec.hints import COLORS, FORM_SYNONYMS, LENGTH_HINTS, MISSING_KEY_HINTS, SYNTAX_HINTS
+from scenecc.spec.key_hints import flow, gravity, numbers
 from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.variation.forms import FORM_KEYS
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics.diagnostic import Path
 
-    TextSlip = tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]]
+    TextSlip = tuple[re.Pattern[str], str | Callable[[Path, re.Match[str]], str]]
 
 
 MAPPING_OF_NAMES: Final = "a mapping of names"
@@ -34,46 +35,116 @@ def kind_hint(expected: str, path: Path, found: Any) -> str | None:
     return _scalar_hint(expected, path, found) if path else None
 
 
-def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:
+def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case each
     """Returns a hint for a number or a boolean."""
     key, owner = str(path[-1]), path[-2] if len(path) > 1 else None
     if "repeat" in {key, owner}:
-        return SYNTAX_HINTS["repeat"]
-    if expected == "a mapping" and owner in {"drives", "joints", "links"}:
-        return f'name them first: `{owner}: {{".*": {{{key}: …}}}}`'
+        count = flow(found if isinstance(found, int) and found is not True else 4)
+        is_index = owner == "repeat" and key not in {"count", "n", "times"}
+        return f"write `{key}: {{count: {count}}}`" if is_index else f"write `repeat: {{i: {{count: {count}}}}}`"
+    if expected == "true or false":
+        return _switch_hint(key, found)
+    if expected == "a mapping" and (plain := _PARTS.get(str(owner))):
+        if key in plain:
+            return f'name them first: `{owner}: {{".*": {{{key}: {flow(found)}}}}}`'
+        return f"write `{key}: {{{plain[0]}: {flow(found)}}}`"
     if found is True and key in {"settled", "no_overlap"}:
         return f"write `{key}: {{}}`, or its keys in the braces"
-    if key == "gravity" and found is False:
-        return "for no gravity write `gravity: [0, 0, 0]`"
-    # A number in place of a list is a list of length 1.
-    return None if isinstance(found, bool) else LENGTH_HINTS.get((key, 1))
+    if key == "gravity" and (vector := gravity(found)):
+        return f"write `gravity: {vector}`"
+    return None if isinstance(found, bool) else _number_hint(expected, path, found)
 
 
-def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | None:
+_PARTS: Final = {
+    "drives": ("stiffness", "damping", "force_limit", "target", "velocity_target"),
+    "joints": ("friction", "friction_force", "armature", "max_velocity"),
+    "links": ("mass", "linear_damping", "angular_damping"),
+}
+"""Mapping of names of a robot → its keys that take a number."""
+
+
+def _number_hint(expected: str, path: Path, found: float) -> str | None:
+    """Returns a hint for a number in place of something else."""
+    key, one = str(path[-1]), flow(found)
+    meant = {
+        **dict.fromkeys(("scene_idxs", "qpos", "qvel"), f"[{one}]"),
+        "limits": flow([-abs(found), abs(found)]),
+        **(dict.fromkeys("xyz", f"[{one}, {one}]") if path[-2:-1] == ("limits",) else {}),
+        "half_size": flow([found] * 3),
+        "physical": f"{{static_friction: {one}, dynamic_friction: {one}}}",
+        **dict.fromkeys(("color", "base_color", "ambient_light"), flow([found] * 3)),
+    }
+    if expected == "a whole number":
+        return f"write {_entry(path, round(found))}"
+    if key in meant:
+        return f"write `{key}: {meant[key]}`"
+    is_list = expected == "a list" or expected.startswith("[")
+    return f"write its numbers in brackets: `{key}: [x, y, z]`" if is_list and key in _VECTORS else None
+
+
+_VECTORS: Final = frozenset(("pose", "p", "com", "linear_velocity", "angular_velocity", "position", "direction"))
+
+
+def _switch_hint(key: str, found: Any) -> str | None:
+    """Returns a hint for a value in place of true or false."""
+    if key == "gravity" and (vector := gravity(found)):
+        return f"write `gravity: true`; the vector is `physics: {{gravity: {vector}}}`"
+    word = str(found).strip().lower()
+    if word in _ON | _OFF:
+        return f"write `{key}: {'true' if word in _ON else 'false'}`, without quotes"
+    return "write `true` or `false`, without quotes"
+
+
+_ON: Final = frozenset(("true", "yes", "on", "y", "1"))
+_OFF: Final = frozenset(("false", "no", "off", "n", "0"))
+
+
+def _entry(path: Path, value: Any) -> str:
+    """Returns what to write at a path: the entry of a mapping, or the item of a list."""
+    text = value if isinstance(value, str) else flow(value)
+    return f"`{path[-1]}: {text}`" if path and isinstance(path[-1], str) else f"`{text}`"
+
+
+def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | None:  # noqa: PLR0911 - a case each
     if path[-1:] == ("inertia",):
         return MISSING_KEY_HINTS["inertia"]
     if path[-1:] in {("limits",), ("limits_deg",)}:
-        return f"write `{path[-1]}: [low, high]`"
+        ends = [*numbers(found.get("lower", found.get("min"))), *numbers(found.get("upper", found.get("max")))]
+        return f"write `{path[-1]}: {flow(ends) if len(ends) == 2 else '[low, high]'}`"
+    if expected == "a text" and path and len(found) == 1 and isinstance(*found.values(), str):
+        return f"write `{path[-1]}: {flow(*found.values())}`"
     if path[-1:] == ("com",):
         return "write `com: [x, y, z]`; the axes of an inertia are the `com` of `inertial`"
     if "xyz" in found and "axis" in path[-1:]:
-        return "write its three numbers: `axis: [0, 0, 1]`"
-    if expected == "a list" and FORM_KEYS.isdisjoint(found):
-        return "write it in brackets, `[{…}]`, or begin each item with `- `"
+        return f"write `axis: {flow(found['xyz'])}`"
+    if {"x", "y", "z"} <= found.keys() and path:
+        return f"write `{path[-1]}: {flow([found[one] for one in 'xyz'])}`"
+    if expected == "a list" and FORM_KEYS.isdisjoint(found) and path:
+        return f"write it in brackets, `{path[-1]}: [{flow(found)}]`, or begin each item with `- `"
     return _form_hint(expected, found)
 
 
-def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:
+def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  # noqa: PLR0911 - a case each
     if expected == MAPPING_OF_NAMES:
         return _names_hint(path, found)
+    if expected == "a mapping" and path == ("lights", "ambient"):
+        return f"remove it, and write `environment: {{ambient_light: {flow(found)}}}`"
+    if expected == "a mapping" and path[:-1] == ("frames",) and len(numbers(found)) == 3:
+        return f"write `{path[-1]}: {{pose: {flow(found)}}}`"
     if expected == "a mapping":
         return "remove the `-` before each item: this is a mapping, `key: value`"
     if expected == "one of x, y, z" and sorted(found, key=str) == [0, 0, 1]:
         return f"write `axis: {'xyz'[list(found).index(1)]}`"
-    if "friction" in str(path[-1:]) and expected == "a number":
-        return "write only the first: PhysX has no torsional and no rolling friction"
-    if expected == "a number":
-        return "write one number; one for each scene is `{per_scene: […]}`"
+    if "friction" in str(path[-1:]) and expected == "a number" and found:
+        return f"write {_entry(path, found[0])}: PhysX has no torsional and no rolling friction"
+    if expected == "a number" and path and isinstance(path[-1], str):
+        if len(found) > 1 and len({*map(repr, found)}) == 1:
+            return f"write `{path[-1]}: {flow(found[0])}`"
+        if len(found) == 2 and all(isinstance(one, int) and one >= 0 for one in found):
+            return f"write `{path[-1]}: {found[0]}.{found[1]}`, with a decimal point"
+        return f"write one number; one for each scene is `{path[-1]}: {{per_scene: {flow(found)}}}`"
+    if expected == "a text" and len(found) == 1:
+        return f"write {_entry(path, flow(found[0]))}"
     return None
 
 
@@ -82,7 +153,14 @@ def _names_hint(path: Path, found: Sequence[Any]) -> str:
     first = found[0] if found else None
     name = first.get("name") if is_mapping(first) else None
     if path and isinstance(name, str):
-        return f"the name is the key: `{path[-1]}: {{{cut(name)}: {{…}}}}`"
+        named = {one["name"]: {key: x for key, x in one.items() if key != "name"} for one in found if "name" in one}
+        whole = flow(named)
+        body = whole if whole != "…" and len(named) == len(found) else f"{{{cut(name)}: {{…}}}}"
+        return f"the name is the key: `{path[-1]}: {body}`"
+    if path and found and all(is_mapping(one) and len(one) == 1 and is_mapping(*one.values()) for one in found):
+        merged = flow({key: one for each in found for key, one in each.items()})
+        if merged != "…":
+            return f"remove the `-` before each item: `{path[-1]}: {merged}`"
     return "remove the `-` before each item: this is a mapping, `NAME: …`"
 
 
@@ -93,7 +171,12 @@ def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
         return f"did you mean `{near}`?"
     other = next((FORM_SYNONYMS[key] for key in found if key in FORM_SYNONYMS), None)
     if other is not None:
-        return f"did you mean `{{{other}}}`?"
+        ends = next((found[key] for key in found if key in FORM_SYNONYMS), None)
+        if is_sequence(ends):
+            return f"did you mean `{{{other.partition(':')[0]}: {flow(ends)}}}`?"
+        low, high = found.get("min", found.get("low")), found.get("max", found.get("high"))
+        is_range = low is not None and high is not None
+        return f"did you mean `{{{f'uniform: {flow([low, high])}' if is_range else other}}}`?"
     if expected in {"a number", "a whole number", "true or false"} or expected.startswith("["):
         return "a value that differs from scene to scene is a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"
     return None
@@ -105,22 +188,19 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:
     if hint := keyboard_hint(text):
         return hint
     is_list = expected == "a list" or expected.startswith("[")
-    if (is_list or expected in {"a number", "a whole number"}) and (hint := _number_hint(text, is_list=is_list)):
-        return hint
+    if is_list or expected in {"a number", "a whole number"}:
+        hint = unit_hint(path, text) or _hint_of(path, text, _LIST_SLIPS if is_list else _NUMBER_SLIPS)
+        if hint:
+            return hint
     if expected == "true or false":
         is_condition = path[-1:] in {("if",), ("that",)}
-        return _expression(text) if is_condition else "YAML 1.2 has only `true` and `false`, without quotes"
-    return _hint_of(text, _SLIPS) or _place_hint(path, text)
+        return _expression(path, text) if is_condition else _switch_hint(str(path[-1]) if path else "", text)
+    return _hint_of(path, text, _SLIPS) or _place_hint(path, text)
 
 
-def _number_hint(text: str, *, is_list: bool) -> str | None:
-    """Returns a hint for a string in place of numbers."""
-    return _hint_of(text, _LIST_SLIPS if is_list else _NUMBER_SLIPS)
-
-
-def _hint_of(text: str, slips: tuple[TextSlip, ...]) -> str | None:
+def _hint_of(path: Path, text: str, slips: tuple[TextSlip, ...]) -> str | None:
     found = ((hint, match) for pattern, hint in slips if (match := pattern.fullmatch(text)))
-    return next((hint if isinstance(hint, str) else hint(match) for hint, match in found), None)
+    return next((hint if isinstance(hint, str) else hint(path, match) for hint, match in found), None)
 
 
 def _place_hint(path: Path, text: str) -> str | None:
@@ -129,75 +209,202 @@ def _place_hint(path: Path, text: str) -> str | None:
     lists = {"shapes", "collisions", "visuals"}
     if not lists.isdisjoint(map(str, path[-2:])):
         return f"a shape is a mapping: `[{{type: {shown}, …}}]`"
+    if path[-1:] == ("place",) and (said := _PLACED.fullmatch(text)):
+        return f"write `place: {{{said[1]}: {said[2]}}}`"
+    if path[-2:-1] == ("repeat",) and (times := _RANGE.fullmatch(text)):
+        return f"write `{path[-1]}: {{count: {times[1]}}}`"
     if len(path) > 1 and path[-2] == "holds":
         return f'write `- that: "{shown if shown.startswith("${") else f"${{{shown}}}"}"`'
     if len(path) == 2 and path[0] == "entities":
         return f"to use another scene file write `{{use: {shown}}}`"
     hints = {
+        "lights": "write `environment: {ambient_light: [0.3, 0.3, 0.3]}`" if text == "ambient" else None,
         "place": f"write `place: {{on: {shown}}}`",
         "next_to": f"write `next_to: {{of: {shown}, side: right}}`",
         "mimic": f"write `mimic: {{joint: {shown}}}`",
         "repair": f"repairs are a list: `repair: [{shown}]`",
-        "include": SYNTAX_HINTS["include"],
+        "include": f"write `include: [{shown}]`",
         "repeat": SYNTAX_HINTS["repeat"],
     }
     return hints.get(str(path[-1])) if path else None
 
 
+def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case each
+    """Returns a hint for a list of a wrong length."""
+    if not path or not is_sequence(found):
+        return None
+    key, parts = path[-1], numbers(found)
+    if key == "pose" and len(parts) == 7:
+        return f"write `pose: {{p: {flow(parts[:3])}, q: {flow(parts[3:])}}}`; `q` has w first"
+    if key == "pose" and len(parts) == 6:
+        angles = "rpy_deg" if max(map(abs, parts[3:])) > 2 * pi else "rpy"
+        return f"write `pose: {{p: {flow(parts[:3])}, {angles}: {flow(parts[3:])}}}`"
+    if key == "pose" and len(found) == 2 and [len(numbers(one)) for one in found] == [3, 4]:
+        return f"write `pose: {{p: {flow(found[0])}, q: {flow(found[1])}}}`; `q` has w first"
+    if key == "region" and len(parts) == 2:
+        return f"write two corners: `region: {flow([[-one / 2 for one in parts], [one / 2 for one in parts]])}`"
+    if key == "region" and len(parts) == 4:
+        return f"write two corners: `region: {flow([parts[:2], parts[2:]])}`"
+    return LENGTH_HINTS.get((str(key), len(found)))
+
+
+def name_hint(found: str) -> str:
+    """Returns a name that resembles a text that is not one, for the start of a hint; "" if there is none."""
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", found[:_LONGEST_NAME]).strip("_")
+    name = name if name[:1].isalpha() else f"_{name}"
+    return f"write `{name}`: " if re.fullmatch(r"[A-Za-z_][\w.-]*", name) and len(name) > 1 else ""
+
+
+_LONGEST_NAME: Final = 60
+"""Longest text of which a name is made [characters]."""
+
+
+def color_hint(path: Path, found: Any) -> str:
+    """Returns a hint for what is not a colour."""
+    entry = color_of(found)
+    if entry is None:
+        return 'write three or four numbers in 0..1, or `"#rrggbb"`'
+    text = entry if isinstance(entry, str) else flow(entry)
+    quoted = f'"{text}"' if isinstance(entry, str) else text
+    return f"write {_entry(path, quoted)}" + ("" if isinstance(entry, str) else ": the numbers of a colour are in 0..1")
+
+
+def color_of(found: Any) -> str | list[float] | None:
+    """Returns the colour here for one in another notation; None if it is not known."""
+    if isinstance(found, str):
+        word = found.strip().lower().replace(" ", "").replace("_", "")
+        if short := re.fullmatch(r"#?([0-9a-f])([0-9a-f])([0-9a-f])", word):
+            return "#" + "".join(2 * digit for digit in short.groups())
+        if whole := re.fullmatch(r"(?:#|0x)?((?:[0-9a-f]{2}){3,4})", word):
+            return f"#{whole[1]}"
+        if name := COLORS.get(word) or COLORS.get(nearest(word, COLORS, 0.75) or ""):
+            return name
+        listed = re.fullmatch(r"(?:rgba?)?[(\[]?([\d.,]+)[)\]]?", word)
+        found = listed[1].split(",") if listed else []
+    parts = numbers(found)
+    if len(parts) not in {3, 4}:
+        return None
+    if max(parts) <= 1:
+        return parts
+    alpha = [round(parts[3] / 255, 4) if parts[3] > 1 else parts[3]] if len(parts) == 4 else []
+    return [*(round(one / 255, 4) for one in parts[:3]), *alpha]
+
+
 _MAX_LENGTH: Final = 200
 """Longest string that gets a hint [characters]."""
 
-_UNITS: Final = {"kg": 1, "g": 1e-3, "m": 1, "cm": 1e-2, "mm": 1e-3, "s": 1, "ms": 1e-3, "rad": 1, "deg": pi / 180}
+_PLACED: Final = re.compile(r"(on|inside|next_to)\s+([\w./-]+)")
+_RANGE: Final = re.compile(r"range\((\d+)\)|(?:\d+ *\.\. *|0 *: *)(\d+)")
+
+_UNITS: Final = {
+    unit: float(factor)
+    for unit, factor in (
+        pair.split("=")
+        for pair in (
+            "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 lb=0.45359237 lbs=0.45359237 oz=0.0283495231 kilograms=1 grams=1e-3 "
+            "m=1 km=1e3 dm=0.1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 in=0.0254 inch=0.0254 ft=0.3048 meters=1 metres=1 "
+            "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 % =1e-2 "
+            "N=1 Nm=1 N*m=1 N·m=1 N/m=1 Nm/rad=1 N·m/rad=1 N*m/rad=1 "
+            "N*s/m=1 N·s/m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
+            "kg/m3=1 kg/m^3=1 kg/m³=1 g/cm3=1e3 g/cm^3=1e3 g/cm³=1e3 g/cc=1e3 kg/l=1e3 kg*m2=1 kg*m^2=1 kg·m²=1"
+        )
+        .replace(" =", "=")
+        .split()
+    )
+} | {
+    "rad": 1,
+    "radians": 1,
+    **dict.fromkeys(("deg", "degs", "degree", "degrees", "°", "deg/s", "°/s"), pi / 180),
+    "rpm": pi / 30,
+}
 """Unit after a number → factor to SI."""
 
 _SI: Final = "masses are in kg, lengths in m, times in s, angles in rad"
 
+_QUANTITY: Final = re.compile(
+    r"\s*([-+]?(?:\d{1,12}[.,]?\d{0,12}|\.\d{1,12})(?:[eE][-+]?\d{1,2})?)\s*([^\s\d.].{0,11}?)\s*"
+)
 
-def _expression(text: str) -> str:
-    return f'an expression is written `"${{{cut(text)}}}"`'
+
+def unit_hint(path: Path, text: str) -> str | None:
+    """Returns a hint for a number with a unit, or None."""
+    found = _QUANTITY.fullmatch(text)
+    if found is None:
+        return None
+    number, unit = float(found[1].replace(",", ".")), found[2]
+    if unit in {"Hz", "hz", "fps"} and number > 0:
+        return f"write {_entry(path, 1 / number)}: a time step is one divided by the frequency [s]"
+    factor = _UNITS.get(unit, _UNITS.get(unit.lower()))
+    if factor is None:
+        return None
+    takes_degrees = any(str(key).endswith("_deg") for key in path)
+    if takes_degrees and unit[:1] in {"d", "r", "°"}:
+        return f"write {_entry(path, number * factor * 180 / pi)}: this key is in degrees"
+    return f"write {_entry(path, number * factor)}: {_SI}"
 
 
-def _list(text: str) -> str:
-    return f"write commas and brackets: [{', '.join(text.replace(',', ' ').split())}]"
+def _expression(path: Path, text: str) -> str:
+    quoted = f'"${{{cut(text)}}}"'
+    return f"an expression is written {_entry(path, quoted)}"
+
+
+def _commas(text: str) -> str:
+    return ", ".join(text.replace(",", " ").split())
+
+
+def _list(path: Path, text: str) -> str:
+    return f"write commas and brackets: {_entry(path, f'[{_commas(text)}]')}"
 
 
 _SLIPS: tuple[TextSlip, ...] = (
     # Expressions in the syntax of other tools.
     (
         re.compile(r"\$([A-Za-z_]\w*)|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)"),
-        lambda found: _expression(next(filter(None, found.groups()))),
+        lambda path, found: _expression(path, next(filter(None, found.groups()))),
     ),
     (
         re.compile(r"([A-Za-z_]\w*) ?= ?([^=]+)"),
-        lambda found: f"write a colon instead of `=`: `{cut(found[1])}: {cut(found[2])}`",
+        lambda _, found: f"write a colon instead of `=`: `{cut(found[1])}: {cut(found[2])}`",
     ),
 )
 """Pattern of a string → hint, for any expected kind."""
 
 _FORM_SLIP: TextSlip = (
-    re.compile(rf"({'|'.join(sorted(FORM_KEYS))})\(\[?([^()\[\]]*)\]?\)"),
-    lambda found: f"write a form: `{{{found[1]}: [{found[2]}]}}`",
+    re.compile(rf"({'|'.join(sorted(FORM_KEYS))})(?:\(| *\[| +)\[?([^()\[\]]*)\]?\)?"),
+    lambda path, found: f"write a form: {_entry(path, f'{{{found[1]}: [{_commas(found[2])}]}}')}",
 )
 
 _NUMERIC_SLIPS: tuple[TextSlip, ...] = (
-    (re.compile(r"\s*[-+.\d][-+.\deE]*(?:[ ,]+[-+.\d][-+.\deE]*)+\s*"), lambda found: _list(found[0])),
     (
-        re.compile(rf"([-+]?\d{{1,12}}(?:\.\d{{1,12}})?) ?({'|'.join(_UNITS)})"),
-        lambda found: f"write {float(found[1]) * _UNITS[found[2]]:.12g}: {_SI}",
+        re.compile(r"\s*\[([-+.\deE, ]*)\]\s*"),
+        lambda path, found: f"write {_entry(path, f'[{_commas(found[1])}]')}, without quotes",
     ),
-    (re.compile(r"[-+]?\d+[eE][-+]?\d+"), "remove the quotes; PyYAML takes `1e-5` for text, and `1.0e-5` for a number"),
-    (re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"), "remove the quotes"),
-    (re.compile(r"[-+]?[\d.]{1,24} ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}"), f"write only the number: {_SI}"),
+    (re.compile(r"\s*[-+.\d][-+.\deE]*(?:[ ,]+[-+.\d][-+.\deE]*)+\s*"), lambda path, found: _list(path, found[0])),
+    (
+        re.compile(r"[-+]?\d+[eE][-+]?\d+"),
+        lambda path, found: f"write {_entry(path, float(found[0]))}, without quotes; PyYAML takes `1e-5` for text",
+    ),
+    (
+        re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"),
+        lambda path, found: f"write {_entry(path, found[0].strip())}, without quotes",
+    ),
+    (
+        re.compile(r"([-+]?\d[\d.]{0,23}) ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}"),
+        lambda path, found: f"write only the number, {_entry(path, found[1])}: {_SI}",
+    ),
     (re.compile(r".*random.*"), "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
-    (re.compile(r"None"), "remove the key, or write a number"),
-    (re.compile(r"([-+]?)inf(inity)?", re.IGNORECASE), lambda found: f"write {found[1]}.inf, without quotes"),
+    (re.compile(r"None|null|nil|nan", re.IGNORECASE), "remove the key, or write a number"),
+    (
+        re.compile(r"([-+]?)inf(inity)?", re.IGNORECASE),
+        lambda path, found: f"write {_entry(path, f'{found[1]}.inf')}, without quotes",
+    ),
 )
 
 _LIST_SLIPS: tuple[TextSlip, ...] = (
     _FORM_SLIP,
     (
         re.compile(r"(?:[\w.]+)?\(+\[?([-+.\deE, ]+)\]?,?\)+"),
-        lambda found: f"write a list in brackets: [{found[1].strip(', ')}]",
+        lambda path, found: f"write a list in brackets: {_entry(path, f'[{_commas(found[1])}]')}",
     ),
     *_NUMERIC_SLIPS,
     *_SLIPS,
@@ -208,14 +415,14 @@ _NUMBER_SLIPS: tuple[TextSlip, ...] = (
     _FORM_SLIP,
     (
         re.compile(r"[-+]?\d+,\d+"),
-        lambda found: f"write a decimal point instead of the comma: {found[0].replace(',', '.')}",
+        lambda path, found: f"write {_entry(path, found[0].replace(',', '.'))}, with a decimal point",
     ),
     *_NUMERIC_SLIPS,
     *_SLIPS,
     # Arithmetic, a name or a function call.
     (
         re.compile(r"[-+]?[\w.() ]+(?:[-+*/%]+[\w.() ]+)+|[A-Za-z_]\w*(?:\([\w.+*/ -]+\))?"),
-        lambda found: _expression(found[0]),
+        lambda path, found: _expression(path, found[0]),
     ),
 )
 """Pattern of a string → hint, where a number is expected."""

@@ -119,7 +119,17 @@ def test_of_a_name_like_no_other_the_entities_are_listed() -> None:
     assert (found.code, found.hint) == ("SC330", "known here: ball, arm")
 
 
-def test_of_an_instance_the_entities_inside_are_listed() -> None:
-    cup = {"place": {"on": "ground"}, "shapes": BALL}
-    (found,) = validate({"scenecc": 1, "entities": {"ground": {"use": "scenecc:ground"}, "cup": cup}})
-    assert (found.code, found.hint) == ("SC330", "known here: ground/ground")
+@pytest.mark.parametrize("name", ["ground", "ground/ground"])
+def test_an_instance_that_holds_one_entity_means_that_entity(name: str) -> None:
+    assert mount_of(name, {"ground": {"use": "scenecc:ground"}}) == Mount("ground/ground")
+    cup = {"place": {"on": name, "at": [0, 0]}, "shapes": BALL}
+    assert validate({"scenecc": 1, "entities": {"ground": {"use": "scenecc:ground"}, "cup": cup}}) == []
+
+
+def test_of_an_instance_with_several_entities_they_are_listed(tmp_path: Path) -> None:
+    part = tmp_path / "part.yaml"
+    part.write_text("scenecc: 1\nentities:\n  a: &a {shapes: [{type: sphere, radius: 0.1}]}\n  b: *a\n")
+    text = "scenecc: 1\nentities: {two: {use: part.yaml}}\ncameras: {eye: {mount: two}}\n"
+    (tmp_path / "scene.yaml").write_text(text)
+    found = [one for one in validate(tmp_path / "scene.yaml") if one.severity == "error"]
+    assert [(one.code, one.hint) for one in found] == [("SC330", "known here: two/a, two/b")]

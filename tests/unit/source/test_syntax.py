@@ -9,7 +9,7 @@ import pytest
 from scenecc.diagnostics import Diagnostic
 
 CASES = {
-    "a: [${x}, 1]": (1, 5, 9, "expression", 'quote it: "${x}"'),
+    "a: [${x}, 1]": (1, 5, 9, "expression", 'quote it: `"${x}"`'),
     "a:\n  - {b: ${x / 2}}": (2, 9, 17, "expression", '"${x / 2}"'),
     "a: {${x}: 1}": (1, 5, 9, "expression", '"${x}"'),
     "a: [1, -${x}]": (1, 9, 13, "expression", "quote it"),

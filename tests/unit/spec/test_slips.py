@@ -1,276 +1,61 @@
-# ruff: noqa: E501 - a row a slip
-"""Slips that people make: what is written, and what the first line says to write instead."""
+"""Slips that people make: what is written, and what the first line says to write instead, which can be pasted."""
 
 from __future__ import annotations
 
 import io
 import json
-from typing import NamedTuple
+import shutil
+from pathlib import Path
 
 import pytest
+from plugins.pasting import changed_lines, pasted, snippet
+from plugins.slips import SLIPS, Slip
 
 from scenecc import validate
+from scenecc.diagnostics import Diagnostic
 from scenecc.diagnostics.formats import render
 from scenecc.spec.hints import MISPLACED_KEYS
 from scenecc.spec.json_schema import json_schema
 
-
-class Slip(NamedTuple):
-    """Text below `scenecc: 1`, the code of the first error, and its hint."""
-
-    text: str
-    code: str
-    hint: str
+ASSETS = Path(__file__).resolve().parents[3] / "scenes"
 
 
-SLIPS = {
-    "color hash": Slip("entities:\n  cube:\n    shapes:\n      - type: box\n        half_size: [0.02, 0.02, 0.02]\n        color: #ff0000\n", "SC006", '`#` starts a comment, so quote it: `color: "#ff0000"`'),
-    "friction on shape": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02], friction: 0.5}]\n", "SC101", "write it in the material: `material: {physical: {static_friction: …, dynamic_friction: …}}`"),
-    "friction on body": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    friction: 0.5\n", "SC101", "write it in the material: `material: {physical: {static_friction: …, dynamic_friction: …}}`"),
-    "static: true": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    static: true\n", "SC101", "did you mean `body_type: static`?"),
-    "kinematic: true": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    kinematic: true\n", "SC101", "did you mean `body_type: kinematic`?"),
-    "dynamic: false": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    dynamic: false\n", "SC101", "`body_type` is one of dynamic, kinematic and static"),
-    "body_type fixed": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    body_type: fixed\n", "SC105", "did you mean `static`?"),
-    "use cube": Slip("entities:\n  cube: {use: cube}\n", "SC401", "did you mean `scenecc:cube`?"),
-    "use Panda": Slip("entities:\n  r: {use: panda}\n", "SC401", "name a scene file, or a prefab that `scenecc prefabs` lists; a robot is `urdf: …` or `mjcf: …`"),
-    "no commas": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02 0.02 0.02]}]\n", "SC106", "write commas and brackets: [0.02, 0.02, 0.02]"),
-    "string vec": Slip('entities:\n  cube:\n    shapes: [{type: box, half_size: "0.02 0.02 0.02"}]\n', "SC103", "write commas and brackets: [0.02, 0.02, 0.02]"),
-    "size": Slip("entities:\n  cube:\n    shapes: [{type: box, size: [0.04, 0.04, 0.04]}]\n", "SC101", "did you mean `half_size`? it is half of that"),
-    "half_extents": Slip("entities:\n  cube:\n    shapes: [{type: box, half_extents: [0.04, 0.04, 0.04]}]\n", "SC101", "did you mean `half_size`?"),
-    "halfSize": Slip("entities:\n  cube:\n    shapes: [{type: box, halfSize: [0.04, 0.04, 0.04]}]\n", "SC101", "did you mean `half_size`?"),
-    "side": Slip("entities:\n  cube:\n    shapes: [{type: cube, half_size: [0.04, 0.04, 0.04]}]\n", "SC105", "did you mean `box`?"),
-    "one number": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: 0.02}]\n", "SC103", "one number for each axis: [x, y, z]"),
-    "ball": Slip("entities:\n  cube:\n    shapes: [{type: ball, radius: 0.02}]\n", "SC105", "did you mean `sphere`?"),
-    "diameter": Slip("entities:\n  cube:\n    shapes: [{type: sphere, diameter: 0.02}]\n", "SC101", "did you mean `radius`? it is half of that"),
-    "r": Slip("entities:\n  cube:\n    shapes: [{type: sphere, r: 0.02}]\n", "SC101", "did you mean `radius`?"),
-    "height": Slip("entities:\n  cube:\n    shapes: [{type: cylinder, radius: 0.02, height: 0.1}]\n", "SC101", "did you mean `half_length`? it is half of that"),
-    "mesh in shapes": Slip("entities:\n  cube:\n    shapes: [{type: mesh, file: a.obj}]\n", "SC105", "a `mesh` is only visible: write it under `visuals`; a convex_mesh, convex_parts or triangle_mesh collides"),
-    "filename": Slip("entities:\n  cube:\n    shapes: [{type: convex_mesh, filename: a.obj}]\n", "SC101", "did you mean `file`?"),
-    "home": Slip("entities:\n  cube:\n    shapes: [{type: convex_mesh, file: ~/a.obj}]\n", "SC403", "write a path relative to the scene, or use asset://"),
-    "abs": Slip("entities:\n  cube:\n    shapes: [{type: convex_mesh, file: /home/me/a.obj}]\n", "SC402", "move the file beside the scene, add its folder with --asset-root, or allow it with --allow-outside-assets"),
-    "xyzw": Slip("entities:\n  cube:\n    pose: {p: [0,0,1], xyzw: [0,0,0,1]}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "`q` has w first: `q: [w, x, y, z]`"),
-    "quat": Slip("entities:\n  cube:\n    pose: {p: [0,0,1], quat: [0,0,0,1]}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write `q: [w, x, y, z]`, w first, or `rpy_deg: [roll, pitch, yaw]`"),
-    "euler": Slip("entities:\n  cube:\n    pose: {p: [0,0,1], euler: [0,0,90]}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write `rpy_deg: [roll, pitch, yaw]`, or `rpy` in radians"),
-    "yaw": Slip("entities:\n  cube:\n    pose: {p: [0,0,1], yaw: 1.57}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write `rpy: [0, 0, yaw]`, or `rpy_deg: [0, 0, yaw]` in degrees"),
-    "pos": Slip("entities:\n  cube:\n    pose: {pos: [0,0,1]}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write `p: [x, y, z]`"),
-    "position": Slip("entities:\n  cube:\n    position: [0,0,1]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "did you mean `pose`?"),
-    "body rotation": Slip("entities:\n  cube:\n    rotation: [0,0,90]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write it in the pose: `pose: {p: [x, y, z], q: [w, x, y, z]}`, or `rpy_deg: [roll, pitch, yaw]` for `q`"),
-    "pose7": Slip("entities:\n  cube:\n    pose: [0,0,1,1,0,0,0]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC106", "a position and a rotation are {p: [x, y, z], q: [w, x, y, z]}"),
-    "pose6": Slip("entities:\n  cube:\n    pose: [0,0,1,0,0,0]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC106", "a position and three angles are {p: [x, y, z], rpy: [roll, pitch, yaw]}, or rpy_deg"),
-    "mm str": Slip("entities:\n  cube:\n    pose: [0, 0, 10mm]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write 0.01: masses are in kg, lengths in m, times in s, angles in rad"),
-    "mm": Slip('entities:\n  cube:\n    pose: [0, 0, "10 mm"]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n', "SC103", "write 0.01: masses are in kg, lengths in m, times in s, angles in rad"),
-    "tabs": Slip("entities:\n\tcube:\n", "SC003", "indent YAML only with spaces"),
-    "list entities": Slip("entities:\n  - name: cube\n    shapes: []\n", "SC103", "the name is the key: `entities: {cube: {…}}`"),
-    "list of names": Slip("entities: [cube, ball]\n", "SC103", "remove the `-` before each item: this is a mapping, `NAME: …`"),
-    "list joints": Slip("entities:\n  arm:\n    urdf: arm.urdf\n    joints: [{name: elbow, friction: 1}]\n", "SC103", "the name is the key: `joints: {elbow: {…}}`"),
-    "list body": Slip("entities:\n  cube:\n    - shapes: []\n", "SC103", "remove the `-` before each item: this is a mapping, `key: value`"),
-    "map shapes": Slip("entities:\n  cube:\n    shapes: {type: box, half_size: [0.1,0.1,0.1]}\n", "SC103", "write it in brackets, `[{…}]`, or begin each item with `- `"),
-    "box": Slip("entities:\n  cube:\n    box: [0.1,0.1,0.1]\n", "SC101", "write shapes in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"),
-    "type box": Slip("entities:\n  cube:\n    type: box\n    half_size: [0.1,0.1,0.1]\n", "SC101", "write `body_type: static`, or a shape: `shapes: [{type: box, …}]`"),
-    "color body": Slip("entities:\n  cube:\n    color: red\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC108", 'write "#ff0000"'),
-    "rgba 255": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02,0.02,0.02], color: [255, 0, 0]}]\n", "SC104", "colours are in 0..1: divide numbers up to 255 by 255"),
-    "mass str": Slip("entities:\n  cube:\n    mass: 1kg\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write 1: masses are in kg, lengths in m, times in s, angles in rad"),
-    "mass0": Slip("entities:\n  cube:\n    mass: 0\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC104", "remove it to get it from `density`; a body that never moves is `body_type: static`"),
-    "bool yes": Slip("entities:\n  cube:\n    gravity: yes\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "YAML 1.2 has only `true` and `false`, without quotes"),
-    "actors": Slip("actors:\n  cube: {}\n", "SC101", "bodies and robots are written under `entities`: `entities: {NAME: {…}}`"),
-    "camera": Slip("camera:\n  eye: {pose: [0,0,1]}\n", "SC101", "did you mean `cameras`?"),
-    "gravity top": Slip("gravity: [0,0,-9.81]\n", "SC101", "write it under `physics`: `physics: {gravity: …}`"),
-    "timestep top": Slip("timestep: 0.01\n", "SC101", "write it under `physics`: `physics: {timestep: …}`"),
-    "n_scenes": Slip("num_envs: 4\n", "SC101", "did you mean `num_scenes`?"),
-    "urdf home": Slip("entities:\n  r: {urdf: ~/panda.urdf}\n", "SC403", "write a path relative to the scene, or use asset://"),
-    "fix base": Slip("entities:\n  r: {urdf: a.urdf, fix_base: true}\n", "SC101", "did you mean `fix_root_link`?"),
-    "joint pos": Slip("entities:\n  r: {urdf: a.urdf, joint_positions: [0,0]}\n", "SC101", "did you mean `qpos`?"),
-    "rand": Slip("entities:\n  cube:\n    pose: [{random: [0, 1]}, 0, 0]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "did you mean `{uniform: [low, high]}`?"),
-    "range": Slip("entities:\n  cube:\n    pose: [{range: [0, 1]}, 0, 0]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "did you mean `{uniform: [low, high]}`?"),
-    "jinja": Slip("entities:\n  cube:\n    mass: '{{ m }}'\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", 'an expression is written `"${m}"`'),
-    "dollar": Slip("entities:\n  cube:\n    mass: $m\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", 'an expression is written `"${m}"`'),
-    "missing colon": Slip("entities:\n  cube\n    mass: 1\n", "SC003", "indent it as far as the keys it belongs with (line 3 above already has a value)"),
-    "no blank": Slip("entities:\n  cube:\n    mass:1\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC003", "write `mass: `; without the space, the colon is part of a string"),
-    "light on": Slip("lights:\n  sun: {type: sun, direction: [0,0,-1]}\n", "SC105", "did you mean `directional`?"),
-    "light color": Slip("lights:\n  l: {type: point, position: [0,0,1], intensity: 3}\n", "SC102", "its numbers also set the brightness: `color: [3, 3, 3]`"),
-    "camera res": Slip("cameras:\n  c: {fovy: 1, resolution: [64, 64]}\n", "SC101", "write `width: …` and `height: …` [px]"),
-    "camera deg": Slip("cameras:\n  c: {fovy: 60, width: 64, height: 64}\n", "SC104", "angles are radians; `fovy_deg` takes degrees"),
-    "scenes": Slip("entities:\n  cube:\n    scenes: [0]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "did you mean `scene_idxs`?"),
-    "scene_idx": Slip("entities:\n  cube:\n    scene_idx: 0\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "did you mean `scene_idxs`?"),
-    "density g": Slip("entities:\n  cube:\n    density: 1g\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write 0.001: masses are in kg, lengths in m, times in s, angles in rad"),
-    "collision": Slip("entities:\n  cube:\n    collision: [{type: box, half_size: [1,1,1]}]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write `collisions: [{type: …}]`, a list of shapes that only collide"),
-    "color in a flow": Slip("entities:\n  cube: {shapes: [{type: box, half_size: [0.1, 0.1, 0.1], color: #ff0000}]}\n", "SC003", 'quote the colour: "#ff0000"'),
-    "link color": Slip("entities:\n  r:\n    root: {name: base, color: red, shapes: [{type: sphere, radius: 0.1}]}\n", "SC101", "write it in the shapes of the link: `shapes: [{…, color: …}]`"),
-    "pose origin str": Slip('entities:\n  cube:\n    pose: "0 0 1 0 0 0"\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n', "SC103", "write commas and brackets: [0, 0, 1, 0, 0, 0]"),
-    "shape pos": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1,1,1], pos: [0,0,1]}]\n", "SC101", "did you mean `pose`?"),
-    "shape quat": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1,1,1], quat: [1,0,0,0]}]\n", "SC101", "write it in the pose: `pose: {p: [x, y, z], q: [w, x, y, z]}`, or `rpy_deg: [roll, pitch, yaw]` for `q`"),
-    "shape rgba": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1,1,1], rgba: [1,0,0,1]}]\n", "SC101", "did you mean `color`?"),
-    "body rgba": Slip("entities:\n  cube:\n    rgba: [1,0,0,1]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "did you mean `color`?"),
-    "shape mass": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1,1,1], mass: 1}]\n", "SC101", "write `mass` beside `shapes`, or the `density` of this shape"),
-    "shape scale": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1,1,1], scale: 0.1}]\n", "SC101", "only meshes and robots have a `scale`: write the size of the shape itself"),
-    "body scale": Slip("entities:\n  cube:\n    scale: 0.1\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "only meshes and robots have a `scale`: write the size of the shape itself"),
-    "mesh key": Slip("entities:\n  cube:\n    mesh: a.obj\n", "SC101", "write it in a shape: `shapes: [{type: convex_mesh, file: …}]`; a robot is `urdf: …` or `mjcf: …`"),
-    "visual nested": Slip("entities:\n  cube:\n    visual: {geometry: {box: {size: [1,1,1]}}}\n", "SC101", "write `visuals: [{type: …}]`, a list of shapes that are only visible"),
-    "collision false shape": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1,1,1], collision: false}]\n", "SC101", "write shapes that do not collide in `visuals`; `collision_group` selects which bodies collide"),
-    "collidable": Slip("entities:\n  cube:\n    collidable: false\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write shapes that do not collide in `visuals`; `collision_group` selects which bodies collide"),
-    "material friction": Slip("entities:\n  cube:\n    material: {friction: 0.5}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write it under `physical`: `{physical: {static_friction: …, dynamic_friction: …}}`"),
-    "material mu": Slip("entities:\n  cube:\n    material: {physical: {mu: 0.5}}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "did you mean `static_friction`?"),
-    "material friction list": Slip("entities:\n  cube:\n    material: {physical: {static_friction: [1, 0.1, 0.1], dynamic_friction: 1}}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write only the first: PhysX has no torsional and no rolling friction"),
-    "shape material color": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1,1,1], material: {color: [1,0,0]}}]\n", "SC101", "write it under `visual`: `material: {visual: {…}}`"),
-    "material rgba": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1,1,1], material: {visual: {rgba: [1,0,0,1]}}}]\n", "SC101", "did you mean `base_color`?"),
-    "material file tex": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1,1,1], material: {visual: {texture: a.png}}}]\n", "SC101", "did you mean `base_color_texture`?"),
-    "useFixedBase": Slip("entities:\n  r:\n    urdf: a.urdf\n    useFixedBase: true\n", "SC101", "did you mean `fix_root_link`?"),
-    "freejoint": Slip("entities:\n  cube:\n    freejoint: true\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "remove it: a body with `body_type: dynamic` moves freely"),
-    "joint beside body": Slip("entities:\n  cube:\n    joint: {type: hinge}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "a body has no joints: connect two with `constraints`, or write an articulation `root: {name: …, children: […]}`"),
-    "parent body": Slip("entities:\n  cube:\n    parent: table\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write `pose: {relative_to: NAME, p: […]}`, or connect them: `constraints: {NAME: {type: weld, …}}`"),
-    "body_type STATIC": Slip("entities:\n  cube:\n    body_type: STATIC\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC105", "did you mean `static`?"),
-    "kinematic shape": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1,1,1], body_type: static}]\n", "SC101", "write it beside `shapes`: it is a property of the body"),
-    "type articulation": Slip("entities:\n  r:\n    type: articulation\n    urdf: a.urdf\n", "SC101", "leave it out: `urdf`, `mjcf` or `root` make it an articulation"),
-    "file backslash q": Slip('entities:\n  cube:\n    shapes: [{type: convex_mesh, file: "meshes\\a.obj"}]\n', "SC403", "write `/` between folders"),
-    "package://": Slip("entities:\n  cube:\n    shapes: [{type: convex_mesh, file: package://my/a.obj}]\n", "SC403", "write asset://PATH with --asset-root, or pkg://PACKAGE/PATH of a Python package"),
-    "env": Slip("entities:\n  cube:\n    shapes: [{type: convex_mesh, file: $HOME/a.obj}]\n", "SC401", "variables are not expanded: write a path relative to the scene, or use asset://"),
-    "usd": Slip("entities:\n  r: {usd: a.usd}\n", "SC101", "convert it: `scenecc import FILE -o scene.yaml`"),
-    "xml": Slip("entities:\n  r: {xml: a.xml}\n", "SC101", "did you mean `mjcf`?"),
-    "version": Slip("version: 1\n", "SC101", "leave it out: `scenecc: 1` is the version of the language"),
-    "asset": Slip("assets:\n  a: {}\n", "SC101", "name a file where it is used: `shapes: [{type: convex_mesh, file: …}]`, `urdf: …` or `base_color_texture: …`"),
-    "option": Slip("option: {timestep: 0.01}\n", "SC101", "did you mean `physics`?"),
-    "physics dt": Slip("physics: {dt: 0.01}\n", "SC101", "did you mean `timestep`?"),
-    "physics freq": Slip("physics: {sim_freq: 100}\n", "SC101", "write `physics: {timestep: …}` [s], one divided by the frequency"),
-    "sim_freq": Slip("sim_freq: 100\n", "SC101", "write `physics: {timestep: …}` [s], one divided by the frequency"),
-    "physics substeps": Slip("physics: {substeps: 2}\n", "SC101", "PhysX has no substeps: write a smaller `timestep`"),
-    "gravity scalar": Slip("physics: {gravity: -9.81}\n", "SC103", "one number for each axis: [0, 0, -9.81]"),
-    "gravity false": Slip("physics: {gravity: false}\n", "SC103", "for no gravity write `gravity: [0, 0, 0]`"),
-    "mass comma": Slip("entities:\n  cube:\n    mass: 0,5\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write a decimal point instead of the comma: 0.5"),
-    "mass lb": Slip("entities:\n  cube:\n    mass: 1 lb\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write only the number: masses are in kg, lengths in m, times in s, angles in rad"),
-    "mass frac": Slip("entities:\n  cube:\n    mass: 1/2\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", 'an expression is written `"${1/2}"`'),
-    "mass kg sp": Slip("entities:\n  cube:\n    mass: 0.5 kilograms\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write only the number: masses are in kg, lengths in m, times in s, angles in rad"),
-    "density gcm": Slip("entities:\n  cube:\n    density: 1 g/cm3\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write only the number: masses are in kg, lengths in m, times in s, angles in rad"),
-    "inertia": Slip("entities:\n  cube:\n    inertia: [1,1,1]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write `inertial: {mass: …, com: …, inertia: [ixx, iyy, izz]}`"),
-    "inertial urdf": Slip("entities:\n  cube:\n    inertial: {mass: 1, inertia: {ixx: 1, iyy: 1, izz: 1}}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write `inertia: [ixx, iyy, izz]`, along the axes of `com`"),
-    "inertial urdf2": Slip("entities:\n  cube:\n    inertial: {mass: 1, ixx: 1, iyy: 1, izz: 1}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC102", "write `inertia: [ixx, iyy, izz]`, along the axes of `com`"),
-    "inertial6": Slip("entities:\n  cube:\n    inertial: {mass: 1, inertia: [1,1,1,0,0,0]}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC106", "[ixx, iyy, izz] along the axes of `com`: turn `com` until the others are 0"),
-    "inertial pos": Slip("entities:\n  cube:\n    inertial: {mass: 1, pos: [0,0,0], inertia: [1,1,1]}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "did you mean `com`?"),
-    "linvel": Slip("entities:\n  cube:\n    linvel: [0,0,1]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "did you mean `linear_velocity`?"),
-    "gravity body": Slip("entities:\n  cube:\n    disable_gravity: true\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "write `gravity: false`"),
-    "qpos deg": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: [0,0,1], limits: [-1.5, 1.5]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n    qpos: [90]\n", "SC517", "positions are radians, or metres for a prismatic joint"),
-    "joint type hinge": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: hinge, axis: [0,0,1], limits: [-1, 1]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC105", "did you mean `revolute`?"),
-    "joint type slide": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: slide, axis: [0,0,1], limits: [-1, 1]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC105", "did you mean `prismatic`?"),
-    "joint type ball": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: ball}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC105", "write three `revolute` joints, one for each axis, with small links between"),
-    "joint type floating": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: floating}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC105", "for a free robot write `fix_root_link: false`"),
-    "joint axis str": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: Z, limits: [-1, 1]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC105", "did you mean `z`?"),
-    "joint axis -z": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: -z, limits: [-1, 1]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC105", "write its numbers: [0, 0, -1]"),
-    "joint axis xyz": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: {xyz: [0,0,1]}, limits: [-1, 1]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC103", "write its three numbers: `axis: [0, 0, 1]`"),
-    "joint axis q": Slip('entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: "0 0 1", limits: [-1, 1]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n', "SC105", "write commas and brackets: [0, 0, 1]"),
-    "joint range": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: z, range: [-1, 1]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC101", "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
-    "joint limits map": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: z, limits: {lower: -1, upper: 1}}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC103", "write `limits: [low, high]`"),
-    "joint effort": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: z, limits: [-1,1], effort: 10}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC101", "set it on drives: `drives: {JOINT: {force_limit: …}}`"),
-    "joint parent": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, parent: base, child: arm, axis: z, limits: [-1,1]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC101", "write the link in the `children` of its parent, without this key"),
-    "joint xyz": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, xyz: [0,0,1], axis: z, limits: [-1,1]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC101", "did you mean `origin`?"),
-    "joint mimic str": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: z, limits: [-1,1], mimic: k}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC103", "write `mimic: {joint: k}`"),
-    "drive scalar": Slip("entities:\n  r:\n    urdf: a.urdf\n    drives: {stiffness: 100, damping: 10}\n", "SC103", 'name them first: `drives: {".*": {stiffness: …}}`'),
-    "kp": Slip("entities:\n  r:\n    urdf: a.urdf\n    drives: {j: {kp: 100, kd: 10}}\n", "SC101", "did you mean `stiffness`?"),
-    "frictionloss": Slip("entities:\n  r:\n    urdf: a.urdf\n    joints: {j: {frictionloss: 1}}\n", "SC101", "did you mean `friction_force`?"),
-    "drive type": Slip("entities:\n  r:\n    urdf: a.urdf\n    drives: {j: {stiffness: 100, drive_mode: force}}\n", "SC101", "did you mean `mode`?"),
-    "robot kp": Slip("entities:\n  r:\n    urdf: a.urdf\n    kp: 100\n", "SC101", "set it on drives: `drives: {JOINT: {stiffness: …, damping: …}}`"),
-    "robot controller": Slip("entities:\n  r:\n    urdf: a.urdf\n    controller: pd_joint_pos\n", "SC101", 'a scene has drives, not controllers: `drives: {".*": {stiffness: …, damping: …}}`'),
-    "robot color": Slip("entities:\n  r:\n    urdf: a.urdf\n    color: '#ff0000'\n", "SC101", "the colours of a robot come from its file"),
-    "robot loader": Slip("entities:\n  r:\n    mjcf: a.xml\n    loader: maniskill\n", "SC101", "leave it out: MuJoCo reads every MJCF; `scenecc decompile` writes ManiSkill's robots as trees of links"),
-    "robot keyframe": Slip("entities:\n  r:\n    urdf: a.urdf\n    keyframe: rest\n", "SC101", "only `mjcf` has keyframes: write `qpos: […]`"),
-    "constraint type fixed": Slip("constraints:\n  c: {type: fixed, parent: a, child: b}\n", "SC105", "did you mean `weld`?"),
-    "constraint gear axis": Slip("entities:\n  a: {shapes: [{type: box, half_size: [1,1,1]}]}\n  b: {shapes: [{type: box, half_size: [1,1,1]}], pose: [0,0,5]}\nconstraints:\n  c: {type: gear, parent: a, child: b, ratio: 2, axis: z}\n", "SC101", "only `hinge` and `slider` have an axis; here it is x of both poses, which `rpy_deg: [0, -90, 0]` turns to z"),
-    "constraint spherical": Slip("entities:\n  b: {shapes: [{type: box, half_size: [1,1,1]}], pose: [0,0,5]}\nconstraints:\n  c: {type: spherical, parent: world, child: b}\n", "SC105", "did you mean `ball`?"),
-    "centre of mass": Slip("entities:\n  a: {center_of_mass: [0, 0, 0.1], shapes: [{type: box, half_size: [1,1,1]}]}\n", "SC101", "did you mean `com`? it is a position in the frame of the body [m]"),
-    "centre of mass of a shape": Slip("entities:\n  a: {shapes: [{type: box, half_size: [1,1,1], com: [0, 0, 0.1]}]}\n", "SC101", "write `com: [x, y, z]` beside `shapes`: it is a property of the body"),
-    "centre of mass of a robot": Slip("entities:\n  a: {com: [0, 0, 0.1], urdf: a.urdf}\n", "SC101", "set it on links: `links: {NAME: {com: [x, y, z]}}`"),
-    "moving surface": Slip("entities:\n  a: {body_type: static, surface_velocity: [1, 0, 0], shapes: [{type: box, half_size: [1,1,1]}]}\n", "SC101", "PhysX in SAPIEN has no moving surfaces: write rollers, links that a drive turns by `velocity_target`"),
-    "moving surface of a shape": Slip("entities:\n  a: {body_type: static, shapes: [{type: box, half_size: [1,1,1], surface_velocity: [1, 0, 0]}]}\n", "SC101", "PhysX in SAPIEN has no moving surfaces: write rollers, links that a drive turns by `velocity_target`"),
-    "moving material": Slip("entities:\n  a: {shapes: [{type: box, half_size: [1,1,1], material: {physical: {surface_velocity: [1, 0, 0]}}}]}\n", "SC101", "PhysX in SAPIEN has no moving surfaces: write rollers, links that a drive turns by `velocity_target`"),
-    "velocity of a kinematic body": Slip("entities:\n  a: {body_type: kinematic, linear_velocity: [1, 0, 0], shapes: [{type: box, half_size: [1,1,1]}]}\n", "SC115", "remove `linear_velocity`, and move the body in your program by `set_kinematic_target`, or set body_type: dynamic"),
-    "constraint hinge deg": Slip("entities:\n  a: {body_type: static, shapes: [{type: box, half_size: [1,1,1]}]}\n  b: {shapes: [{type: box, half_size: [1,1,1]}], pose: [0,0,5]}\nconstraints:\n  c: {type: hinge, parent: a, child: b, limits: [-90, 90]}\n", "SC561", "`limits_deg` takes degrees"),
-    "constraint hinge type": Slip("constraints:\n  c: {type: revolute, parent: a, child: b}\n", "SC105", "did you mean `hinge`?"),
-    "constraint body1": Slip("constraints:\n  c: {type: weld, body1: a, body2: b}\n", "SC101", "did you mean `parent`?"),
-    "equality": Slip("equality:\n  - {type: weld}\n", "SC101", "did you mean `constraints`?"),
-    "camera eye": Slip("cameras:\n  c: {eye: [0,0,1], target: [0,0,0]}\n", "SC101", "write it in the pose: `pose: {p: […], look_at: […]}`"),
-    "camera hfov": Slip("cameras:\n  c: {pose: [0,0,1], hfov: 60}\n", "SC101", "did you mean `fovx`?"),
-    "camera parent": Slip("cameras:\n  c: {pose: [0,0,1], parent: cube}\n", "SC101", "did you mean `mount`?"),
-    "light dir": Slip("lights:\n  l: {type: directional, dir: [0,0,-1], color: [1,1,1]}\n", "SC101", "did you mean `direction`?"),
-    "light pos": Slip("lights:\n  l: {type: point, pos: [0,0,1], color: [1,1,1]}\n", "SC101", "did you mean `pose`?"),
-    "light type ambient": Slip("lights:\n  l: {type: ambient, color: [1,1,1]}\n", "SC105", "write it under `environment`: `environment: {ambient_light: [r, g, b]}`"),
-    "light no type": Slip("lights:\n  l: {position: [0,0,1], color: [1,1,1]}\n", "SC102", "known here: directional, point, spot, area, textured"),
-    "ground bool": Slip("ground: true\n", "SC101", "write it under `entities`: `entities: {ground: {use: scenecc:ground}}`"),
-    "box sphere size": Slip("entities:\n  cube:\n    shapes: [{type: sphere, size: 0.1}]\n", "SC102", "write `radius: …` [m]"),
-    "box radius": Slip("entities:\n  cube:\n    shapes: [{type: box, radius: 0.1}]\n", "SC102", "write `half_size: [x, y, z]`, from the centre to its faces [m]"),
-    "capsule size": Slip("entities:\n  cube:\n    shapes: [{type: capsule, size: [0.1, 0.2]}]\n", "SC102", "write `radius: …` [m]"),
-    "fromto": Slip("entities:\n  cube:\n    shapes: [{type: capsule, radius: 0.1, fromto: [0,0,0,0,0,1]}]\n", "SC102", "write `half_length: …`, half of its straight part [m], and turn it by `axis` or `pose`"),
-    "ellipsoid": Slip("entities:\n  cube:\n    shapes: [{type: ellipsoid, size: [1,1,1]}]\n", "SC105", "write a `sphere`, or a `convex_mesh` with a file of that shape"),
-    "cylinder axis": Slip("entities:\n  cube:\n    shapes: [{type: cylinder, radius: 0.1, half_length: 0.1, axis: [0,0,1]}]\n", "SC103", "write `axis: z`"),
-    "two types": Slip("entities:\n  cube:\n    shapes: [{box: {half_size: [1,1,1]}}]\n", "SC102", "write `{type: box, …}`"),
-    "shape str": Slip("entities:\n  cube: {shapes: [box]}\n", "SC103", "a shape is a mapping: `[{type: box, …}]`"),
-    "shape list2": Slip("entities:\n  cube: {shapes: box}\n", "SC103", "a shape is a mapping: `[{type: box, …}]`"),
-    "eq": Slip("entities:\n  cube:\n    mass = 1\n", "SC103", "write a colon instead of `=`: `mass: 1`"),
-    "uniquote": Slip("entities:\n  cube:\n    color: “#ff0000”\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC108", 'use straight quotes: "#ff0000"'),
-    "uniquote2": Slip("entities:\n  cube:\n    urdf: ‘a.urdf’\n", "SC401", 'use straight quotes: "a.urdf"'),
-    "unicode dash": Slip("entities:\n  cube:\n    pose: [0, 0, –1]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "use a hyphen as minus: -1"),
-    "unicode minus": Slip("entities:\n  cube:\n    pose: [0, 0, −1]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "use a hyphen as minus: -1"),
-    "dash": Slip("entities:\n  cube:\n    shapes:\n    -{type: box, half_size: [1,1,1]}\n", "SC006", "write a space after the `-` of each item: `- {…}`"),
-    "python tuple": Slip("entities:\n  cube:\n    pose: (0, 0, 1)\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write a list in brackets: [0, 0, 1]"),
-    "python list np": Slip("entities:\n  cube:\n    pose: np.array([0, 0, 1])\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write a list in brackets: [0, 0, 1]"),
-    "python None": Slip("entities:\n  cube:\n    mass: None\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "remove the key, or write a number"),
-    "expr bare": Slip("entities:\n  cube:\n    mass: 2 * 3\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", 'an expression is written `"${2 * 3}"`'),
-    "expr pi": Slip("entities:\n  cube:\n    pose: {p: [0,0,0], rpy: [0, 0, pi/2]}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", 'an expression is written `"${pi/2}"`'),
-    "import": Slip("import: [a.yaml]\n", "SC101", "did you mean `include`?"),
-    "defaults": Slip("default: {}\n", "SC101", "repeat values by an anchor and `<<: *NAME`, or name materials under `materials`"),
-    "variables": Slip("variables: {a: 1}\n", "SC101", "did you mean `params`?"),
-    "randomize": Slip("randomization: {a: 1}\n", "SC101", "write a form instead of a value, as in `mass: {uniform: [0.1, 0.2]}`"),
-    "for": Slip("entities:\n  cube:\n    for: {i: 3}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "copies are `repeat: {i: {count: 4}}`"),
-    "uniform min": Slip("entities:\n  cube:\n    mass: {min: 1, max: 2}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "did you mean `{uniform: [low, high]}`?"),
-    "list mass": Slip("entities:\n  cube:\n    mass: [1, 2]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write one number; one for each scene is `{per_scene: […]}`"),
-    "np random": Slip("entities:\n  cube:\n    mass: np.random.uniform(1, 2)\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
-    "use shipped panda": Slip("entities:\n  r: {use: scenecc:panda}\n", "SC240", "name a scene file, or a prefab that `scenecc prefabs` lists; a robot is `urdf: …` or `mjcf: …`"),
-    "robot at the top": Slip("robot: panda\n", "SC101", "bodies and robots are written under `entities`: `entities: {NAME: {…}}`"),
-    "camera fov": Slip("cameras:\n  c: {pose: [0,0,1], fov: 60}\n", "SC101", "write `fovy_deg: …`, the vertical angle of view in degrees, or `fovy` in radians"),
-    "form as a call": Slip("entities:\n  cube:\n    pose: [uniform(-0.1), 0, 0.02]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write a form: `{uniform: [-0.1]}`"),
-    "form as a call of two": Slip("entities:\n  cube:\n    mass: uniform(0.1, 0.2)\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write a form: `{uniform: [0.1, 0.2]}`"),
-    "form as a call for a list": Slip('entities:\n  cube:\n    pose: "normal([0, 1])"\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n', "SC103", "write a form: `{normal: [0, 1]}`"),
-    "place on": Slip("entities:\n  cube:\n    place: table\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write `place: {on: table}`"),
-    "place in": Slip("entities:\n  cube:\n    place: {in: bin}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "did you mean `inside`, or `on` with a `region`?"),
-    "flat region": Slip("entities:\n  cube:\n    place: {on: table, region: [0, 0, 1, 1]}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC106", "write two corners: [[x, y], [x, y]]"),
-    "settled true": Slip("expect: {settled: true}\n", "SC103", "write `settled: {}`, or its keys in the braces"),
-    "no_overlap true": Slip("expect: {no_overlap: true}\n", "SC103", "write `no_overlap: {}`, or its keys in the braces"),
-    "bare condition": Slip("expect:\n  holds:\n    - position('cube')[2] > 0\n", "SC103", "write `- that: \"${position('cube')[2] > 0}\"`"),
-    "condition without that": Slip("expect:\n  holds:\n    - \"${position('cube')[2] > 0}\"\n", "SC103", "write `- that: \"${position('cube')[2] > 0}\"`"),
-    "condition": Slip("expect:\n  holds:\n    - {condition: true}\n", "SC101", "did you mean `that`?"),
-    "condition at": Slip("expect:\n  holds:\n    - {that: true, at: 1}\n", "SC101", "did you mean `after`?"),
-    "condition reason": Slip("expect:\n  holds:\n    - {that: true, reason: it must}\n", "SC101", "did you mean `because`?"),
-    "attribute in a condition": Slip('expect:\n  holds:\n    - that: "${cube.position[2] > 0}"\n', "SC118", "an element is `v[0]`; a condition of `expect` reads `position('NAME')`"),
-    "joint in a condition": Slip("expect:\n  holds:\n    - that: \"${joint('arm', 'elbow') > 0}\"\n", "SC118", "did you mean `qpos`?"),
-    "item among keys": Slip("expect:\n  settled: {}\n  - that: true\n", "SC003", "write either keys or list items at one indentation, not both"),
-    "fixed: true": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    fixed: true\n", "SC101", "did you mean `body_type: static`?"),
-    "joint pose": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, pose: [0,0,1], axis: z, limits: [-1,1]}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC101", "did you mean `origin`?"),
-    "light intensity": Slip("lights:\n  l: {type: point, pose: [0,0,1], color: [1,1,1], intensity: 3}\n", "SC101", "its numbers also set the brightness: `color: [3, 3, 3]`"),
-    "with body": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    with: {a: 1}\n", "SC101", "write it beside `use`: `{use: FILE, with: {…}}`"),
-    "prefab": Slip("entities:\n  table: {prefab: scenecc:table}\n", "SC101", "did you mean `use`?"),
-    "pick body": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    pick: 1\n", "SC101", "write it beside `variants`: `{variants: [{…}, {…}], pick: …}`"),
-    "two files": Slip("entities:\n  r: {urdf: a.urdf, mjcf: b.xml}\n", "SC101", "an articulation has one of `urdf`, `mjcf` and `root`"),
-    "robot shapes": Slip("entities:\n  r:\n    urdf: a.urdf\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC101", "the links of a tree have shapes: `root: {shapes: […]}`; the shapes of a robot come from its file"),
-    "robot mass": Slip("entities:\n  r:\n    urdf: a.urdf\n    mass: 1\n", "SC101", "set it on links: `links: {NAME: {…: …}}`"),
-    "robot uid": Slip("entities:\n  r: {uid: panda}\n", "SC101", "give the robot's file, `urdf: …` or `mjcf: …`, or use ManiSkill's robots: `{use: scenecc:table_scene, with: {robot: …}}`"),
-    "joint velocity": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: z, limits: [-1,1], velocity: 2}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC101", "write `max_velocity: …`"),
-    "key that is there": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1, 1, 1], material: {visual: {base_color_texture: {file: t.png, filter: nearest}}}}]\n", "SC101", "did you mean `filter_mode`?"),
-    "texture on a shape": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1, 1, 1], texture: t.png}]\n", "SC101", "write it in the material: `material: {visual: {base_color_texture: …}}`"),
-    "texture in a material": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1, 1, 1], material: {texture: t.png}}]\n", "SC101", "write it under `visual`: `material: {visual: {base_color_texture: …}}`"),
-    "decomposition of a hull": Slip("entities:\n  cube:\n    shapes: [{type: convex_mesh, file: a.obj, decomposition: coacd}]\n", "SC101", "only `convex_parts` are decomposed: write `type: convex_parts`"),
-    "pose of a variant": Slip("entities:\n  cube: {variants: [{shapes: [{type: box, half_size: [1,1,1]}], pose: [0,0,1]}, {shapes: [{type: sphere, radius: 1}]}], pick: {cycle: [0, 1]}}\n", "SC101", "write it beside `variants`, for all variants"),
-    "com as a pose": Slip("entities:\n  cube:\n    com: {p: [0, 0, 0.01]}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write `com: [x, y, z]`; the axes of an inertia are the `com` of `inertial`"),
-    "next_to a name": Slip("entities:\n  cube:\n    place: {on: table, next_to: cup}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write `next_to: {of: cup, side: right}`"),
-    "anchor of a ball": Slip("constraints:\n  pin: {type: ball, parent: a, child: b, anchor: [0, 0, 0.1]}\n", "SC101", "write `pose_in_child: [x, y, z]`, the place in the frame of the child; that in the parent follows from it"),
-}  # fmt: skip
+@pytest.fixture(scope="module", autouse=True)
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the scenes."""
+    made = tmp_path_factory.mktemp("slips")
+    shutil.copy(ASSETS / "robots/arm.urdf", made / "a.urdf")
+    shutil.copy(ASSETS / "assets/mug.obj", made / "a.obj")
+    for name in ("a.png", "t.png"):
+        shutil.copy(ASSETS / "assets/checker.png", made / name)
+    return made
 
 
 @pytest.mark.parametrize("slip", SLIPS.values(), ids=SLIPS)
-def test_the_first_line_says_what_to_write(slip: Slip) -> None:
-    found = validate(io.StringIO(f"scenecc: 1\n{slip.text}"))
-    first = next(one for one in found if one.severity == "error")
-    assert (first.code, first.hint) == (slip.code, slip.hint)
+def test_the_first_line_says_what_to_write_and_it_can_be_pasted(slip: Slip, folder: Path) -> None:
+    file = folder / "scene.yaml"
+
+    def findings(text: str) -> list[Diagnostic]:
+        file.write_text(text, encoding="utf-8")
+        return validate(file)
+
+    text = f"scenecc: 1\n{slip.text}"
+    first = next(one for one in findings(text) if one.severity == "error")
+    assert (f"{first.line}:{first.column}", first.code, first.hint) == (slip.place, slip.code, slip.hint)
     line = render([first]).splitlines()[0]
     assert line.endswith(f"; {slip.hint}") or len(first.message) + len(slip.hint) > 140
     (told,) = json.loads(render([first], "json"))["diagnostics"]
     assert told["hint"] == slip.hint
+    result = pasted(text, findings)
+    if result is not None:
+        assert changed_lines(text, result) == slip.fixed
+    elif slip.fixed is not None:
+        assert [one for one in findings(f"scenecc: 1\n{slip.fixed}") if one.severity == "error"] == []
+        assert (snippet(slip.hint) or "") in slip.fixed
+
+
+def test_most_slips_of_the_table_are_mended_by_pasting_their_hints() -> None:
+    assert sum(slip.fixed is not None for slip in SLIPS.values()) >= 0.7 * len(SLIPS)
 
 
 @pytest.mark.parametrize("version", ['"1"', "1.0", "2", "v1", "true"])
