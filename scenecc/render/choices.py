@@ -65,6 +65,8 @@ class RenderChoices(TypedDict, total=False):
         collision: show collision shapes instead of visuals.
         hidden: also show `hidden` entities. None: only if the camera is not from the file.
         progress: called with (finished, all) scenes, steps, frames or pictures, one after the other.
+        compiling: called with the name of a device that renders on the CPU before it compiles shaders, which takes 10 to
+            60 s at the first picture of a process, without a progress report.
         estimate: called before rays are traced with the expected time [s], as measured on a small picture.
     """
 
@@ -93,6 +95,7 @@ class RenderChoices(TypedDict, total=False):
     collision: bool
     hidden: bool | None
     progress: Callable[[int, int], None] | None
+    compiling: Callable[[str], None] | None
     estimate: Callable[[float], None] | None
 
 
