@@ -134,7 +134,9 @@ def _render(
     import scenecc
 
     try:
-        result = scenecc.render_scene(source_of(scene), **asked, estimate=_tell_estimate, compiling=_tell_compiling, progress=told)
+        result = scenecc.render_scene(
+            source_of(scene), **asked, estimate=_tell_estimate, compiling=_tell_compiling, progress=told
+        )
     except scenecc.SceneError as error:
         return of_settings(error.diagnostics, asked["params"], scenes="--scene"), ""
     return _write(result, output, video, form)

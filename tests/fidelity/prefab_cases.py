@@ -12,7 +12,6 @@ ROBOTS = frozenset({"table_scene"})
 NAMES = sorted(file.stem for file in PREFABS.glob("*.yaml") if "." not in file.stem and file.stem not in ROBOTS)
 
 
-
 def srgb(text: str) -> list[float]:
     """Linear light of "#rrggbb" or "#rrggbbaa" (IEC 61966-2-1)."""
     parts = [int(text[i : i + 2], 16) / 255 for i in range(1, len(text), 2)]

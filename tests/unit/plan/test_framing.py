@@ -11,6 +11,7 @@ import pytest
 from scenecc.geometry.rotation_arrays import rotation_matrix
 from scenecc.plan.framing import (
     FRAMING_FOVY,
+    VIEWS,
     FramedView,
     Motion,
     Solids,
@@ -104,6 +105,22 @@ def test_a_camera_does_not_look_at_the_back_of_a_wall() -> None:
     room = ([-3, -3, 0], [3, 3, 3], STATIC)
     inside = frame_subject(find_subject(solids(FLOOR, CUBE, room)), 640, 480)
     assert np.array_equal(inside.pose, free.pose), "what surrounds it may be a room"
+
+
+def test_a_view_is_from_its_side_and_a_zoom_magnifies() -> None:
+    subject = find_subject(solids(FLOOR, CUBE))
+    for view, direction in VIEWS.items():
+        pose = frame_subject(subject, 640, 480, view=view).pose
+        unit = np.array(direction) / np.linalg.norm(direction)
+        assert np.allclose(rotation_matrix(pose[3:])[:, 0], -unit, atol=1e-3), view
+    for view, up in (("top", [1, 0, 0]), ("bottom", [1, 0, 0]), ("front", [0, 0, 1])):
+        pose = frame_subject(subject, 640, 480, view=view).pose
+        assert np.allclose(rotation_matrix(pose[3:])[:, 2], up, atol=1e-3), view
+    whole, near, far = (frame_subject(subject, 640, 480, zoom=zoom) for zoom in (1, 4, 0.25))
+    assert np.array_equal(near.pose, whole.pose)
+    assert tan(near.fovy / 2) == pytest.approx(tan(FRAMING_FOVY / 2) / 4)
+    assert far.fovy == whole.fovy == pytest.approx(FRAMING_FOVY)
+    assert np.ptp(corners_in_picture(far, subject, 640, 480), axis=0).max() == pytest.approx(2 * 0.75 / 4)
 
 
 def test_an_eye_and_a_point_are_taken_as_they_are() -> None:
