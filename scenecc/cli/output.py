@@ -401,6 +401,11 @@ class _Bar:
         return f"[{'#' * (_WIDTH * done // total):-<{_WIDTH}}] {done}/{total}"
 
 
+def print_above(line: str) -> None:
+    """Writes a note to standard error in place of a progress bar, which is drawn again below it."""
+    print_note(f"{_CLEAR if sys.stderr.isatty() else ''}{line}\n")
+
+
 @contextmanager
 def progress(label: str, *, where: bool = True, clock: bool = True) -> Generator[Show | None, None, None]:
     """Shows a progress bar. Until something is counted, it shows the time and what the work waits for, such as CoACD.

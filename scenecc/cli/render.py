@@ -27,8 +27,8 @@ from scenecc.cli.output import (
     end,
     of_settings,
     outlive_pipes,
+    print_above,
     print_err,
-    print_note,
     progress,
     usage_error,
     write_output,
@@ -133,7 +133,9 @@ def _render(asked: dict[str, Any], timings: bool, scene: str, output: str, told:
     import scenecc
 
     try:
-        result = scenecc.render_scene(source_of(scene), **asked, estimate=_tell_estimate, progress=told)
+        result = scenecc.render_scene(
+            source_of(scene), **asked, estimate=_tell_estimate, compiling=_tell_compiling, progress=told
+        )
     except scenecc.SceneError as error:
         return of_settings(error.diagnostics, asked["params"]), "", []
     if timings:
@@ -169,7 +171,11 @@ _WORTH_TELLING: Final = 5.0
 def _tell_estimate(seconds: float) -> None:
     if seconds >= _WORTH_TELLING:
         words = f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
-        print_note(f"ray tracing will take about {words} on this device; fewer --samples or pixels take less\n")
+        print_above(f"ray tracing will take about {words} on this device; fewer --samples or pixels take less")
+
+
+def _tell_compiling(device: str) -> None:
+    print_above(f"{device} compiles shaders, once per process: 10 to 60 s")
 
 
 def _write(result: Rendering, output: str) -> Written:

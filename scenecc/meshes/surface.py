@@ -8,8 +8,6 @@ from importlib import import_module
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-import numpy as np
-
 from scenecc.assets.errors import AssetError
 from scenecc.colors import linear_to_srgb, srgb_to_linear
 from scenecc.diagnostics.frozen import frozen
@@ -19,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    import numpy as np
     from numpy.typing import NDArray
     from PIL.Image import Image as Pixels
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from math import cos, pi, radians, sin, tan
+from math import atan, cos, pi, radians, sin, tan
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
@@ -37,7 +37,7 @@ VIEWS: Final[dict[View, tuple[float, float, float]]] = {
 }
 """Directions from the subject to a camera, in the world. In `top` and `bottom`, +x is up in the picture."""
 
-_FILLED, _FILLED_BY_ONE = 0.84, 0.42
+_FILLED, _FILLED_BY_ONE = 0.84, 0.75
 """Fraction of the picture's width or height that the subject fills, and the same for a single body."""
 
 _COMPARABLE, _BESIDE = 1.25, 2.0
@@ -113,12 +113,11 @@ class Subject:
         """Half the diagonal of its box [m]."""
         return max(float(np.linalg.norm(self.high - self.low)) / 2, 1e-6)
 
-    @property
-    def reach(self) -> float:
-        """Extent of its surroundings from its centre [m]: 2.5 to 50 of its radii."""
+    def reach(self, visible: float) -> float:
+        """Extent of its surroundings from its centre [m]: at least 2.5 of its radii, at most what is `visible` [m]."""
         corners = np.abs(self.obstacles - self.center).max(axis=1) if len(self.obstacles) else np.zeros((0, 3))
-        far = np.linalg.norm(corners, axis=1)
-        return max(2.5 * self.radius, float(far[far <= 50 * self.radius].max(initial=0)))
+        far = float(np.linalg.norm(corners, axis=1).max(initial=0))
+        return max(2.5 * self.radius, min(far, visible))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,11 +127,17 @@ class FramedView:
     Attributes:
         pose: (7,) p [m], then q (wxyz); it looks along x, z is up.
         near, far: clipping distances [m].
+        fovy: angle of view [rad].
     """
 
     pose: NDArray[np.float64]
     near: float
     far: float
+    fovy: float
+
+    def visible(self, center: NDArray[np.float64]) -> float:
+        """Returns how far from a point (3,) surfaces are clearly visible [m]: 2.5 heights of the picture there."""
+        return 5 * tan(self.fovy / 2) * float(np.linalg.norm(center - self.pose[:3]))
 
 
 def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
@@ -204,7 +209,7 @@ def frame_subject(
     eye: Sequence[float] | None = None,
     look_at: Sequence[float] | None = None,
     view: View | None = None,
-    fovy: float = FRAMING_FOVY,
+    zoom: float = 1.0,
 ) -> FramedView:
     """A camera pose that shows all of a subject.
 
@@ -217,20 +222,21 @@ def frame_subject(
         eye: (3,) [m], a fixed camera position; None: computed.
         look_at: (3,) [m], the point at the centre of the picture; None: the centre of the subject.
         view: the side to look from, whatever is in the way.
-        fovy: angle of view [rad].
+        zoom: magnification about the middle of the picture: of the lens above 1 or with an `eye`, otherwise the camera
+            is farther away.
     """
-    slope = tan(fovy / 2) * (_FILLED if len(subject.boxes) > 1 else _FILLED_BY_ONE)
+    slope = tan(FRAMING_FOVY / 2) * min(zoom, 1) * (_FILLED if len(subject.boxes) > 1 else _FILLED_BY_ONE)
     slopes = (slope * width / height, slope)
     target = None if look_at is None else np.asarray(look_at, np.float64)
     if eye is not None:
         place = np.asarray(eye, np.float64)
         forward = (subject.center if target is None else target) - place
         inside = float(np.linalg.norm(forward)) < 1e-9 * subject.radius
-        return _view(subject, place, -_direction(0, None) if inside else forward)
+        return _view(subject, place, -_direction(0, None) if inside else forward, zoom)
     best: tuple[float, FramedView] | None = None
     for back in _directions(view):
         place = _fit(subject, back, slopes, target)
-        found = _view(subject, place, -back * float(np.linalg.norm(subject.center - place)))
+        found = _view(subject, place, -back * float(np.linalg.norm(subject.center - place)), max(zoom, 1))
         hidden = hidden_share(subject, found.pose[:3])
         if best is None or hidden < best[0]:
             best = (hidden, found)
@@ -240,10 +246,11 @@ def frame_subject(
     return best[1]
 
 
-def _view(subject: Subject, place: NDArray[np.float64], forward: NDArray[np.float64]) -> FramedView:
+def _view(subject: Subject, place: NDArray[np.float64], forward: NDArray[np.float64], zoom: float) -> FramedView:
     length = float(np.linalg.norm(forward))
     reach = max(length, float(np.linalg.norm(subject.center - place)) + subject.radius)
-    return FramedView(np.concatenate([place, _looking(forward)]), 0.01 * min(length, reach), 100 * reach)
+    pose, fovy = np.concatenate([place, _looking(forward)]), 2 * atan(tan(FRAMING_FOVY / 2) / zoom)
+    return FramedView(pose, 0.01 * min(length, reach), 100 * reach, fovy)
 
 
 def _looking(forward: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from scenecc.diagnostics.messages import index_ranges, suggest
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, integer
 from scenecc.pipeline import select_scenes
-from scenecc.plan.framing import View
+from scenecc.plan.framing import View  # noqa: TC001 - read at run time
 from scenecc.plan.light_rigs import DEFAULT_PRESET, LIGHT_RIGS, Preset, is_unlit
 from scenecc.plan.rendering import RAY_TRACING_SHADERS, SHADERS_WITHOUT_NORMALS, ShaderName
 from scenecc.plan.schema import PIXEL_BOUNDS
@@ -65,6 +65,8 @@ class RenderChoices(TypedDict, total=False):
         collision: show collision shapes instead of visuals.
         hidden: also show `hidden` entities. None: only if the camera is not from the file.
         progress: called with (finished, all) scenes, steps, frames or pictures, one after the other.
+        compiling: called with the name of a device that renders on the CPU before it compiles shaders, at the first
+            picture of a process. That takes 10 to 60 s without a progress report.
         estimate: called before rays are traced with the expected time [s], as measured on a small picture.
     """
 
@@ -93,6 +95,7 @@ class RenderChoices(TypedDict, total=False):
     collision: bool
     hidden: bool | None
     progress: Callable[[int, int], None] | None
+    compiling: Callable[[str], None] | None
     estimate: Callable[[float], None] | None
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Final, cast
 
 import numpy as np
 from typing_extensions import Unpack
@@ -178,6 +178,7 @@ def _take(plan: ScenePlan, batch: SceneBatch, setup: RenderSetup, sink: Sink) ->
         recorder = FrameRecorder(
             batch, setup, choices.get("progress"), human=camera is None if hidden is None else hidden
         )
+        _tell_compiling(setup)
         estimate = choices.get("estimate")
         if setup.traced and estimate is not None:
             frames = 1 if video is None else 2 + steps // recorder.stride(steps, every)
@@ -197,6 +198,20 @@ def _take(plan: ScenePlan, batch: SceneBatch, setup: RenderSetup, sink: Sink) ->
         raise SceneError(sink.diagnostics()) from error
     explained = choices.get("legend", False)
     return Rendering(plan, camera, setup.what, setup.grid, pictures, *made, explained=explained, cell=cell)
+
+
+_COMPILED: Final = set[str]()
+"""Shader packs that this process has compiled."""
+
+
+def _tell_compiling(setup: RenderSetup) -> None:
+    from scenecc.backends.sapien.engine import cpu_renderer
+
+    shader = setup.choices.get("shader") or (setup.camera and setup.camera.shader) or "default"
+    compiling = setup.choices.get("compiling")
+    if shader not in _COMPILED and compiling is not None and (device := cpu_renderer()) is not None:
+        compiling(device)
+    _COMPILED.add(shader)
 
 
 def _ray_tracing(setup: RenderSetup) -> AbstractContextManager[object]:

@@ -153,7 +153,9 @@ def table(
 WORKSPACE_POSE = Pose([-0.12, 0, -TABLE_HEIGHT], [math.cos(math.pi / 4), 0, 0, math.sin(math.pi / 4)])
 
 
-def workspace_table(b: Builder, *, color: Color = (158 / 255, 115 / 255, 66 / 255)) -> None:
+def workspace_table(
+    b: Builder, *, color: Color = (0.3419144249086609, 0.1714411007328226, 0.05448027644244237)
+) -> None:
     """ManiSkill's block; boxes in place of its mesh."""
     b.add_box_collision(Pose([0, 0, TABLE_HEIGHT / 2]), half_size=(2.418 / 2, 1.209 / 2, TABLE_HEIGHT / 2))
     b.look("box", Pose([0, 0, TABLE_HEIGHT - 0.02]), color, half_size=[2.418 / 2, 1.209 / 2, 0.02])

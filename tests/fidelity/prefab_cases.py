@@ -11,6 +11,13 @@ ROBOTS = frozenset({"table_scene"})
 
 NAMES = sorted(file.stem for file in PREFABS.glob("*.yaml") if "." not in file.stem and file.stem not in ROBOTS)
 
+
+def srgb(text: str) -> list[float]:
+    """Linear light of "#rrggbb" or "#rrggbbaa" (IEC 61966-2-1)."""
+    parts = [int(text[i : i + 2], 16) / 255 for i in range(1, len(text), 2)]
+    return [*(part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts[:3]), *parts[3:]]
+
+
 OURS: dict[str, dict[str, Any]] = {
     "cube": {"half_size": 0.02, "color": [1, 0, 0, 1]},
     "box": {"half_sizes": [0.02, 0.02, 0.02], "color": [1, 0, 0, 1]},
@@ -20,8 +27,8 @@ OURS: dict[str, dict[str, Any]] = {
     "twocolor_peg": {
         "length": 0.1,
         "width": 0.02,
-        "color_1": [220 / 255, 12 / 255, 12 / 255],
-        "color_2": [0, 44 / 255, 193 / 255],
+        "color_1": srgb("#dc0c0c"),
+        "color_2": srgb("#002cc1"),
     },
     "fourcolor_peg": {"length": 0.1, "width": 0.02},
     "colorful_cube": {"half_size": 0.02, "color": [1, 0, 0, 1]},
@@ -31,7 +38,7 @@ OURS: dict[str, dict[str, Any]] = {
         "width": 0.3,
         "height": 0.15,
         "thickness": 0.01,
-        "color": [58 / 255, 110 / 255, 165 / 255],
+        "color": srgb("#3a6ea5"),
     },
     "shelf": {
         "width": 0.8,
@@ -39,9 +46,9 @@ OURS: dict[str, dict[str, Any]] = {
         "height": 1.2,
         "thickness": 0.02,
         "boards": 4,
-        "color": [176 / 255, 141 / 255, 87 / 255],
+        "color": srgb("#b08d57"),
     },
-    "stairs": {"steps": 5, "rise": 0.15, "run": 0.28, "width": 1, "color": [141 / 255] * 3},
+    "stairs": {"steps": 5, "rise": 0.15, "run": 0.28, "width": 1, "color": srgb("#8d8d8d")},
 }
 """Our defaults where ManiSkill and the tutorial have none."""
 

@@ -299,7 +299,8 @@ def test_colours_are_those_of_the_materials(tmp_path: Path) -> None:
     model, _, _ = compiled(scene(entities, materials=materials), tmp_path)
     seen = next(g for g in range(model.ngeom) if model.geom_group[g] == 0)
     material = model.geom_matid[seen]
-    np.testing.assert_allclose(model.mat_rgba[material], [0.8, 0.1, 0.2, 0.5], rtol=1e-6)
+    # sRGB of linear 0.8, 0.1 and 0.2 (IEC 61966-2-1).
+    np.testing.assert_allclose(model.mat_rgba[material], [0.906332, 0.349190, 0.484529, 0.5], rtol=1e-6)
     assert (model.mat_roughness[material], model.mat_metallic[material]) == pytest.approx((0.3, 0.7))
     assert model.geom_contype[seen] == model.geom_conaffinity[seen] == 0
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sapien
 from PIL import Image
 
 from scenecc import load_scene, render_scene
@@ -60,6 +61,50 @@ def test_the_faces_of_a_grey_box_have_different_shades(preset: Any) -> None:
     assert several >= 5
 
 
+def test_the_preset_plain_can_be_set_by_hand() -> None:
+    eye = {"pose": {"p": [1, 0.7, 0.6], "look_at": [0, 0, 0.2]}, "width": SIZE[0], "height": SIZE[1]}
+    source = {**scene(box=box(0, 0, 30)), "cameras": {"eye": eye}}
+    with load_scene(source, render=True) as batch:
+        pose = batch.cameras["eye"].objs[0].get_entity().get_pose()
+    hand: Any = sapien.Scene()
+    hand.set_ambient_light([0.24] * 3)
+    for azimuth, elevation, brightness in ((-68, 49, 1.65), (30, 16, 0.04), (-170, 43, 0.3)):
+        around, up = np.arctan2(0.75, 1) + np.radians(azimuth), np.radians(elevation)
+        direction = [-np.cos(up) * np.cos(around), -np.cos(up) * np.sin(around), -np.sin(up)]
+        hand.add_directional_light(direction, [brightness] * 3)
+    builder = hand.create_actor_builder()
+    material = sapien.render.RenderMaterial(base_color=[0.5, 0.5, 0.5, 1])
+    builder.add_box_visual(half_size=[0.1, 0.15, 0.2], material=material)
+    builder.initial_pose = sapien.Pose([0, 0, 0.2], [np.cos(np.pi / 12), 0, 0, np.sin(np.pi / 12)])
+    builder.build_kinematic()
+    camera = hand.add_camera("eye", *SIZE, np.radians(60), 0.01, 100)
+    camera.get_entity().set_pose(pose)
+    hand.update_render()
+    camera.take_picture()
+    color = camera.get_picture("Color")
+    expected = np.where(color[..., 3:] == 0, 1, color[..., :3])
+    assert np.array_equal(seen(source, camera="eye", preset="plain"), (expected.clip(0, 1) * 255).astype(int))
+
+
+def test_a_cpu_that_compiles_shaders_is_told_of_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.render.render._COMPILED", set())
+    monkeypatch.setattr("scenecc.backends.sapien.engine.cpu_renderer", lambda: "llvmpipe")
+    told: list[str] = []
+    for _ in range(2):
+        seen(scene(box=box(0, 0, 0)), compiling=told.append)
+    assert told == ["llvmpipe"]
+
+
+def test_a_view_shows_one_side_and_a_zoom_magnifies_it() -> None:
+    source = scene(box=box(0, 0, 0))
+    for view, width, height in (("front", 0.3, 0.4), ("left", 0.2, 0.4), ("top", 0.3, 0.2)):
+        rows, columns = np.nonzero(seen(source, what="segmentation", view=view))
+        assert np.ptp(rows) / np.ptp(columns) == pytest.approx(height / width, rel=0.05), view
+    eye = {"eye": (1, 0, 0.2), "what": "segmentation"}
+    near, whole, far = (np.count_nonzero(seen(source, zoom=zoom, **eye)) for zoom in (1.5, 1, 0.5))
+    assert (near / whole, far / whole) == pytest.approx((2.25, 0.25), rel=0.05)
+
+
 def test_white_is_not_blown_out_and_the_key_light_throws_a_shadow() -> None:
     white = {**GREY, "shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.1], "color": [1, 1, 1]}]}
     source = scene(floor=FLOOR, box={**white, "pose": [0, 0, 0.1]})
@@ -92,7 +137,7 @@ def test_the_light_comes_from_the_side_of_the_camera() -> None:
 
 def test_samples_smooth_edges_and_leave_depth_and_the_camera_alone() -> None:
     source = scene(box=box(0, 0, 30))
-    rough, smooth = seen(source, samples=1), seen(source, samples=16)
+    rough, smooth = seen(source, samples=1, zoom=0.5), seen(source, samples=16, zoom=0.5)
     inner = (np.abs(np.diff(rough[..., 0], axis=0)).max(), np.abs(np.diff(smooth[..., 0], axis=0)).max())
     assert inner[1] < 0.85 * inner[0]
     assert len(np.unique(smooth)) > 3 * len(np.unique(rough))
@@ -150,7 +195,7 @@ def test_a_focus_fills_the_picture() -> None:
     source = scene(floor=FLOOR, large=box(0, 0, 0), small={**GREY, "shapes": CUBE, "pose": [0.5, 0.5, 0.02]})
     ids = seen(source, focus="small", what="segmentation")
     rows, columns = np.nonzero(ids == 3)
-    assert 0.3 < np.ptp(rows) / SIZE[1] < 0.6
+    assert 0.65 < np.ptp(rows) / SIZE[1] < 0.85
     assert abs(rows.mean() - SIZE[1] / 2) < 8
     assert abs(columns.mean() - SIZE[0] / 2) < 8
 

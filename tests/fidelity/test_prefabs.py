@@ -24,7 +24,7 @@ from fidelity.hand_prefabs import (
     ground,
     workspace_table,
 )
-from fidelity.prefab_cases import CASES, OURS, STATIC, label
+from fidelity.prefab_cases import CASES, OURS, STATIC, label, srgb
 from fidelity.yaml_cases import load
 from plugins.structures import bodies_of, body_of
 from sapien import Pose, physx
@@ -55,17 +55,13 @@ def by_hand(name: str, given: dict[str, Any], *, render: bool = False) -> tuple[
     build(scene, "plane", ground, "static", Pose(), render=render)
     params = OURS.get(name, {}) | given
     body_type = params.pop("body_type", "static" if name in STATIC else "dynamic")
-    params = {key: rgba(value) if isinstance(value, str) else value for key, value in params.items()}
+    params = {key: srgb(value) if isinstance(value, str) else value for key, value in params.items()}
     builder = build(scene, f"thing/{name}", HAND[name], body_type, Pose(AT, TURNED), render=render, **params)
     cap = scene.create_actor_builder()
     cap.add_box_collision(half_size=[0.05, 0.06, 0.07])
     cap.initial_pose = Pose([0.02, 0.01, 2.5])
     cap.build(name="cap")
     return scene, builder
-
-
-def rgba(text: str) -> list[float]:
-    return [int(text[i : i + 2], 16) / 255 for i in range(1, len(text), 2)]
 
 
 def assert_seen(plan: ScenePlan, entity: str, builder: Builder) -> None:

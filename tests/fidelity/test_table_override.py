@@ -85,4 +85,4 @@ def test_the_table_has_the_colour() -> None:
         assert shape.material is not None
         material = plan.visual_materials[int(shape.material.data[0])]
         assert material.base_color is not None
-        assert np.array_equal(material.base_color.data[0], [240 / 255, 240 / 255, 240 / 255, 1])
+        assert np.array_equal(material.base_color.data[0], [*[0.8713671191987972] * 3, 1])

@@ -92,10 +92,10 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
     if render:
         shape_keys_look = sapien.render.RenderMaterial(base_color=[0.2, 0.4, 0.8, 1])
         mug_look = sapien.render.RenderMaterial(
-            base_color=[0.9137254901960784, 0.8470588235294118, 0.6509803921568628, 1],
+            base_color=[0.8148465722161012, 0.6866853124353135, 0.38132601143253014, 1],
         )
         poster_look = sapien.render.RenderMaterial(
-            base_color=[0.0392156862745098, 0.5764705882352941, 0.5882352941176471, 1],
+            base_color=[0.003035269835488375, 0.29177064981753587, 0.3049873140698863, 1],
         )
 
     # ground

@@ -55,32 +55,32 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
 
     if render:
         table_workspace_look = sapien.render.RenderMaterial(
-            base_color=[0.6196078431372549, 0.45098039215686275, 0.25882352941176473, 1],
+            base_color=[0.3419144249086609, 0.1714411007328226, 0.05448027644244237, 1],
         )
         ground_look = sapien.render.RenderMaterial()
         ground_look.base_color_texture = sapien.render.RenderTexture2D(str(TILES), mipmap_levels=4)
         red_cube_look = sapien.render.RenderMaterial(base_color=[1, 0, 0, 1])
         peg_twocolor_peg_look = sapien.render.RenderMaterial(
-            base_color=[0.8627450980392157, 0.047058823529411764, 0.047058823529411764, 1],
+            base_color=[0.7156935005064807, 0.003676507324047436, 0.003676507324047436, 1],
         )
         peg_twocolor_peg_look_2 = sapien.render.RenderMaterial(
-            base_color=[0, 0.17254901960784313, 0.7568627450980392, 1],
+            base_color=[0, 0.02518685962736163, 0.5332764040105052, 1],
         )
         goal_red_white_target_look = sapien.render.RenderMaterial(
-            base_color=[0.7607843137254902, 0.07450980392156863, 0.08627450980392157, 1],
+            base_color=[0.7607843, 0.07450981, 0.08627451, 1],
         )
         goal_red_white_target_look_2 = sapien.render.RenderMaterial(base_color=[1, 1, 1, 1])
         tray_bin_look = sapien.render.RenderMaterial(
-            base_color=[0.22745098039215686, 0.43137254901960786, 0.6470588235294118, 1],
+            base_color=[0.042311410620809675, 0.1559264637078274, 0.3762621229909065, 1],
         )
         ball_sphere_look = sapien.render.RenderMaterial(
-            base_color=[0.047058823529411764, 0.16470588235294117, 0.6274509803921569, 1],
+            base_color=[0.047058824, 0.16470589, 0.627451, 1],
         )
         rack_shelf_look = sapien.render.RenderMaterial(
-            base_color=[0.4980392156862745, 0.5490196078431373, 0.5529411764705883, 1],
+            base_color=[0.21223075741405523, 0.26225065752969623, 0.26635560480286247, 1],
         )
         flight_stairs_look = sapien.render.RenderMaterial(
-            base_color=[0.5529411764705883, 0.5529411764705883, 0.5529411764705883, 1],
+            base_color=[0.26635560480286247, 0.26635560480286247, 0.26635560480286247, 1],
         )
 
     # table-workspace
@@ -172,8 +172,8 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
     ]
     if render:
         parcel_box_base_color = [
-            [0.6313725490196078, 0.5333333333333333, 0.4980392156862745, 1],
-            [0.42745098039215684, 0.2980392156862745, 0.2549019607843137, 1],
+            [0.3564001441459435, 0.24620132670783548, 0.21223075741405523, 1],
+            [0.15292615199615017, 0.07227185068231748, 0.052860647023180246, 1],
         ]
     for i, scene in enumerate(scenes):
         if render:

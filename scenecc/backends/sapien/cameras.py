@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import contextmanager, suppress
-from math import atan, tan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -422,17 +421,15 @@ DEFAULT_CAMERA: Final = "default"
 DEFAULT_WIDTH, DEFAULT_HEIGHT = 640, 480
 
 
-def default_camera(
-    num_scenes: int, width: int, height: int, shader: ShaderName | None = None, zoom: float = 1.0
-) -> Camera:
-    """Returns the default camera, not yet placed. `width`, `height`: of its pictures [px]. `zoom`: magnification."""
+def default_camera(num_scenes: int, width: int, height: int, shader: ShaderName | None = None) -> Camera:
+    """Returns the default camera, not yet placed. `width`, `height`: of its pictures [px]."""
     return Camera(
         name=DEFAULT_CAMERA,
         scene_idxs=tuple(range(num_scenes)),
         pose=literal(IDENTITY_POSE),
         width=width,
         height=height,
-        lens=Perspective(fovy=literal(2 * atan(tan(FRAMING_FOVY / 2) / zoom))),
+        lens=Perspective(fovy=literal(FRAMING_FOVY)),
         near=literal(0.01),
         far=literal(100.0),
         shader=shader,

@@ -82,6 +82,12 @@ def summary_has_ray_tracing(summary: str, name: str) -> bool:
     return not said or any(line.split()[-1] == "1" for line in said)
 
 
+def cpu_renderer() -> str | None:
+    """Returns the name of the render device if it is a driver that renders on the CPU. RuntimeError without one."""
+    name: str = new_render_system().device.name
+    return name if name.startswith(("llvmpipe", "SwiftShader")) else None
+
+
 @contextmanager
 def ray_tracing_quality(samples: int, *, denoise: bool) -> Generator[None]:
     """Sets the quality of ray tracing for cameras made within the block, and then restores SAPIEN's process-wide

@@ -37,6 +37,7 @@ from scenecc.plan.rendering import (
     PLANE_HALF_SIZE,
     AreaLight,
     CubeMap,
+    Perspective,
     SkyMap,
     TexturedLight,
     shadow_parameters,
@@ -295,7 +296,9 @@ class LightsAndCameras(LightSet):
         if has_light(scene):
             return
         subject, rig = self.subject(index), LIGHT_RIGS[self.preset]
-        ahead = azimuth_of(subject.center if view is None else view(index).pose[:3], subject)
+        seen = None if view is None else view(index)
+        ahead = azimuth_of(subject.center if seen is None else seen.pose[:3], subject)
+        reach = subject.reach(50 * subject.radius if seen is None else seen.visible(subject.center))
         scene.set_ambient_light([rig.ambient] * 3)
         side, shadowed = _free_side(subject, ahead, rig)
         for number, light in enumerate(rig.lights):
@@ -304,7 +307,7 @@ class LightsAndCameras(LightSet):
                 [light.brightness] * 3,
                 shadow=shadowed and number == 0,
                 position=subject.center,
-                shadow_scale=subject.reach,
+                shadow_scale=reach,
                 shadow_near=-_shadow_depth(subject.radius),
                 shadow_far=_shadow_depth(subject.radius),
                 shadow_map_size=_SHADOW_MAP,
@@ -379,7 +382,7 @@ class LightsAndCameras(LightSet):
                 raise ValueError(
                     f"pictures must be {PIXEL_BOUNDS.low} to {PIXEL_BOUNDS.high} pixels a side, not {size}"
                 )
-        camera = default_camera(self._plan.num_scenes, width, height, shader, zoom)
+        camera = default_camera(self._plan.num_scenes, width, height, shader)
         if self._rendered:
             try:
                 check_ray_tracing(camera)
@@ -388,7 +391,8 @@ class LightsAndCameras(LightSet):
         present = self._built_scenes_with(camera)
 
         def framing(index: int) -> FramedView:
-            return frame_subject(self.subject(index, focus), width, height, eye=eye, look_at=look_at, view=view)
+            subject = self.subject(index, focus)
+            return frame_subject(subject, width, height, eye=eye, look_at=look_at, view=view, zoom=zoom)
 
         found = CameraBatch(
             camera.name,
@@ -408,7 +412,11 @@ class LightsAndCameras(LightSet):
             return
         seen = view(self._lookup.scene_idxs[number])
         camera = replace(
-            camera, pose=literal(tuple(seen.pose.tolist())), near=literal(seen.near), far=literal(seen.far)
+            camera,
+            pose=literal(tuple(seen.pose.tolist())),
+            lens=Perspective(fovy=literal(seen.fovy)),
+            near=literal(seen.near),
+            far=literal(seen.far),
         )
         component = new_camera(camera, 0)
         attach_component(component, camera, 0, self._lookup, number)

@@ -178,8 +178,9 @@ def test_a_direction_may_differ_from_scene_to_scene() -> None:
     assert rows(lamp.color) == [[1, 0, 0], [1, 1, 1]]
 
 
-def test_digits_of_a_colour_are_divided_by_255() -> None:
-    assert rows(light_of({"type": "point", "position": [0, 0, 1], "color": "#ff8033"}).color) == [[1, 128 / 255, 0.2]]
+def test_digits_of_a_colour_are_srgb() -> None:
+    color = light_of({"type": "point", "position": [0, 0, 1], "color": "#ff8033"}).color
+    assert rows(color) == [pytest.approx([1, 0.21586050, 0.033104767])]
 
 
 def test_cones_are_in_radians_or_degrees() -> None:

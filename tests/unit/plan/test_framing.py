@@ -11,6 +11,7 @@ import pytest
 from scenecc.geometry.rotation_arrays import rotation_matrix
 from scenecc.plan.framing import (
     FRAMING_FOVY,
+    VIEWS,
     FramedView,
     Motion,
     Solids,
@@ -61,7 +62,7 @@ def test_all_of_the_subject_is_in_the_picture_and_fills_it(rows: list[Any], widt
     view = frame_subject(subject, width, height)
     found = corners_in_picture(view, subject, width, height)
     spans = np.ptp(found, axis=0) / 2
-    filled = 0.42 if len(subject.boxes) == 1 else 0.84
+    filled = 0.75 if len(subject.boxes) == 1 else 0.84
     assert spans.max() == pytest.approx(filled, rel=0.25)
     assert np.abs(found).max() < 0.9
     assert np.allclose(found.max(axis=0), -found.min(axis=0), atol=0.06), "about as far from either edge"
@@ -94,16 +95,32 @@ def test_a_focus_is_framed_alone_and_the_rest_may_hide_it() -> None:
 
 def test_a_camera_does_not_look_at_the_back_of_a_wall() -> None:
     free = frame_subject(find_subject(solids(FLOOR, CUBE)), 640, 480)
-    wall = ([0.7, -3, 0], [0.8, 3, 3], STATIC)
+    wall = ([0.54, -3, 0], [0.56, 3, 3], STATIC)
     subject = find_subject(solids(FLOOR, CUBE, wall))
     view = frame_subject(subject, 640, 480)
-    assert free.pose[0] > 0.6
+    assert free.pose[0] > 0.57
     # Nearer than the wall, or on the other side.
-    assert view.pose[0] < 0.7
+    assert view.pose[0] < 0.54
     assert np.abs(corners_in_picture(view, subject, 640, 480)).max() < 0.9
     room = ([-3, -3, 0], [3, 3, 3], STATIC)
     inside = frame_subject(find_subject(solids(FLOOR, CUBE, room)), 640, 480)
     assert np.array_equal(inside.pose, free.pose), "what surrounds it may be a room"
+
+
+def test_a_view_is_from_its_side_and_a_zoom_magnifies() -> None:
+    subject = find_subject(solids(FLOOR, CUBE))
+    for view, direction in VIEWS.items():
+        pose = frame_subject(subject, 640, 480, view=view).pose
+        unit = np.array(direction) / np.linalg.norm(direction)
+        assert np.allclose(rotation_matrix(pose[3:])[:, 0], -unit, atol=1e-3), view
+    for view, up in (("top", [1, 0, 0]), ("bottom", [1, 0, 0]), ("front", [0, 0, 1])):
+        pose = frame_subject(subject, 640, 480, view=view).pose
+        assert np.allclose(rotation_matrix(pose[3:])[:, 2], up, atol=1e-3), view
+    whole, near, far = (frame_subject(subject, 640, 480, zoom=zoom) for zoom in (1, 4, 0.25))
+    assert np.array_equal(near.pose, whole.pose)
+    assert tan(near.fovy / 2) == pytest.approx(tan(FRAMING_FOVY / 2) / 4)
+    assert far.fovy == whole.fovy == pytest.approx(FRAMING_FOVY)
+    assert np.ptp(corners_in_picture(far, subject, 640, 480), axis=0).max() == pytest.approx(2 * 0.75 / 4)
 
 
 def test_an_eye_and_a_point_are_taken_as_they_are() -> None:
@@ -118,7 +135,7 @@ def test_an_eye_and_a_point_are_taken_as_they_are() -> None:
     assert np.isfinite(within.pose).all()
     aside = frame_subject(subject, 640, 480, look_at=(0.6, 0, 0.7))
     found = corners_in_picture(aside, subject, 640, 480)
-    assert np.abs(found).max() == pytest.approx(0.42)
+    assert np.abs(found).max() == pytest.approx(0.75)
 
 
 def test_the_cells_of_a_ground_grid_are_round_and_about_six_a_subject() -> None:

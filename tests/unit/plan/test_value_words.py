@@ -34,8 +34,9 @@ def test_bounds_stand_around_dots() -> None:
     assert format_value_bounds(UNKNOWN) == "by an expression"
 
 
-def test_a_colour_of_255_parts_is_written_as_in_files() -> None:
-    assert format_color((208 / 255, 0, 1, 1)) == "#d000ff"
+def test_a_colour_that_a_text_gives_is_written_as_in_files() -> None:
+    assert format_color((0.6307571363461468, 0, 1, 1)) == "#d000ff"
+    assert format_color((208 / 255, 0, 1, 1)) == "[0.81569, 0, 1, 1]"
     assert format_color((0, 0, 0, 128 / 255)) == "#00000080"
     assert format_color((0.5, 0, 0, 1)) == "[0.5, 0, 0, 1]"
     assert format_color((4, 0, 0, 1)) == "[4, 0, 0, 1]"

@@ -54,6 +54,11 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
         ({"legend": True}, "legend is for depth and segmentation, not for color"),
         ({"legend": True, "what": "depth", "video": "gif", "steps": 3}, "legend is for a picture, not for a video"),
         ({"shader": "minimal", "what": "normal"}, "`minimal` cannot render normals"),
+        ({"view": "top", "eye": (1, 2, 3)}, "view contradicts the eye"),
+        ({"view": "above"}, "view must be one of iso, front"),
+        ({"camera": "wide", "view": "top"}, "view is for the camera that frames the scene"),
+        ({"zoom": 0}, "zoom must be 0.1 to 100, not 0"),
+        ({"zoom": float("nan")}, "zoom must be 0.1 to 100"),
         ({"preset": "stage"}, "preset must be one of studio, plain, dark"),
     ],
 )
