@@ -119,12 +119,13 @@ def _source_kind() -> Kind:
 
 
 def _check_arguments(paths: list[str], output: str, allow: Sequence[str]) -> None:
+    from scenecc.diagnostics.messages import suggest
     from scenecc.importers.imported_scene import ALL_LOSSES, LOSSES
 
     unknown = next((kind for kind in allow if kind not in {*LOSSES, ALL_LOSSES}), None)
     if unknown is not None:
-        known = ", ".join((ALL_LOSSES, *(kind for kind, row in LOSSES.items() if row.changes_machine)))
-        raise typer.BadParameter(f"there is no loss '{unknown}'; the losses are {known}", param_hint="'--allow'")
+        known = (ALL_LOSSES, *(kind for kind, row in LOSSES.items() if row.changes_machine))
+        raise typer.BadParameter(f"there is no loss '{unknown}'; {suggest(unknown, known)}", param_hint="'--allow'")
     if STDIN in paths:
         raise typer.BadParameter("an import reads a file, not standard input", param_hint="'FILE'")
     if output == STDIN:
