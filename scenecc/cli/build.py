@@ -94,6 +94,8 @@ def build(
         for option in given:
             message = "it concerns the engine, which --dry-run does not start"
             raise typer.BadParameter(message, param_hint=f"'{option}'")
+    if output is not None and Path(output).suffix.lower() not in {"", ".json"}:
+        raise typer.BadParameter("the plan is JSON: NAME.json (`scenecc emit` writes other formats)", param_hint="'-o'")
     source = checked_source(scene, output, form)
     with scene_errors(options, form), progress("build") as show:
         result = scenecc.build_scene(

@@ -124,8 +124,8 @@ def _check_arguments(paths: list[str], output: str, allow: Sequence[str]) -> Non
 
     unknown = next((kind for kind in allow if kind not in {*LOSSES, ALL_LOSSES}), None)
     if unknown is not None:
-        known = suggest(unknown, (ALL_LOSSES, *(kind for kind, row in LOSSES.items() if row.changes_machine)))
-        raise typer.BadParameter(f"there is no loss '{unknown}'; {known}", param_hint="'--allow'")
+        known = (ALL_LOSSES, *(kind for kind, row in LOSSES.items() if row.changes_machine))
+        raise typer.BadParameter(f"there is no loss '{unknown}'; {suggest(unknown, known)}", param_hint="'--allow'")
     if STDIN in paths:
         raise typer.BadParameter("an import reads a file, not standard input", param_hint="'FILE'")
     if output == STDIN:

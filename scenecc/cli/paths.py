@@ -86,7 +86,10 @@ class Found:
     def faults(self) -> list[Diagnostic]:
         """Returns diagnostics about the requested paths."""
         return [
-            *(usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in self.missing),
+            *(
+                usage_error("SC901", f"file or folder `{path}` not found", file=path, hint=_nearest_file(path))
+                for path in self.missing
+            ),
             *(
                 usage_error("SC902", f"no {self.kind.name} in the folder `{path}`", file=path, hint=self.kind.hint)
                 for path in self.empty
@@ -180,7 +183,7 @@ def path_faults(
     """
     faults: list[Diagnostic] = []
     if scene != STDIN and not os.path.lexists(scene):
-        faults.append(usage_error("SC901", f"there is no file `{scene}`", file=scene))
+        faults.append(usage_error("SC901", f"there is no file `{scene}`", file=scene, hint=_nearest_file(scene)))
     elif scene != STDIN and Path(scene).is_dir():
         message = f"`{scene}` is a folder, not a file"
         faults.append(usage_error("SC901", message, file=scene, hint=f"name a {source} file in it"))
@@ -195,6 +198,18 @@ def path_faults(
     elif (reason := folder_refusal(output) if folder else refusal(output)) is not None:
         faults.append(usage_error("SC904", reason, file=output))
     return faults
+
+
+def _nearest_file(path: str) -> str | None:
+    """Returns a hint with the file beside a missing one that has the most similar name; None if there is none."""
+    from scenecc.diagnostics.messages import nearest
+
+    folder, name = os.path.split(path)
+    try:
+        near = nearest(name, os.listdir(folder or "."), cutoff=0.75)  # noqa: PTH208
+    except (OSError, ValueError):
+        return None
+    return near and f"did you mean `{os.path.join(folder, near)}`?"  # noqa: PTH118
 
 
 def _is_same_file(scene: str, output: str) -> bool:

@@ -226,7 +226,12 @@ def code_fault(code: str, rules: Mapping[str, Rule] = {}, *, may_be_error: bool 
     if not may_be_error and code in CODES and CODES[code].severity == "error":
         return f"{code} is an error, and errors cannot be ignored"
     is_one = _PREFIX.fullmatch(code) and any(known.startswith(code) for known in (*CODES, *rules))
-    return None if is_one else f"unknown code `{code}`; no code begins with it"
+    if is_one:
+        return None
+    from scenecc.diagnostics.reference import nearest_codes
+
+    near = nearest_codes(code, count=1)
+    return f"unknown code `{code}`; {f'did you mean {near[0]}?' if near else 'no code begins with it'}"
 
 
 def _severity(given: object, rules: Mapping[str, Rule]) -> dict[str, Any]:

@@ -75,7 +75,7 @@ def _parse_do(text: str | tuple[str, ...]) -> tuple[str, ...]:
     asked = [one.strip() for one in text.split(",")]
     for one in asked:
         if one not in _DONE:
-            raise typer.BadParameter(f"{quote_text(one)} must be one of {', '.join(_DONE)}")
+            raise typer.BadParameter(f"{quote_text(one)} is not one of {', '.join(map(repr, _DONE))}")
     return tuple(asked)
 
 

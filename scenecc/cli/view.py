@@ -161,7 +161,8 @@ def _address(host: str | None, port: int | None, token: str | None, *, no_token:
     try:
         return scenecc.PageAddress(**chosen | ({"token": None} if no_token else {}))
     except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="'--port' / '--token'") from None
+        option = str(error).split()[1]  # "a port must be …"
+        raise typer.BadParameter(str(error), param_hint=f"'--{option}'") from None
 
 
 def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnostic]], None]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 import textwrap
+from operator import eq
 
 from scenecc.diagnostics.codes import BANDS, CODES, Code
 from scenecc.diagnostics.formats.style import visible
@@ -30,8 +31,10 @@ def normalize_code(code: str) -> str:
 
 
 def nearest_codes(code: str, *, count: int = 3) -> list[str]:
-    """Returns at most `count` known codes that look like `code`, nearest first."""
-    return difflib.get_close_matches(normalize_code(code), sorted(CODES), n=count, cutoff=0.5)
+    """Returns at most `count` known codes that look like `code`: those with the same beginning first."""
+    name = normalize_code(code)
+    near = difflib.get_close_matches(name, sorted(CODES), n=len(CODES), cutoff=0.5)
+    return sorted(near, key=lambda known: [*map(eq, name, known), False].index(False), reverse=True)[:count]
 
 
 def markdown(row: Code) -> str:
