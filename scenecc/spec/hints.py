@@ -324,4 +324,12 @@ UNSUPPORTED_KEYS: dict[str, str] = {
     "pyramid": "pyramid limits (SAPIEN records them and never applies them)",
     "is_trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
     "trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
+    **dict.fromkeys(
+        (
+            *("soft", "soft_body", "softbody", "soft_bodies", "deformable", "deformables", "deformable_body", "cloth"),
+            *("fabric", "fluid", "liquid", "particle", "particles", "mpm", "fem", "flex", "flexcomp", "tetmesh"),
+            *("youngs_modulus", "young_modulus", "poissons_ratio", "poisson_ratio", "elasticity"),
+        ),
+        "soft bodies, cloth and fluids (SAPIEN simulates rigid bodies; `use: scenecc:rope` is a chain of them)",
+    ),
 }

@@ -186,8 +186,9 @@ def _report_bound(error: ErrorDetails, path: Path, data: Any, place: Origin, sin
 
 def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> None:
     key = str(path[-1])
-    if key in UNSUPPORTED_KEYS:
-        sink.report("SC110", f"version 1 of the language does not support {UNSUPPORTED_KEYS[key]}", place, at="key")
+    if _report_unsupported(key, place, sink, at="key"):
+        return
+    if key == "type" and _report_unsupported(value_at(data, path), place, sink):
         return
     known, free = known_keys(path, data)
     word = snake_case(key)
@@ -207,6 +208,14 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         if near in free and is_slip_of(key, free) and (not is_synonym or nearest(word, (near,), _SAME_WORD)):
             fix = "key", near
     sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint, fix=fix)
+
+
+def _report_unsupported(word: Any, place: Origin, sink: Sink, *, at: Literal["key", "value"] = "value") -> bool:
+    """Reports a key or a value that names something that the language leaves out; returns whether it does."""
+    what = UNSUPPORTED_KEYS.get(snake_case(word)) if isinstance(word, str) else None
+    if what is not None:
+        sink.report("SC110", f"version 1 of the language does not support {what}", place, at=at)
+    return what is not None
 
 
 _SAME_WORD: Final = 0.8
@@ -264,8 +273,9 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
         choices = _split_words(context["expected"].replace(" or ", ", "))
         if not isinstance(found, str):
             _report_wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
-            return
-        sink.report("SC105", f"{value_name(path)} cannot be {show(found)}", place, hint=_suggest_value(found, choices))
+        elif not _report_unsupported(found, place, sink):
+            hint = _suggest_value(found, choices)
+            sink.report("SC105", f"{value_name(path)} cannot be {show(found)}", place, hint=hint)
         return
     tag: Any = found.get("type") if is_mapping(found) else None
     if not is_mapping(found):
@@ -282,7 +292,7 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
         sink.report("SC116", message, place.child("type"), hint=VARIANTS_HINT)
     elif not isinstance(tag, str):
         _report_wrong_kind("a text", (*path, "type"), tag, place.child("type"), sink)
-    else:
+    elif not _report_unsupported(tag, place.child("type"), sink):
         choices = _split_words(context["expected_tags"])
         hint = SHAPE_LIST_HINTS.get(tag) or _suggest_value(tag, choices)
         kind = _TYPED_SECTIONS.get(str(path[0]), "shape")

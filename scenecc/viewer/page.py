@@ -150,8 +150,8 @@ class _Guard:
 
 
 def titled(page: str, title: str) -> str:
-    """Returns viser's page with another title."""
-    return page.replace("<title>Viser</title>", f"<title>{escape(title)}</title>", 1)
+    """Returns viser's page with another title, and without the fade-in that every loop of a recording begins again."""
+    return page.replace("<title>Viser</title>", f"<title>{escape(title)}</title>{_NO_FADE}", 1)
 
 
 def _log(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -165,6 +165,8 @@ def _quiet() -> Generator[None]:
     with redirect_stdout(io.StringIO()):
         yield
 
+
+_NO_FADE: Final = "<style>canvas{opacity:1!important}</style>"
 
 _AXES_LENGTH, _AXES_RADIUS = 0.1, 0.003
 """Size of the axes of a body [m]."""
