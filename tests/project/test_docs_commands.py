@@ -42,6 +42,11 @@ def script(block: Step) -> str:
     return "\n".join(command for command, _ in commands(block.text)) or block.text
 
 
+def block_id(block: Step) -> str:
+    """A page and the first words of a block: unlike its line, it stays what `tests/slow_tests.txt` says."""
+    return f"{block.page.name} " + re.sub(r"[^\w.-]+", " ", script(block).removeprefix("scenecc: 1"))[:48].strip()
+
+
 def shell(text: str, cwd: Path, environment: dict[str, str], timeout: float = 100) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         ["bash", "-euo", "pipefail", "-c", text],
@@ -61,7 +66,7 @@ def test_every_block_says_what_it_is() -> None:
         assert len(fences) == 2 * sum(block.page == page for block in blocks()), page
 
 
-@pytest.mark.parametrize("block", SHELL, ids=str)
+@pytest.mark.parametrize("block", SHELL, ids=block_id)
 def test_a_command_is_run_or_says_why_not(block: Step) -> None:
     assert block.mark in {"", "command", "not run", "render", "serves"}
     if block.mark == "command":
@@ -70,14 +75,14 @@ def test_a_command_is_run_or_says_why_not(block: Step) -> None:
         assert len(block.detail.split()) > 2, "a reason"
 
 
-@pytest.mark.parametrize("block", RUN, ids=str)
+@pytest.mark.parametrize("block", RUN, ids=block_id)
 def test_the_commands_succeed(block: Step, clone: Path, forking_environment: dict[str, str]) -> None:
     assert script(block).strip()
     done = shell(script(block), clone, forking_environment)
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("block", SERVED, ids=str)
+@pytest.mark.parametrize("block", SERVED, ids=block_id)
 def test_the_commands_serve_until_they_are_interrupted(block: Step, clone: Path, environment: dict[str, str]) -> None:
     for command in script(block).splitlines():
         with subprocess.Popen(
@@ -93,7 +98,7 @@ def test_the_commands_serve_until_they_are_interrupted(block: Step, clone: Path,
 
 @pytest.mark.render
 @pytest.mark.timeout(900)  # a software driver shares the processor with other tests
-@pytest.mark.parametrize("block", RENDERED, ids=str)
+@pytest.mark.parametrize("block", RENDERED, ids=block_id)
 def test_the_commands_succeed_where_a_device_renders(block: Step, clone: Path, environment: dict[str, str]) -> None:
     done = shell(script(block), clone, environment, timeout=880)
     assert done.returncode == 0, done.stderr
@@ -124,7 +129,7 @@ def test_the_readmes_scene_builds_and_its_slip_is_told_as_shown(tmp_path: Path, 
     assert shown in told.stdout
 
 
-@pytest.mark.parametrize("block", SCENES, ids=str)
+@pytest.mark.parametrize("block", SCENES, ids=block_id)
 def test_every_scene_in_the_pages_compiles_without_a_word(block: Step, tmp_path: Path) -> None:
     file = tmp_path / "scene.yaml"
     file.write_text(block.text)

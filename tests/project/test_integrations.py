@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -15,6 +16,7 @@ import pytest
 import yaml
 
 from scenecc.starter import starter_files
+from scenecc.version import VERSION
 
 ROOT = Path(__file__).parents[2]
 GOOD = "scenecc: 1\nentities:\n  cube: {shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}\n"
@@ -205,3 +207,30 @@ def test_the_action_installs_itself(repository: Path, environment: dict[str, str
         pytest.skip("pip cannot fetch the build backend here")
     assert done.returncode == 0, done.stderr
     assert runner.step("Check scenes").returncode == 0
+
+
+def test_a_version_without_a_tag_is_released_with_its_notes(tmp_path: Path, environment: dict[str, str]) -> None:
+    jobs = yaml.safe_load((ROOT / ".github/workflows/release.yml").read_text())["jobs"]
+    scripts = {step["name"]: step["run"] for job in jobs.values() for step in job.get("steps", ()) if "run" in step}
+    (tmp_path / "scenecc").mkdir()
+    for name in ("CHANGELOG.md", "scenecc/version.py"):
+        shutil.copy(ROOT / name, tmp_path / name)
+    gh = tmp_path / "bin" / "gh"
+    gh.write_text('#!/bin/sh\necho "$@"\n')
+    gh.chmod(0o755)
+    given = {"GITHUB_OUTPUT": "output", "GITHUB_SHA": "f0", "TAG": f"v{VERSION}"}
+
+    def run(script: str) -> str:
+        command = ["bash", "-eo", "pipefail", "-c", script]
+        return subprocess.run(
+            command, cwd=tmp_path, env={**environment, **given}, capture_output=True, text=True, check=True
+        ).stdout
+
+    run("git init -q . && git remote add origin . && git -c user.name=a -c user.email=a@b commit -q --allow-empty -m a")
+    run(scripts["Read the version"])
+    run(f"git tag v{VERSION}")
+    run(scripts["Read the version"])
+    assert (tmp_path / "output").read_text() == f"tag=v{VERSION}\ntag=\n"
+    assert run(scripts["Release"]).startswith(f"release create v{VERSION} dist/* --target f0 ")
+    assert (tmp_path / "notes.md").read_text().strip() in (tmp_path / "CHANGELOG.md").read_text()
+    assert "### Breaking changes" in (tmp_path / "notes.md").read_text()
