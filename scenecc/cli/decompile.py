@@ -10,7 +10,6 @@ import typer
 
 from scenecc.cli.options import OutputFile, at_least
 from scenecc.cli.output import STDOUT, Status, base_folder, end, print_err, refusal, usage_error, write_output
-from scenecc.extras import EXTRAS, install_hint
 
 if TYPE_CHECKING:
     from scenecc.decompiler.decompile import Decompiled
@@ -50,10 +49,6 @@ def decompile(
     """
     if (reason := refusal(output)) is not None:
         end([usage_error("SC904", reason, file=output)])
-    if lacking := EXTRAS["maniskill"].missing:
-        hint = install_hint("maniskill", "torch")
-        print_err(f"scenecc: tasks need {' and '.join(lacking)}, not installed here; {hint}\n")
-        raise typer.Exit(Status.machine)
     # Output of the task must not get into the file.
     shown, sys.stdout = sys.stdout, sys.stderr
     try:

@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -26,14 +25,8 @@ SHELLS = {"bash", "console", "sh", "shell"}
 KNOWN = {"diff", "json", "lua", "python", "text", "toml", "yaml", *SHELLS}
 
 
-@cache
 def blocks() -> list[Step]:
     return [step for page in PAGES for step in steps(page) if step.language]
-
-
-def number(block: Step) -> str:
-    """Names a block by its place among the blocks of its page, which a change of the text above leaves."""
-    return f"{block.page.name}#{[each.start for each in blocks() if each.page == block.page].index(block.start) + 1}"
 
 
 SHELL = [block for block in blocks() if block.language in SHELLS]
@@ -47,6 +40,11 @@ README = [block for block in blocks() if block.page.name == "README.md"]
 def script(block: Step) -> str:
     """The commands of a block; a console block also shows what they print."""
     return "\n".join(command for command, _ in commands(block.text)) or block.text
+
+
+def block_id(block: Step) -> str:
+    """A page and the first words of a block: unlike its line, it stays what `tests/slow_tests.txt` says."""
+    return f"{block.page.name} " + re.sub(r"[^\w.-]+", " ", script(block).removeprefix("scenecc: 1"))[:48].strip()
 
 
 def shell(text: str, cwd: Path, environment: dict[str, str], timeout: float = 100) -> subprocess.CompletedProcess[str]:
@@ -68,7 +66,7 @@ def test_every_block_says_what_it_is() -> None:
         assert len(fences) == 2 * sum(block.page == page for block in blocks()), page
 
 
-@pytest.mark.parametrize("block", SHELL, ids=number)
+@pytest.mark.parametrize("block", SHELL, ids=block_id)
 def test_a_command_is_run_or_says_why_not(block: Step) -> None:
     assert block.mark in {"", "command", "not run", "render", "serves"}
     if block.mark == "command":
@@ -77,14 +75,14 @@ def test_a_command_is_run_or_says_why_not(block: Step) -> None:
         assert len(block.detail.split()) > 2, "a reason"
 
 
-@pytest.mark.parametrize("block", RUN, ids=number)
+@pytest.mark.parametrize("block", RUN, ids=block_id)
 def test_the_commands_succeed(block: Step, clone: Path, forking_environment: dict[str, str]) -> None:
     assert script(block).strip()
     done = shell(script(block), clone, forking_environment)
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("block", SERVED, ids=number)
+@pytest.mark.parametrize("block", SERVED, ids=block_id)
 def test_the_commands_serve_until_they_are_interrupted(block: Step, clone: Path, environment: dict[str, str]) -> None:
     for command in script(block).splitlines():
         with subprocess.Popen(
@@ -100,7 +98,7 @@ def test_the_commands_serve_until_they_are_interrupted(block: Step, clone: Path,
 
 @pytest.mark.render
 @pytest.mark.timeout(900)  # a software driver shares the processor with other tests
-@pytest.mark.parametrize("block", RENDERED, ids=number)
+@pytest.mark.parametrize("block", RENDERED, ids=block_id)
 def test_the_commands_succeed_where_a_device_renders(block: Step, clone: Path, environment: dict[str, str]) -> None:
     done = shell(script(block), clone, environment, timeout=880)
     assert done.returncode == 0, done.stderr
@@ -131,7 +129,7 @@ def test_the_readmes_scene_builds_and_its_slip_is_told_as_shown(tmp_path: Path, 
     assert shown in told.stdout
 
 
-@pytest.mark.parametrize("block", SCENES, ids=number)
+@pytest.mark.parametrize("block", SCENES, ids=block_id)
 def test_every_scene_in_the_pages_compiles_without_a_word(block: Step, tmp_path: Path) -> None:
     file = tmp_path / "scene.yaml"
     file.write_text(block.text)
