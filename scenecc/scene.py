@@ -79,7 +79,7 @@ def validate(
     Args:
         source: a path, an open text or binary stream, a mapping (tuples, numpy values and paths are accepted), a
             `ScenePlan`, or the JSON of a plan (a path, a stream, or the text).
-        rules: your own rules by id (`ACM001`); they get the plan with its draws. See `docs/how-to/checking.md`.
+        rules: your own rules by id (`ACM001`); they get the plan with its draws. See `docs/how-to/settings.md`.
         options: fields of `CompileOptions`.
 
     Raises:

@@ -11,7 +11,6 @@ import typer
 from scenecc.cli.options import OutputFile, TableFormat, TableFormatOption, at_least
 from scenecc.cli.output import STDOUT, Status, base_folder, end, refusal, usage_error, write_output
 from scenecc.diagnostics import Diagnostic
-from scenecc.extras import EXTRAS, install_hint
 
 if TYPE_CHECKING:
     from scenecc.decompiler.decompile import Decompiled
@@ -58,9 +57,6 @@ def decompile(
         raise typer.BadParameter("with --format json, the scene is written to a file: -o FILE", param_hint="'-o'")
     if (reason := refusal(output)) is not None:
         end([usage_error("SC904", reason, file=output)], form)
-    if lacking := EXTRAS["maniskill"].missing:
-        needed = f"tasks need {' and '.join(lacking)}, not installed here"
-        end([usage_error("SC805", needed, hint=install_hint("maniskill", "torch"))], form)
     # Output of the task must not get into the file.
     shown, sys.stdout = sys.stdout, sys.stderr
     base = base_folder(output) or Path.cwd()

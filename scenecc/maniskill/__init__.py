@@ -8,8 +8,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from scenecc.extras import install_hint
-
 if TYPE_CHECKING:
     from scenecc.backends.maniskill.loaded_scene import LoadedScene as LoadedScene
     from scenecc.maniskill.environment import YamlEnv as YamlEnv
@@ -40,5 +38,4 @@ def __getattr__(name: str) -> object:
     try:
         return getattr(import_module(_NAME_MODULES[name]), name)
     except ImportError as error:
-        message = f"scenecc.maniskill.{name} needs ManiSkill: {install_hint('maniskill', 'torch')} ({error})"
-        raise ImportError(message) from error
+        raise ImportError(f"scenecc.maniskill.{name} cannot be used: {error}") from error

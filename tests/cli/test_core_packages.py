@@ -17,9 +17,7 @@ START = f"import sys; sys.modules.update(dict.fromkeys({sorted(ABSENT)})); from 
 
 NEEDY = {
     "view {scenes}/tabletop.yaml": install_hint("view"),
-    "view {scenes}/tabletop.yaml -o page.html": install_hint("view"),
     "lsp": install_hint("lsp"),
-    "render {scenes}/tabletop.yaml --steps 9 --video tabletop.mp4": install_hint("pictures"),
     "emit {scenes}/tabletop.yaml --to usd -o tabletop.usda": install_hint("export"),
     "import world.usda -o world.yaml": install_hint("import"),
     "draws {scenes}/draws.yaml -o draws.parquet": install_hint("sweep"),

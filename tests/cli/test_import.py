@@ -147,7 +147,7 @@ def test_a_repair_of_a_urdf_must_be_allowed(run, tmp_path: Path) -> None:
 def test_the_import_page_lists_every_loss_that_must_be_allowed() -> None:
     from scenecc.importers.imported_scene import LOSSES
 
-    page = (Path(__file__).parents[2] / "docs/how-to/import.md").read_text()
+    page = (Path(__file__).parents[2] / "docs/reference/imports.md").read_text()
     missing = [kind for kind, row in LOSSES.items() if row.changes_machine and f"`{kind}`" not in page]
     assert not missing
 

@@ -1,6 +1,6 @@
 """The scenes of ManiSkill's tasks as files: their cameras, and what they build, against what the tasks leave behind.
 
-`SCENECC_UPDATE_GOLDEN=1 pytest tests/maniskill/test_corpus.py` writes the table of `docs/how-to/maniskill.md`.
+`SCENECC_UPDATE_GOLDEN=1 pytest tests/maniskill/test_corpus.py` writes the table of `docs/reference/maniskill-tasks.md`.
 """
 
 from __future__ import annotations

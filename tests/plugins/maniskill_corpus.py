@@ -1,4 +1,4 @@
-"""The scene files of ManiSkill's tasks, and the table that `docs/how-to/maniskill.md` has of them."""
+"""The scene files of ManiSkill's tasks, and the table that `docs/reference/maniskill-tasks.md` has of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from plugins.expectations import ROOT
 from plugins.maniskill_tasks import Captured, LeftOut
 
 FOLDER = ROOT / "scenes" / "maniskill"
-PAGE = ROOT / "docs/how-to/maniskill.md"
+PAGE = ROOT / "docs/reference/maniskill-tasks.md"
 TASKS = sorted(file.stem for file in FOLDER.glob("*-v1.yaml"))
 DISTRIBUTIONS = sorted(FOLDER.glob("*.distribution.yaml"))
 

@@ -39,7 +39,7 @@ last bit. ManiSkill need not be installed. ManiSkill's `name`, `scene_idxs` and 
         """\
 The robots need ManiSkill's files (`pip install --no-deps mani_skill`). ManiSkill is not imported. Tests compare the
 built scene with the result of ManiSkill's own builder, name by name and to the last bit. The scenes of
-[ManiSkill's tasks](../how-to/maniskill.md#maniskills-tasks-as-files) use this prefab.""",
+[ManiSkill's tasks](maniskill-tasks.md) use this prefab.""",
         ("table_scene",),
     ),
     "Furniture": (

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import re
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from typing import Any
 
-from scenecc.extras import install_hint
+from scenecc.extras import EXTRAS, install_hint
 
 _OLDEST, _TOO_NEW = (3, 0, 1), (4,)
 """Versions of ManiSkill: the oldest that is tested, and the first whose builders have moved."""
@@ -25,10 +25,10 @@ def check_version(installed: str) -> None:
         raise ImportError(f"{message}: pip install 'mani-skill>=3.0.1,<4'")
 
 
-try:
-    check_version(version("mani-skill"))
-except PackageNotFoundError as error:
-    raise ImportError(f"ManiSkill is not installed: {install_hint('maniskill', 'torch')}") from error
+if lacking := EXTRAS["maniskill"].missing:
+    # ManiSkill's files are enough for scenes that name them, so the package may be here alone.
+    raise ImportError(f"ManiSkill needs {', '.join(lacking)}, not installed here: {install_hint('maniskill', 'torch')}")
+check_version(version("mani-skill"))
 
 _STRUCTS = "mani_skill.utils.structs"
 
