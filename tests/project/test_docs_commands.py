@@ -137,7 +137,7 @@ def test_every_scene_in_the_pages_compiles_without_a_word(block: Step, tmp_path:
     assert compile_scene(file).entities
 
 
-NEEDS = dict.fromkeys(("maniskill.md", "thousands.md"), pytest.mark.maniskill)
+NEEDS = {"maniskill.md": pytest.mark.maniskill, "thousands.md": pytest.mark.maniskill}
 
 
 @pytest.mark.parametrize(
