@@ -268,10 +268,10 @@ class _Reader:
                     hint = "a space must follow the colon of a key: write `key: value`"
                 elif form := _SPREAD_FORM.search(line):
                     hint = f"write its numbers in brackets: `{self._path()[-1]}: {{{form[1]}: [{form[2]}]}}`"
-                elif line[max(end.column - len(under) - 1, 0) :].startswith(f"{{{under}}}") if under else False:
+                elif isinstance(under, str) and line[end.column - len(under) - 1 :].startswith(f"{{{under}}}"):
                     owner = self._path()[-1:]
                     hint = f'an expression is written `{"".join(f"{one}: " for one in owner)}"${{{under}}}"`'
-                elif _is_key_at(below, key_event.start_mark.column):
+                elif isinstance(under, str) and _is_key_at(below, key_event.start_mark.column):
                     hint = f"indent the lines below `{under}` by two more spaces, or remove the key"
                 elif below.lstrip().startswith("-{"):
                     hint = "write a space after the `-` of each item: `- {…}`"

@@ -221,7 +221,9 @@ def _shape(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
         kind = value.get("type", kind)
     elif word == "box" and len(numbers(value)) == 3:
         keys = {"half_size": value}
-    kind = kind if kind in _SHAPE_TYPES else next(iter(VALUE_SYNONYMS.get(str(kind), ())), None)
+    kind = (
+        kind if isinstance(kind, str) and kind in _SHAPE_TYPES else next(iter(VALUE_SYNONYMS.get(str(kind), ())), None)
+    )
     if kind is None or not keys:
         return None
     sizes = (_size(key, one) for key, one in keys.items() if key != "type")

@@ -234,6 +234,8 @@ def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case
     if not path or not is_sequence(found):
         return None
     key, parts = path[-1], numbers(found)
+    if key == "half_size" and len(parts) == 1:
+        return f"write `half_size: {flow(parts * 3)}`"
     if key == "pose" and len(parts) == 7:
         return f"write `pose: {{p: {flow(parts[:3])}, q: {flow(parts[3:])}}}`; `q` has w first"
     if key == "pose" and len(parts) == 6:

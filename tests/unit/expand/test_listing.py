@@ -134,7 +134,7 @@ def test_the_plain_prefab_where_there_is_none(expanded: Expander) -> None:
 
 def test_an_edition_cannot_be_named(expanded: Expander) -> None:
     found = expanded.one("entities: {t: {use: 'scenecc:table_workspace.mani_skill'}}")
-    assert (found.code, found.hint) == ("SC240", "did you mean `table_workspace`?")
+    assert (found.code, found.hint) == ("SC240", "did you mean `scenecc:table_workspace`?")
 
 
 def listed() -> tuple[tuple[str, ...], str | None, str | None]:

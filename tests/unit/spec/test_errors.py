@@ -55,12 +55,17 @@ def test_the_nearest_known_word_is_suggested(document: dict[str, Any], meant: st
 @pytest.mark.parametrize(
     ("keys", "code", "path", "words"),
     [
-        ({"pose": [0, 0, 0, 1, 0, 0, 0]}, "SC106", "entities.body.pose", "{p: [x, y, z], q: [w, x, y, z]}"),
-        ({"pose": [0, 0, 0, 1, 0, 0]}, "SC106", "entities.body.pose", "rpy_deg"),
-        ({"gravity": "yes"}, "SC103", "entities.body.gravity", "`true` and `false`"),
-        ({"mass": "1.5"}, "SC103", "entities.body.mass", "remove the quotes"),
+        ({"pose": [0, 0, 0, 1, 0, 0, 0]}, "SC106", "entities.body.pose", "`pose: {p: [0, 0, 0], q: [1, 0, 0, 0]}`"),
+        ({"pose": [0, 0, 0, 1, 0, 0]}, "SC106", "entities.body.pose", "rpy: [1, 0, 0]"),
+        ({"gravity": "yes"}, "SC103", "entities.body.gravity", "`gravity: true`"),
+        ({"mass": "1.5"}, "SC103", "entities.body.mass", "`mass: 1.5`, without quotes"),
         ({"radius": 1}, "SC101", "entities.body.radius", "`shapes`"),
-        ({"material": {"restitution": 0.5}}, "SC101", "entities.body.material.restitution", "`physical`"),
+        (
+            {"material": {"restitution": 0.5}},
+            "SC101",
+            "entities.body.material.restitution",
+            "`physical: {restitution: 0.5}`",
+        ),
         ({"material": {"roughness": 0.5}}, "SC101", "entities.body.material.roughness", "`visual`"),
         ({"collisions": [{"type": "mesh", "file": "a.obj"}]}, "SC105", "entities.body.collisions[0].type", "`visuals`"),
         (
@@ -188,8 +193,8 @@ def test_the_normal_of_a_plane_is_no_form() -> None:
     assert only(body(body_type="static", shapes=[{"normal": [0, 0, 1]}])).code == "SC102"
 
 
-@pytest.mark.parametrize("given", [0.02, 1, [0.02]])
-def test_one_size_of_a_box_is_told_that_it_has_three(given: Any) -> None:
+@pytest.mark.parametrize(("given", "size"), [(0.02, "0.02"), (1, "1"), ([0.02], "0.02")])
+def test_one_size_of_a_box_is_told_that_it_has_three(given: Any, size: str) -> None:
     found = only({"entities": {"box": {"shapes": [{"type": "box", "half_size": given}]}}})
     assert found.code == ("SC106" if isinstance(given, list) else "SC103")
-    assert found.hint == "one number for each axis: [x, y, z]"
+    assert found.hint == f"write `half_size: [{', '.join(3 * [size])}]`"
