@@ -140,8 +140,8 @@ def _choose_target(to: Target | None, output: str) -> Target:
             raise typer.BadParameter(message, param_hint="'--to'") from None
     others = [target for target, suffixes in SUFFIXES.items() if suffix in suffixes]
     if others and to.value not in others:
-        message = f"{quote_text(output)} ends in the suffix of {' or '.join(others)}, not of --to {to.value}"
-        raise typer.BadParameter(message, param_hint="'-o'")
+        message = f"{quote_text(output)} must end in {' or '.join(SUFFIXES[to.value])}, or leave out --to: {suffix} is "
+        raise typer.BadParameter(f"{message}{others[0]}", param_hint="'-o'")
     return to
 
 

@@ -241,11 +241,9 @@ def test_all_prints_every_row_of_a_long_table(run, tmp_path: Path) -> None:
     bodies = "".join(f"  b{i}: {{shapes: [{{type: sphere, radius: {i + 1}}}]}}\n" for i in range(35))
     (tmp_path / "many.yaml").write_text(f"scenecc: 1\nentities:\n{bodies}")
     short = run("build", "many.yaml", "--dry-run").stdout
-    assert "… 5 more rows, which --all shows\n" in short
-    assert "b34" not in short
+    assert short.splitlines()[1].startswith("b0 … b34 (35)  dynamic")
     whole = run("build", "many.yaml", "--dry-run", "--all").stdout
-    assert "b34" in whole
-    assert "more rows" not in whole
+    assert {f"b{i}" for i in range(35)} <= set(whole.split())
 
 
 def test_an_error_of_an_option_has_no_file(run, scene: Path) -> None:

@@ -23,7 +23,7 @@ NEEDY = {
     "draws {scenes}/draws.yaml -o draws.parquet": install_hint("sweep"),
     "sweep {scenes}/tabletop.yaml --seeds 0:2 -o table": install_hint("sweep"),
     "decompile PickCube-v1": install_hint("maniskill", "torch"),
-    "init panda --robot panda": install_hint("maniskill"),
+    "init panda --robot panda": ROBOTS_HINT,
     "build {scenes}/maniskill/PickCube-v1.yaml": ROBOTS_HINT,
 }
 

@@ -79,11 +79,30 @@ def test_the_output_suffix_must_fit_the_target(run, cube: Path, tmp_path: Path) 
         ("glb", "out", "'out' must end in .glb"),
         ("mjcf", "out.urdf", "'out.urdf' must end in .xml or .mjcf"),
         ("usd", "out.usdz", "'out.usdz' must end in .usda or .usd or .usdc"),
-        ("urdf", "out.glb", "'out.glb' must end in .urdf or .xml"),
+        ("urdf", "out.glb", "'out.glb' must end in .urdf or .xml, or leave out --to: .glb is glb"),
+        ("json", "out.py", "'out.py' must end in .json, or leave out --to: .py is python"),
     ):
         done = run("emit", cube, "--to", target, "-o", name)
         assert (done.returncode, done.stdout) == (2, "")
         assert words in " ".join(done.stderr.replace("│", " ").split()), done.stderr
         assert not (tmp_path / name).exists()
+    for name in ((), ("-o", "out.txt"), ("-o", "robots")):
+        assert (
+            "give --to, or an output -o FILE with one of the suffixes .py (python)" in run("emit", cube, *name).stderr
+        )
     assert run("emit", cube, "--to", "urdf", "--entity", "cube", "-o", "cubes").returncode == 2
     assert run("emit", cube, "--to", "mjcf", "-o", "OUT.XML").returncode == 0
+
+
+def test_the_suffix_of_the_output_selects_the_target(run, cube: Path, tmp_path: Path) -> None:
+    starts = {
+        "a.py": b'"""',
+        "a.plan.json": b"{",
+        "a.glb": b"glTF",
+        "a.xml": b"<mujoco",
+        "a.usda": b"#usda",
+        "a.usdc": b"PXR-USDC",
+    }
+    for name, start in starts.items():
+        assert run("emit", cube, "-o", name).returncode == 0
+        assert start in (tmp_path / name).read_bytes()[:200]

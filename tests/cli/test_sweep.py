@@ -128,7 +128,7 @@ def test_a_swept_pack_gives_the_rows_of_its_scene(run, scene: Path, tmp_path: Pa
     ("arguments", "status", "told"),
     [
         ((), 2, "Missing option '--output'"),
-        (("-o", "out", "--do", "check,view"), 2, "'view' must be one of check, render, state"),
+        (("-o", "out", "--do", "check,view"), 2, "'view' is not one of 'check', 'render', 'state'"),
         (("-o", "out", "--seeds", "3"), 2, "'3' must be A:B"),
         (("-o", "out", "--shard", "3/2"), 2, "'3/2' must be I/N"),
         (("-o", "out", "--jobs", "0"), 2, "--jobs"),
