@@ -81,7 +81,7 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "actuators": LossKind("actuators"),
     "gravity-shares": LossKind("bodies with partial gravity", changes_machine=True),
     "switches": LossKind("disabled springs, limits and the like", changes_machine=True),
-    "camera-modes": LossKind("tracking cameras"),
+    "camera-modes": LossKind("tracking cameras and lights"),
     "sites": LossKind("sites"),
     "softness": LossKind("soft contacts and limits"),
     "contact-forces": LossKind("adhesive surfaces", changes_machine=True),

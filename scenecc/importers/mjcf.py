@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
-from scenecc.geometry.rotations import Pose7, compose, rotate, to_vector
+from scenecc.geometry.rotations import Pose7, compose, from_matrix, relative_pose, rotate, to_vector
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, Loss, ReferencePose
 from scenecc.importers.meshes import MeshError, load_mesh, mesh_as_obj
 from scenecc.importers.numbers import LOOK, Names, starts_at_limits
@@ -98,6 +98,9 @@ _LIGHT_TYPES: Final[dict[int, Literal["spot", "directional", "point"]]] = {0: "s
 
 _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
+
+_AIMED: Final = (3, 4)
+"""`mjCAMLIGHT_TARGETBODY` and `mjCAMLIGHT_TARGETBODYCOM`: it looks at a body, here at where this one starts."""
 
 MJCF_LOSS_CODES: Final = frozenset({"SC484", "SC490", "SC580"})
 """Codes of findings about an MJCF that its losses cover."""
@@ -366,6 +369,9 @@ class _Importer:
             if _LIGHT_TYPES[kind] != "directional":
                 self._losses.append(Loss("light-falloff", f"the falloff of the light `{label}`", place))
             shines = rotate(self._world_pose(body)[3:], tuple(model["light_dir"][number].tolist()))
+            if model["light_mode"][number] != _FIXED:
+                self._losses.append(Loss("camera-modes", f"the tracking mode of the light `{label}`", place))
+                shines = to_vector(model["light_xdir"][number].tolist())
             color, shadow = to_vector(model["light_diffuse"][number].tolist()), bool(model["light_castshadow"][number])
             made.append(
                 DescribedLight(label, _LIGHT_TYPES[kind], color, pose[:3], shines, place, (angle, angle), shadow)
@@ -382,6 +388,10 @@ class _Importer:
             own: Pose7 = (*model["cam_pos"][number].tolist(), *model["cam_quat"][number].tolist())
             pose, mount = compose(own, LOOK), self._links.get(body) if body != WORLD else None
             mount = mount and self._called.get(mount, mount)
+            if model["cam_mode"][number] in _AIMED:
+                q = from_matrix(model["cam_xmat"][number].reshape(3, 3).tolist())
+                aimed = compose((*model["cam_xpos"][number].tolist(), *q), LOOK)
+                pose = relative_pose(self._world_pose(body), aimed)
             if mount is None:
                 pose = compose(self._world_pose(body), pose)
             width, height = model["cam_resolution"][number].tolist()

@@ -29,7 +29,7 @@ mat_rgba mat_texid mat_emission mat_specular mat_shininess mat_reflectance mat_m
 mat_texrepeat mat_texuniform
 site_bodyid site_pos site_quat
 cam_bodyid cam_mode cam_pos cam_quat cam_fovy cam_resolution
-light_bodyid light_type light_active light_castshadow light_cutoff light_pos light_dir light_diffuse
+light_bodyid light_type light_active light_castshadow light_cutoff light_pos light_dir light_diffuse light_mode
 exclude_signature
 eq_type eq_obj1id eq_obj2id eq_objtype eq_active0 eq_data
 actuator_trntype actuator_trnid actuator_gaintype actuator_biastype actuator_dyntype actuator_gainprm
@@ -107,7 +107,10 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
             data.qpos[place] = data.qpos[place].clip(*model.jnt_range[joint])
     _couple_joints(mujoco, model, data)
     mujoco.mj_kinematics(model, data)
-    arrays |= {"xpos": data.xpos.copy(), "xquat": data.xquat.copy()}
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_camlight(model, data)
+    computed = ("xpos", "xquat", "cam_xpos", "cam_xmat", "light_xdir")
+    arrays |= {name: getattr(data, name).copy() for name in computed}
     elements = {kind: [_element(one) for one in getattr(spec, several)] for kind, several in NAMED.items()}
     header = {
         "arrays": {name: [array.dtype.str, list(array.shape)] for name, array in arrays.items()},

@@ -175,6 +175,17 @@ def test_a_folder_beside_the_file_needs_an_asset_root(folder: Path) -> None:
     assert not [one for one in scenecc.validate(folder / "out/rock.yaml") if one.severity == "error"]
 
 
+def test_cameras_and_lights_that_follow_a_body_are_aimed_at_where_it_starts(folder: Path) -> None:
+    (folder / "aimed.xml").write_text("""<mujoco><worldbody><light mode="targetbody" target="a" pos="0 2 0"/>
+<body name="a"><freejoint/><geom size="0.1"/><camera name="eye" pos="0 0 1" mode="targetbody" target="b"/></body>
+<body name="b" pos="1 0 0"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>""")
+    report = import_scene(folder / "aimed.xml", folder / "aimed.yaml")
+    text = (folder / "aimed.yaml").read_text()
+    assert "direction: [0, -1, 0]" in text
+    assert "eye: {mount: a, pose: {p: [0, 0, 1], rpy_deg: [0, 45, 0]}" in text
+    assert any("the tracking mode of the light" in one.message for one in report.diagnostics)
+
+
 LOSSY = """<mujoco><worldbody><camera name="c" mode="track"/><body><joint name="j" range="30 60"/><geom size="0.1"/>
 <site name="s"/></body><site name="t"/></worldbody><tendon><spatial><site site="s"/><site site="t"/></spatial></tendon>
 </mujoco>"""
