@@ -4,7 +4,7 @@
 
 Needs the extra `test`, ManiSkill for some of them, and a device that SAPIEN renders with; Mesa's lavapipe is one. Pages
 need Chromium and its driver, too.
-The scenes in `docs/pictures/` give examples of `scenes/` a camera. Another driver shades a little otherwise.
+Another driver shades a little otherwise.
 """
 
 from __future__ import annotations
@@ -26,22 +26,26 @@ from PIL import Image, ImageDraw
 from walkthrough import PAGES as TUTORIAL
 from walkthrough import Walk, make_clone, pictures
 
+from scenecc.cli.app import main as command
+
 ROOT: Final = Path(__file__).resolve().parents[1]
 FOLDER: Final = ROOT / "docs/pictures"
 
 LARGEST: Final = 200_000
 """Bytes of a picture in the repository."""
 
-_SHOWN: Final = "--allow-outside-assets --camera view --samples 8"
+_TABLE: Final = "scenes/tabletop.yaml --eye 1.75,-1.45,0.95 --look-at 0.02,0.02,-0.33 --zoom 0.65"
+_PREFABS: Final = "docs/pictures/prefabs.yaml --eye 2.5,-0.75,1.6 --look-at 0,0.02,0.38 --zoom 0.85"
+_NINE: Final = "--num-scenes 9 --grid --samples 8"
 _STACK: Final = "scenes/stack.yaml --samples 8"
 _PANDA: Final = "scenes/maniskill/PickCube-v1.yaml --camera render_camera"
 
 PICTURES: Final = {
     "stack.png": f"{_STACK} --size 640x420",
-    "tabletop.png": f"docs/pictures/tabletop.yaml {_SHOWN}",
-    "clutter.png": f"docs/pictures/clutter.yaml {_SHOWN} --grid --steps 250",
-    "variants.png": f"docs/pictures/variants.yaml {_SHOWN} --grid",
-    "prefabs.png": f"docs/pictures/prefabs.yaml {_SHOWN}",
+    "tabletop.png": f"{_TABLE} --samples 8 --size 640x400",
+    "clutter.png": f"scenes/recipes/clutter.yaml --focus bin/bin --set count=30 --steps 250 {_NINE} --size 240x180",
+    "variants.png": f"scenes/variants.yaml --zoom 0.8 --steps 100 {_NINE} --size 240x160",
+    "prefabs.png": f"{_PREFABS} --samples 8 --size 720x440",
     "pick_cube.png": f"{_PANDA} --size 480x480",
 }
 """The arguments of `scenecc render` for each picture, run in the root of the repository."""
@@ -99,11 +103,16 @@ def main(names: list[str]) -> None:
 
 
 def render(arguments: str) -> Image.Image:
-    """What `scenecc render` writes, as colours for people."""
+    """What `scenecc render` writes, as colours for people. One process, so that shaders are compiled once."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "picture.png")
-        command = [sys.executable, "-m", "scenecc", "render", *shlex.split(arguments), "-o", str(path)]
-        subprocess.run(command, cwd=ROOT, check=True)  # noqa: S603 - our own command
+        os.chdir(ROOT)
+        sys.argv = ["scenecc", "render", *shlex.split(arguments), "-o", str(path)]
+        try:
+            command()
+        except SystemExit as end:
+            if end.code:
+                raise
         with Image.open(path) as picture:
             return seen(picture)
 
@@ -124,8 +133,8 @@ def walk() -> dict[str, Image.Image]:
 
 def page(arguments: str, clicked: list[str]) -> Image.Image:
     """What a browser shows of `scenecc view`, after some buttons were clicked on."""
-    command = [sys.executable, "-m", "scenecc", "view", *shlex.split(arguments)]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as viewer:  # noqa: S603 - our own command
+    viewing = [sys.executable, "-m", "scenecc", "view", *shlex.split(arguments)]
+    with subprocess.Popen(viewing, cwd=ROOT, stdout=subprocess.PIPE, text=True) as viewer:  # noqa: S603 - our own command
         assert viewer.stdout is not None
         browser = _browser()
         try:

@@ -311,19 +311,21 @@ def _fit(
 
 
 def hidden_share(subject: Subject, eye: NDArray[np.float64]) -> float:
-    """Fraction of bodies whose centre is behind an obstacle, 0 to 1. A centre inside of an obstacle is visible."""
-    targets, boxes = subject.boxes.mean(axis=1), subject.obstacles
-    if len(targets) > _MOST_TARGETS:
-        targets = targets[:: len(targets) // _MOST_TARGETS + 1]
-    hidden = 0
-    for target in targets:
+    """Fraction of bodies whose centre is behind an obstacle, 0 to 1. One body inside of the other hides nothing."""
+    bodies, boxes = subject.boxes, subject.obstacles
+    if len(bodies) > _MOST_TARGETS:
+        bodies = bodies[:: len(bodies) // _MOST_TARGETS + 1]
+    hidden, middles = 0, boxes.mean(axis=1)
+    for low, high in bodies:
+        target = (low + high) / 2
         around = ((boxes[:, 0] <= target) & (boxes[:, 1] >= target)).all(axis=1)
+        around |= ((low <= middles) & (middles <= high)).all(axis=1)
         way = np.where(np.abs(target - eye) < 1e-12, 1e-12, target - eye)
         first, second = (boxes[:, 0] - eye) / way, (boxes[:, 1] - eye) / way
         enters = np.minimum(first, second).max(axis=1).clip(min=0)
         leaves = np.maximum(first, second).min(axis=1).clip(max=0.99)
         hidden += bool(((enters < leaves) & ~around).any())
-    return hidden / len(targets)
+    return hidden / len(bodies)
 
 
 def cell_size(subject: Subject) -> float:
