@@ -50,7 +50,11 @@ def listed(known: Sequence[str], word: str = "", lists: str = "") -> str | None:
 def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
     """Returns the known word most similar to another; None if there is none. `cutoff`: minimum similarity, 0 to 1."""
     # Only words about as long as a key are compared, not a megabyte of untrusted text.
-    near = difflib.get_close_matches(word, known, n=1, cutoff=cutoff) if len(word) <= _LONGEST else []
+    if len(word) > _LONGEST:
+        return None
+    known = tuple(known)
+    near = difflib.get_close_matches(word, known, n=1, cutoff=cutoff)
+    near = near or difflib.get_close_matches(word.lower(), known, n=1, cutoff=cutoff)
     return near[0] if near else None
 
 

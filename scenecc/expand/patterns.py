@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from scenecc.diagnostics.messages import cut, show, suggest
+from scenecc.diagnostics.messages import cut, show
 from scenecc.expand.documents import (
     LINK_LIST,
     SHAPE_LISTS,
@@ -25,7 +25,7 @@ from scenecc.expand.expansion import ExpansionFrame, ItemSpan, Loop, MeasureMesh
 from scenecc.expand.modules import EXPECT
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import is_mapping, is_sequence
-from scenecc.variation.expression import RESERVED_NAMES, Expression
+from scenecc.variation.expression import RESERVED_NAMES, Expression, suggest_variable
 from scenecc.variation.forms import Template
 from scenecc.variation.operations import SEQUENCES, ExpressionError, kind_name
 
@@ -493,7 +493,7 @@ def _make_unknown_error(name: str, names: NameMeanings, template: Template, stru
                 known for known, meaning in names.items() if meaning not in refused and known not in BUILTIN_MEANINGS
             ]
             builtin = [known for known, meaning in BUILTIN_MEANINGS.items() if meaning not in refused]
-            return ExpressionError(f"unknown name {shown}", *place, suggest(name, (*known, *builtin)))
+            return ExpressionError(f"unknown name {shown}", *place, suggest_variable(name, (*known, *builtin)))
         case "itself":
             return ExpressionError(f"{shown} reads itself", *place, "it may read those above it")
         case "later loop variable":

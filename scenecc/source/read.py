@@ -66,6 +66,14 @@ _SPREAD_FORM = re.compile(
 """A form whose list has no brackets."""
 
 
+_SPREAD_NUMBERS = re.compile(r"([\w.]+): *[{(<]? *([-+]?[\d.]+(?: *, *[-+]?[\d.]+)+) *[})>]?")
+"""A list of numbers without brackets, or with others."""
+
+
+def _is_in(event: NodeEvent, found: re.Match[str]) -> bool:
+    return found.start() <= event.start_mark.column < found.end()
+
+
 def _is_key_at(line: str, column: int) -> bool:
     """Returns whether a line begins with a key at a column."""
     return len(line) - len(line.lstrip(" ")) == column and ":" in line and not line.lstrip().startswith("-")
@@ -147,7 +155,10 @@ class _Reader:
             first = firsts.get((mark.line, mark.column))
             place = () if first is None else (("first written here", self._faults.lines.location(*first)),)
             where = self._faults.span(event.start_mark, event.end_mark)
-            self._faults.report("SC004", f"the key `{key}` is written twice", where, path=path, related=place)
+            hint = "rename it, or remove one of the two"
+            self._faults.report(
+                "SC004", f"the key `{key}` is written twice", where, path=path, related=place, hint=hint
+            )
 
     def _refuse_root(self, event: NodeEvent) -> None:
         if isinstance(event, StreamEndEvent) or (isinstance(event, ScalarEvent) and event.value in ("", "~", "null")):
@@ -303,8 +314,12 @@ class _Reader:
     def _key(self, event: NodeEvent) -> str | None:
         """Returns the key of an event; None, reported, if it is not a string."""
         hint = f'quote it: `"{format_scalar(event)}"`'
-        if form := _SPREAD_FORM.search(self._faults.lines.line(event.start_mark.line)):
+        line = self._faults.lines.line(event.start_mark.line)
+        if form := _SPREAD_FORM.search(line):
             hint = f"write its numbers in brackets: `{self._path()[-1]}: {{{form[1]}: [{form[2]}]}}`"
+        elif spread := next((one for one in _SPREAD_NUMBERS.finditer(line) if _is_in(event, one)), None):
+            numbers = ", ".join(spread[2].replace(",", " ").split())
+            hint = f"write its numbers in brackets: `{spread[1]}: [{numbers}]`"
         if isinstance(event, AliasEvent):
             key: Any = self._aliases.follow(event, [node for _, node in self._open], self._path())
             if key is None:

@@ -231,6 +231,9 @@ def _explain_brackets(problem: _Problem) -> _Advice:
         hint = f"close it with `{closing}` before this line, or put a comma between its parts"
     else:
         hint = f"put a comma between the parts of a {what}, and `{closing}` at its end; quote strings with brackets"
+        beside = re.search(r"(\w+): *([\w.\]-]+)(?: +|; *)(\w+)$", problem.text[: problem.mark.column])
+        if beside is not None and problem.rest.startswith(":"):
+            hint = f"put a comma between the parts: `{beside[1]}: {beside[2]}, {beside[3]}: …`"
     return _Advice(f"a comma or `{closing}` is missing", hint, related=f"the {what} starts here")
 
 
@@ -289,6 +292,10 @@ def _explain_missing_colon(problem: _Problem) -> _Advice:
     if len(text) > _MAX_KEY and ":" in text:
         return _explain_long_key(place)
     length = max(len(text.rstrip()) - place.column, 1)
+    if text.lstrip().startswith("//"):
+        return _Advice(
+            "`//` does not start a comment", f"write `#{text.strip()[2:62]}`", place.line, place.column, length
+        )
     hint = "write `key: value`; a string over several lines is indented further than its key"
     return _Advice("this line has no colon, so it is not a key", hint, place.line, place.column, length)
 
@@ -300,6 +307,8 @@ def _explain_key(problem: _Problem) -> _Advice:
         return _Advice(f"this `{problem.rest[0]}` closes nothing", "remove it, or quote the whole value")
     if before:
         hint = "quote the whole value, or start a new line"
+        if problem.rest.startswith("//"):
+            hint = f"a comment is written `#{problem.rest.rstrip()[2:62]}`"
         return _Advice("there is extra text after a complete value", hint, length=problem.rest_length)
     if problem.rest.startswith("- "):
         hint = "write either keys or list items at one indentation, not both"
@@ -307,6 +316,8 @@ def _explain_key(problem: _Problem) -> _Advice:
     hint = "its indentation matches neither the keys above it nor their values"
     return _Advice("bad indentation", hint, length=problem.rest_length, related="the mapping starts here")
 
+
+_QUOTE_STAR = "a string that starts with `*` must be quoted"
 
 _DASH = _Advice(
     "a list continues with a line that is not an item",
@@ -362,6 +373,7 @@ _DEPTH = _Advice(
 _ADVICE_BY_PROBLEM: dict[str, _Advice | Callable[[_Problem], _Advice]] = {
     "exceeded maximum nesting depth": _DEPTH,
     "did not find expected ',' or": _explain_brackets,
+    "found unexpected ':'": _Advice("the space is missing after the colon of a key", "write `key: value`"),
     "mapping values are not allowed": _explain_colon,
     "could not find expected ':'": _explain_missing_colon,
     "did not find expected key": _explain_key,
@@ -409,7 +421,7 @@ class AnchorTable:
                 f"there is no anchor `&{name}` before this alias",
                 event,
                 path=path,
-                hint="a string that starts with `*` must be quoted",
+                hint=f"write `x-{name}: &{name} {{…}}` above it" if path[-1:] == ("<<",) else _QUOTE_STAR,
             )
             return None
         value = self._anchors[name]

@@ -66,6 +66,8 @@ _PARTS: Final = {
 def _number_hint(expected: str, path: Path, found: float) -> str | None:
     """Returns a hint for a number in place of something else."""
     key, one = str(path[-1]), flow(found)
+    if key.endswith("color") and isinstance(found, int) and found > _BYTE:
+        return f'write `{key}: "#{found:06x}"`'
     meant = {
         **dict.fromkeys(("scene_idxs", "qpos", "qvel"), f"[{one}]"),
         "limits": flow([-abs(found), abs(found)]),
@@ -81,6 +83,8 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
     is_list = expected == "a list" or expected.startswith("[")
     return f"write its numbers in brackets: `{key}: [x, y, z]`" if is_list and key in _VECTORS else None
 
+
+_BYTE: Final = 255
 
 _VECTORS: Final = frozenset(("pose", "p", "com", "linear_velocity", "angular_velocity", "position", "direction"))
 
@@ -234,6 +238,8 @@ def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case
     if not path or not is_sequence(found):
         return None
     key, parts = path[-1], numbers(found)
+    if call := _CALL.search(", ".join(map(str, found))):
+        return f"write a form: `{{{call[1]}: [{_commas(call[2])}]}}`"
     if key == "half_size" and len(parts) == 1:
         return f"write `half_size: {flow(parts * 3)}`"
     if key == "pose" and len(parts) == 7:
@@ -248,6 +254,10 @@ def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case
     if key == "region" and len(parts) == 4:
         return f"write two corners: `region: {flow([parts[:2], parts[2:]])}`"
     return LENGTH_HINTS.get((str(key), len(found)))
+
+
+_CALL: Final = re.compile(r"(?:\w+\.)*(uniform|normal|choice)\(([^()]*)\)")
+"""A drawn value as a call in Python."""
 
 
 def name_hint(found: str) -> str:
@@ -355,13 +365,15 @@ def _commas(text: str) -> str:
 
 
 def _list(path: Path, text: str) -> str:
+    if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
+        return f"write commas: `{path[-2]}: {flow(color)}`"
     return f"write commas and brackets: {_entry(path, f'[{_commas(text)}]')}"
 
 
 _SLIPS: tuple[TextSlip, ...] = (
     # Expressions in the syntax of other tools.
     (
-        re.compile(r"\$([A-Za-z_]\w*)|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)"),
+        re.compile(r"\$([A-Za-z_]\w*)|\{ *([A-Za-z_]\w*) *\}|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)"),
         lambda path, found: _expression(path, next(filter(None, found.groups()))),
     ),
     (

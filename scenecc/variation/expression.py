@@ -12,7 +12,7 @@ import keyword
 import math
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from scenecc.diagnostics.frozen import frozen
@@ -41,7 +41,7 @@ _WORDS = frozenset(("and", "or", "not", "if", "else", "True", "False"))
 _REFUSED = frozenset(keyword.kwlist) - _WORDS
 _PAIRS = {"(": ")", "[": "]"}
 _HINTS = {
-    ".": "an element is `v[0]`; a condition of `expect` reads `position('NAME')`",
+    ".": "an element is `v[0]`, and the number is `pi`; a condition of `expect` reads `position('NAME')`",
     "?": "a choice is written `a if condition else b`",
     "^": "a power is written `a ** b`",
     "&": "write `and`",
@@ -77,8 +77,9 @@ def find_end(text: str, start: int) -> int:
             case "number" | "string":
                 _check_literal(kind, token, before, at)
             case "name" if token in _REFUSED or before == "number":
-                what = f"`{token}` is not allowed in an expression" if before != "number" else "invalid number"
-                raise ExpressionError(what, at, found.end())
+                if before == "number":
+                    raise ExpressionError("invalid number", at, found.end(), f"write `*{token}` to multiply")
+                raise ExpressionError(f"`{token}` is not allowed in an expression", at, found.end())
             case "open":
                 opened.append((_PAIRS[token], at))
                 if len(opened) > MAX_BRACKET_DEPTH:
@@ -159,6 +160,17 @@ _FUNCTION_SYNONYMS: dict[str, str] = {
     **dict.fromkeys(("pose", "pos", "xyz"), "position"),
 }
 """Function name in other tools → name here."""
+
+_RANDOM = frozenset(("random", "rand", "uniform", "normal", "gauss", "randint", "choice", "randn"))
+"""Functions of other tools that draw values."""
+
+
+def suggest_variable(name: str, known: Iterable[str]) -> str | None:
+    """Returns a hint for an unknown name of a value. `known`: those that there are."""
+    if name in {"HOME", "USER", "PWD"}:
+        return "environment variables are not read: write a path relative to the scene, or `asset://PATH`"
+    return suggest(name, (*CONSTANTS, *known) if name.lower() in CONSTANTS else known)
+
 
 RESERVED_NAMES = frozenset((*FUNCTIONS, *CONSTANTS, *_WORDS, "scene", "num_scenes"))
 """Names that parameters, loop variables and draws cannot have, besides Python's keywords."""
@@ -347,7 +359,7 @@ class _Compiler:
             try:
                 return environment[name]
             except KeyError:
-                raise ExpressionError(f"unknown name `{name}`", *span, suggest(name, environment)) from None
+                raise ExpressionError(f"unknown name `{name}`", *span, suggest_variable(name, environment)) from None
 
         return run
 
@@ -361,6 +373,8 @@ class _Compiler:
         if func.id not in FUNCTIONS:
             meant = _FUNCTION_SYNONYMS.get(func.id)
             hint = f"did you mean `{meant}`?" if meant else suggest(func.id, (*FUNCTIONS, *_BOUND_CALLS))
+            if func.id in _RANDOM:
+                hint = "draw it in a form, without an expression: `{uniform: [low, high]}`, `{choice: [a, b]}`"
             raise ExpressionError(f"unknown function `{func.id}`", *self.span(func), hint)
         function = FUNCTIONS[func.id]
         fewest, most, apply = function.fewest, function.most, function.apply
