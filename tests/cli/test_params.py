@@ -136,7 +136,7 @@ def test_an_unknown_prefab_is_wrong_usage(run) -> None:
     assert "\x1b" not in done.stderr
 
 
-def test_a_dissimilar_prefab_name_lists_all_prefabs(run) -> None:
+def test_a_dissimilar_prefab_name_names_what_lists_all_prefabs(run) -> None:
     error = run("prefabs", "nosuch").stderr
     assert "did you mean" not in error
-    assert "scenecc:bin, scenecc:box" in error
+    assert "14 others (`scenecc prefabs` lists all)" in error
