@@ -139,7 +139,7 @@ def _print_version(on: bool) -> None:
 def _scenecc(
     *,
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+        bool, typer.Option("--version", "-V", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """Check scene files for robot simulation and build them as parallel SAPIEN scenes.
