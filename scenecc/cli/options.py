@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.completion import complete_camera, complete_scene, complete_setting
+from scenecc.cli.completion import complete_camera, complete_limit, complete_scene, complete_setting
 
 _INTEGER: Final = re.compile(r"[0-9]{1,18}|[0-9]{1,3}(?:_[0-9]{3}){1,5}")
 
@@ -21,8 +21,9 @@ _SHOWN: Final = 40
 
 
 class Format(str, Enum):
-    """Formats of diagnostics."""
+    """Formats of results and diagnostics, or of diagnostics only."""
 
+    __str__ = str.__str__
     text = "text"
     json = "json"
     github = "github"
@@ -39,8 +40,9 @@ class Show(str, Enum):
 
 
 class TableFormat(str, Enum):
-    """Formats of tables."""
+    """Formats of results with their diagnostics."""
 
+    __str__ = str.__str__
     text = "text"
     json = "json"
 
@@ -205,7 +207,10 @@ AllowOutside = Annotated[
     bool, typer.Option("--allow-outside-assets", help="Allow files outside the scene's folder and the asset roots.")
 ]
 Limits = Annotated[
-    list[str] | None, typer.Option("--limit", metavar="NAME=VALUE", help="Change a limit; may be repeated.")
+    list[str] | None,
+    typer.Option(
+        "--limit", metavar="NAME=VALUE", help="Change a limit; may be repeated.", autocompletion=complete_limit
+    ),
 ]
 TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="Format of the output.")]
 FormatOption = Annotated[
