@@ -174,7 +174,7 @@ def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) ->
     elif abs(limit) in {FLOAT32_MIN, FLOAT32_MAX}:
         hint = "this is the range of single precision, in which the engine computes"
     elif limit == 1 and found > 1 and any(str(key).endswith("color") for key in path[-2:]):
-        hint = "colours are in 0..1: divide numbers up to 255 by 255"
+        hint = 'a list is linear light in 0..1; write bytes as a text, "#rrggbb"'
     elif path and limit == math.pi:
         hint = f"angles are radians; `{path[-1]}_deg` takes degrees"
     sink.report(

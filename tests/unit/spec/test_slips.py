@@ -68,7 +68,7 @@ SLIPS = {
     "box": Slip("entities:\n  cube:\n    box: [0.1,0.1,0.1]\n", "SC101", "write shapes in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"),
     "type box": Slip("entities:\n  cube:\n    type: box\n    half_size: [0.1,0.1,0.1]\n", "SC101", "write `body_type: static`, or a shape: `shapes: [{type: box, …}]`"),
     "color body": Slip("entities:\n  cube:\n    color: red\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC108", 'write "#ff0000"'),
-    "rgba 255": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02,0.02,0.02], color: [255, 0, 0]}]\n", "SC104", "colours are in 0..1: divide numbers up to 255 by 255"),
+    "rgba 255": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02,0.02,0.02], color: [255, 0, 0]}]\n", "SC104", "a list is linear light in 0..1; write bytes as a text, \"#rrggbb\""),
     "mass str": Slip("entities:\n  cube:\n    mass: 1kg\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "write 1: masses are in kg, lengths in m, times in s, angles in rad"),
     "mass0": Slip("entities:\n  cube:\n    mass: 0\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC104", "remove it to get it from `density`; a body that never moves is `body_type: static`"),
     "bool yes": Slip("entities:\n  cube:\n    gravity: yes\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "SC103", "YAML 1.2 has only `true` and `false`, without quotes"),
