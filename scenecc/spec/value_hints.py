@@ -279,7 +279,7 @@ def color_hint(path: Path, found: Any) -> str:
         return 'write three or four numbers in 0..1, or `"#rrggbb"`'
     text = entry if isinstance(entry, str) else flow(entry)
     quoted = f'"{text}"' if isinstance(entry, str) else text
-    return f"write {_entry(path, quoted)}" + ("" if isinstance(entry, str) else ": the numbers of a colour are in 0..1")
+    return f"write {_entry(path, quoted)}"
 
 
 def color_of(found: Any) -> str | list[float] | None:
@@ -299,8 +299,11 @@ def color_of(found: Any) -> str | list[float] | None:
         return None
     if max(parts) <= 1:
         return parts
-    alpha = [round(parts[3] / 255, 4) if parts[3] > 1 else parts[3]] if len(parts) == 4 else []
-    return [*(round(one / 255, 4) for one in parts[:3]), *alpha]
+    if min(parts) < 0 or max(parts) > _BYTE:
+        return None
+    alpha = [one if one > 1 else one * _BYTE for one in parts[3:]]
+    # Bytes are sRGB, as in a text; a list would be linear.
+    return "#" + "".join(f"{round(one):02x}" for one in (*parts[:3], *alpha))
 
 
 _MAX_LENGTH: Final = 200
@@ -367,7 +370,7 @@ def _commas(text: str) -> str:
 
 def _list(path: Path, text: str) -> str:
     if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
-        return f"write commas: `{path[-2]}: {flow(color)}`"
+        return f"write `{path[-2]}: {flow(color)}`"
     return f"write commas and brackets: {_entry(path, f'[{_commas(text)}]')}"
 
 
