@@ -56,6 +56,15 @@ SceneIndex = Annotated[
 ]
 Grid = Annotated[bool, typer.Option("--grid", help="Export all scenes side by side (glb).")]
 Shown = Annotated[Show, typer.Option("--show", help="Export visual or collision shapes (glb, usd).")]
+Triangles = Annotated[
+    int | None,
+    typer.Option(
+        "--max-triangles",
+        metavar="N",
+        parser=at_least(1),
+        help="Simplify visual meshes from files that have more triangles; not for python and json.",
+    ),
+]
 EntityName = Annotated[
     str | None,
     typer.Option("--entity", metavar="NAME", help="Export only this entity (urdf).", autocompletion=complete_entity),
@@ -72,6 +81,7 @@ def emit(
     grid: Grid = False,
     show: Shown = Show.visual,
     entity: EntityName = None,
+    triangles: Triangles = None,
     options: dict[str, Any],
 ) -> None:
     """Export a scene to another format.
@@ -97,7 +107,7 @@ def emit(
     import scenecc
     from scenecc.export import BINARY_SUFFIXES, EmitChoices
 
-    asked = {"scene": index, "grid": grid, "show": show is Show.collision, "entity": entity}
+    asked = {"scene": index, "grid": grid, "show": show is Show.collision, "entity": entity, "max_triangles": triangles}
     folder = _check(target, output, asked)
     source = checked_source(scene, output, folder=folder)
     choices: EmitChoices = {"scene": index, "grid": grid, "show": show.value, "entity": entity, "folder": folder}
@@ -105,7 +115,7 @@ def emit(
         name = None if output == STDOUT else Path(output).stem
         binary = target is Target.usd and Path(output).suffix.lower() in BINARY_SUFFIXES
         base = base_folder(output) if target in _TEXTS else None
-        choices |= {"name": name, "binary": binary, "progress": told}
+        choices |= {"name": name, "binary": binary, "max_triangles": triangles, "progress": told}
         made = scenecc.open_scene(source, **options).emit(target.value, base=base, **choices)
     reason = write_files(output, made.files, folder=folder)
     print_asides(made.diagnostics)
