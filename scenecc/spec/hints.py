@@ -129,6 +129,8 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("locked_axes fix_root_link material static_friction", "surface_velocity conveyor belt_velocity surfacevel",
      "PhysX in SAPIEN has no moving surfaces: write rollers, links that a drive turns by `velocity_target`"),
     ("locked_axes", "disable_gravity gravcomp no_gravity", "write `gravity: false`"),
+    ("drive", "damping stiffness force_limit max_force effort motor target velocity_target",
+     "write it in the drive: `drive: {stiffness: …, damping: …, force_limit: …}`"),
     ("locked_axes", "count num copies for n number", "copies are `repeat: {i: {count: 4}}`"),
     ("fix_root_link", "fix_base fixed_base use_fixed_base fixed fix", "did you mean `fix_root_link`?"),
     ("fix_root_link", "static immovable is_static",
