@@ -295,12 +295,10 @@ def color_of(found: Any) -> str | list[float] | None:
         listed = re.fullmatch(r"(?:rgba?)?[(\[]?([\d.,]+)[)\]]?", word)
         found = listed[1].split(",") if listed else []
     parts = numbers(found)
-    if len(parts) not in {3, 4}:
+    if len(parts) not in {3, 4} or min(parts) < 0 or max(parts) > _BYTE:
         return None
     if max(parts) <= 1:
         return parts
-    if min(parts) < 0 or max(parts) > _BYTE:
-        return None
     alpha = [one if one > 1 else one * _BYTE for one in parts[3:]]
     # Bytes are sRGB, as in a text; a list would be linear.
     return "#" + "".join(f"{round(one):02x}" for one in (*parts[:3], *alpha))
