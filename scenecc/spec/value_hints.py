@@ -115,8 +115,8 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
     if path[-1:] in {("limits",), ("limits_deg",)}:
         ends = [*numbers(found.get("lower", found.get("min"))), *numbers(found.get("upper", found.get("max")))]
         return f"write `{path[-1]}: {flow(ends) if len(ends) == 2 else '[low, high]'}`"
-    if expected == "a text" and path and len(found) == 1 and isinstance(*found.values(), str):
-        return f"write `{path[-1]}: {flow(*found.values())}`"
+    if expected == "a text" and path and len(found) == 1 and isinstance(only := next(iter(found.values())), str):
+        return f"write `{path[-1]}: {flow(only)}`"
     if path[-1:] == ("com",):
         return "write `com: [x, y, z]`; the axes of an inertia are the `com` of `inertial`"
     if "xyz" in found and "axis" in path[-1:]:
