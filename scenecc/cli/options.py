@@ -21,8 +21,9 @@ _SHOWN: Final = 40
 
 
 class Format(str, Enum):
-    """Formats of diagnostics."""
+    """Formats of results and diagnostics, or of diagnostics only."""
 
+    __str__ = str.__str__
     text = "text"
     json = "json"
     github = "github"
@@ -39,8 +40,9 @@ class Show(str, Enum):
 
 
 class TableFormat(str, Enum):
-    """Formats of tables."""
+    """Formats of results with their diagnostics."""
 
+    __str__ = str.__str__
     text = "text"
     json = "json"
 
