@@ -190,11 +190,6 @@ def _trimmed(printed: str) -> str:
     return "\n".join(line.rstrip() for line in printed.strip("\n").splitlines()).strip()
 
 
-def _abbreviated(printed: str) -> str:
-    """As the pages show it: times are of the machine."""
-    return re.sub(r"^read [^\n]* in all$", "read … in all", printed, flags=re.MULTILINE)
-
-
 def make_clone(folder: Path) -> Path:
     """What a reader has of the repository."""
     shutil.copytree(ROOT / "scenes", folder / "scenes")
@@ -239,7 +234,7 @@ def _shown(each: Printed) -> str:
     if each.is_right:
         return each.expected
     gap = "\n" if each.expected.endswith("\n\n") else ""
-    return f"{_abbreviated(_trimmed(each.printed))}\n{gap}"
+    return f"{_trimmed(each.printed)}\n{gap}"
 
 
 if __name__ == "__main__":

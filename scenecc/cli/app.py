@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import errno
-import importlib.machinery
 import io
 import os
 import signal
 import sys
 from importlib import import_module
 from keyword import iskeyword
-from types import ModuleType
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import typer
 
@@ -51,8 +49,7 @@ _EPILOG = "Exit status: 0 success, 1 error in the scene, 2 wrong usage, 3 error 
 def main() -> None:
     """Runs the command line of this process. Always raises SystemExit, with status 0, 1, 2 or 3."""
     # Searching all installed packages for Pydantic plugins takes time, and none is needed here.
-    if os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__") == "__all__":
-        _LazyMetadata.install()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # A closed pipe (`scenecc validate . | head`) ends this process, as is usual.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     # If the process is started without these streams (`>&-`), its output is dropped.
@@ -78,36 +75,6 @@ def main() -> None:
         for line in traceback.format_exc().splitlines():
             print_err(f"{visible(line)}\n")
         sys.exit(_fault("this is a bug in scenecc, not an error in your scene"))
-
-
-class _LazyMetadata(ModuleType):
-    """`importlib.metadata`, loaded at its first use.
-
-    Pydantic imports `entry_points` from it to find plugins, even if they are disabled. The module takes ten
-    milliseconds to load, because it imports `email`, `zipfile` and `socket`.
-    """
-
-    @classmethod
-    def install(cls) -> None:
-        """Installs it in `sys.modules`, unless the real module is loaded."""
-        name = "importlib.metadata"
-        if name not in sys.modules:
-            module = sys.modules[name] = cls(name)
-            module.__spec__ = importlib.machinery.PathFinder.find_spec(name, importlib.__path__)
-            setattr(importlib, "metadata", module)  # noqa: B010 - type checkers reject the assignment
-
-    def entry_points(self, **selection: Any) -> Any:
-        return self._loaded().entry_points(**selection)
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "__path__":  # the import system asks whether this is a package
-            raise AttributeError(name)
-        return getattr(self._loaded(), name)
-
-    def _loaded(self) -> Any:
-        if sys.modules.get(self.__name__) is self:
-            del sys.modules[self.__name__]
-        return import_module(self.__name__)
 
 
 def application() -> typer.Typer:
@@ -139,7 +106,7 @@ def _print_version(on: bool) -> None:
 def _scenecc(
     *,
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+        bool, typer.Option("--version", "-V", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """Check scene files for robot simulation and build them as parallel SAPIEN scenes.

@@ -106,6 +106,22 @@ def complete_camera() -> list[str]:
     return list(_list_declared("cameras"))
 
 
+def complete_limit() -> list[str]:
+    """Completes `name=value` for the limits, with their defaults."""
+    from dataclasses import asdict
+
+    from scenecc.source import Limits
+
+    return [f"{name}={value}" for name, value in asdict(Limits()).items()]
+
+
+def complete_loss() -> list[str]:
+    """Completes the losses that an import can accept."""
+    from scenecc.importers.imported_scene import ALL_LOSSES, LOSSES
+
+    return [ALL_LOSSES, *(name for name, row in LOSSES.items() if row.changes_machine)]
+
+
 def one_of(names: Iterable[str]) -> Callable[[], list[str]]:
     """Returns a function that completes a fixed set of names."""
     known = list(names)

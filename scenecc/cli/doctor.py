@@ -111,13 +111,14 @@ def _version(name: str) -> str:
 
 def _engine() -> list[DoctorCheck]:
     """Returns whether SAPIEN can be loaded, and the devices that it finds."""
-    lines, error = [], f"no answer in {_ENGINE_SECONDS} s"
+    lines: list[str] = []
+    error = f"no answer in {_ENGINE_SECONDS} s"
     with suppress(subprocess.TimeoutExpired):
         with child([sys.executable, "-c", _ASK_ENGINE], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
             output, errors = process.communicate(timeout=_ENGINE_SECONDS)
-        lines = output.decode().splitlines()
+        lines = [line for line in output.decode(errors="replace").splitlines() if line.startswith("{")]
         error = (errors.decode(errors="replace").splitlines() or [f"exit status {process.returncode}"])[-1]
-    found = json.loads(lines[-1]) if lines else {}
+    found: dict[str, str | None] = json.loads(lines[-1]) if lines else {}
     loaded = DoctorCheck(_ENGINE, "ok", "loads") if lines else DoctorCheck(_ENGINE, "missing", error, _ENGINE_HINT)
     return [
         loaded,
@@ -159,7 +160,10 @@ def _assets() -> list[DoctorCheck]:
 
 def _cache() -> DoctorCheck:
     folder = cache_folder("")
-    files = [one.stat().st_size for one in folder.rglob("*") if one.is_file()]
+    files: list[int] = []
+    for file in folder.rglob("*"):
+        with suppress(OSError):  # another process has removed it
+            files += [file.stat().st_size] if file.is_file() else []
     found = f"{folder}: {len(files)} files, {sum(files) / 1e6:.1f} MB" if files else f"{folder}: empty"
     hint = f"`rm -r {shlex.quote(str(folder))}` clears it; scenecc computes again what it needs" if files else None
     return DoctorCheck("cache", "ok", found, hint)

@@ -37,7 +37,7 @@ def explain(
 
     text = _list() if code is None else explanation(code)
     if text is None:
-        near = nearest_codes(code)
+        near = nearest_codes(code or "")
         hint = f"did you mean {' or '.join(near)}?" if near else "`scenecc explain` without a code lists them all"
         unknown = usage_error("SC905", f"unknown code `{code}`", hint=hint)
         end([unknown], form)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from scenecc.cli.completion import complete_loss
 from scenecc.cli.many_files import Jobs, Shard, are_many, choose_files, write_each
 from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_options
 from scenecc.cli.output import end, progress, unwritten, usage_error
@@ -41,7 +42,10 @@ def import_(
     allow: Annotated[
         list[str] | None,
         typer.Option(
-            "--allow", metavar="LOSS", help="Accept a loss that changes the mechanics, or `all`; may be repeated."
+            "--allow",
+            metavar="LOSS",
+            help="Accept a loss that changes the mechanics, or `all`; may be repeated.",
+            autocompletion=complete_loss,
         ),
     ] = None,
     keep_file: Annotated[
@@ -124,8 +128,8 @@ def _check_arguments(paths: list[str], output: str, allow: Sequence[str]) -> Non
 
     unknown = next((kind for kind in allow if kind not in {*LOSSES, ALL_LOSSES}), None)
     if unknown is not None:
-        known = (ALL_LOSSES, *(kind for kind, row in LOSSES.items() if row.changes_machine))
-        raise typer.BadParameter(f"there is no loss '{unknown}'; {suggest(unknown, known)}", param_hint="'--allow'")
+        hint = suggest(unknown, complete_loss())
+        raise typer.BadParameter(f"there is no loss '{unknown}'; {hint}", param_hint="'--allow'")
     if STDIN in paths:
         raise typer.BadParameter("an import reads a file, not standard input", param_hint="'FILE'")
     if output == STDIN:

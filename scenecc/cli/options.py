@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.completion import complete_camera, complete_scene, complete_setting
+from scenecc.cli.completion import complete_camera, complete_limit, complete_scene, complete_setting
 
 _INTEGER: Final = re.compile(r"[0-9]{1,18}|[0-9]{1,3}(?:_[0-9]{3}){1,5}")
 
@@ -205,7 +205,10 @@ AllowOutside = Annotated[
     bool, typer.Option("--allow-outside-assets", help="Allow files outside the scene's folder and the asset roots.")
 ]
 Limits = Annotated[
-    list[str] | None, typer.Option("--limit", metavar="NAME=VALUE", help="Change a limit; may be repeated.")
+    list[str] | None,
+    typer.Option(
+        "--limit", metavar="NAME=VALUE", help="Change a limit; may be repeated.", autocompletion=complete_limit
+    ),
 ]
 TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="Format of the output.")]
 FormatOption = Annotated[

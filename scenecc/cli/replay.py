@@ -102,7 +102,7 @@ def replay(
         print_asides(found)
         with scene_errors(options, form):
             _serve(known, compiled)
-    picture = f"{escape_text(output)}: scene {known.scene}\n" if output not in {None, STDOUT} else ""
+    picture = f"{escape_text(output)}: scene {known.scene}\n" if output is not None and output != STDOUT else ""
     end(
         found,
         form,

@@ -10,7 +10,7 @@ import typer
 
 from scenecc.cli.check import parse_seconds, parse_seeds
 from scenecc.cli.checking import Parts, print_statistics, statistics, without_lacks
-from scenecc.cli.completion import complete_scene
+from scenecc.cli.completion import complete_scene, one_of
 from scenecc.cli.many_files import parse_shard
 from scenecc.cli.options import (
     Camera,
@@ -84,7 +84,14 @@ Paths = Annotated[
 ]
 
 Actions = Annotated[
-    Any, typer.Option("--do", metavar="WHAT", parser=_parse_do, help="What to do: any of check,render,state.")
+    Any,
+    typer.Option(
+        "--do",
+        metavar="WHAT",
+        parser=_parse_do,
+        help="What to do: any of check,render,state.",
+        autocompletion=one_of(_DONE),
+    ),
 ]
 
 

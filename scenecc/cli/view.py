@@ -158,8 +158,10 @@ def _address(host: str | None, port: int | None, token: str | None, *, no_token:
         raise typer.BadParameter("it cannot be combined with --token", param_hint="'--no-token'")
     given = {"host": host, "port": port, "token": token_urlsafe() if token == "auto" else token}  # noqa: S105
     chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if no_token:
+        chosen["token"] = None
     try:
-        return scenecc.PageAddress(**chosen | ({"token": None} if no_token else {}))
+        return scenecc.PageAddress(**chosen)
     except ValueError as error:
         option = str(error).split()[1]  # "a port must be …"
         raise typer.BadParameter(str(error), param_hint=f"'--{option}'") from None

@@ -92,10 +92,11 @@ class MountLookup:
             entity = self._entities.get(ahead)
             if entity is not None:
                 return entity, name[len(ahead) + 1 :] or None
-            inside = [one for other, one in self._entities.items() if other.startswith(f"{ahead}/")]
-            is_whole = ahead == name or isinstance(inside[0].structures[0], ArticulationStructure) if inside else False
-            if len(inside) == 1 and is_whole:
-                return inside[0], name[len(ahead) + 1 :] or None
+        for instance in dict.fromkeys((name, name.rpartition("/")[0])):
+            inside = [one for other, one in self._entities.items() if instance and other.startswith(f"{instance}/")]
+            rest = name[len(instance) + 1 :] or None
+            if len(inside) == 1 and (rest is None or isinstance(inside[0].structures[0], ArticulationStructure)):
+                return inside[0], rest
         return None, None
 
     def _names_seen_from(self, prefix: str, scope: str) -> Iterable[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from os import PathLike, fspath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from typing_extensions import Unpack
 
@@ -95,7 +95,13 @@ def check_scene(
         TypeError: as for `validate`.
     """
     asked = Options.of_call(check_scene, options)
-    given = {"settle": settle, "seeds": seeds, "scenes": scenes, "progress": progress, "permute": permute}
+    given: dict[str, Any] = {
+        "settle": settle,
+        "seeds": seeds,
+        "scenes": scenes,
+        "progress": progress,
+        "permute": permute,
+    }
     check_types(check_scene, {**given, "rules": rules}, CHECK_TYPES)
     return check_source(source, asked, rules=rules or {}, **given).diagnostics
 

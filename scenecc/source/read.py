@@ -70,8 +70,14 @@ _SPREAD_NUMBERS = re.compile(r"([\w.]+): *[{(<]? *([-+]?[\d.]+(?: *, *[-+]?[\d.]
 """A list of numbers without brackets, or with others."""
 
 
-def _is_in(event: NodeEvent, found: re.Match[str]) -> bool:
-    return found.start() <= event.start_mark.column < found.end()
+_NEAR = 100
+"""Number of characters on each side of a place in which a hint looks for a pattern: a line may be very long."""
+
+
+def _around(lines: TextLines, event: NodeEvent) -> str:
+    """Returns the part of a line around an event."""
+    column = event.start_mark.column
+    return lines.line(event.start_mark.line)[max(column - _NEAR, 0) : column + _NEAR]
 
 
 def _is_key_at(line: str, column: int) -> bool:
@@ -274,10 +280,10 @@ class _Reader:
                 subject = f"the key `{under}`" if isinstance(under, str) else "the list item"
                 hint = "give it a value, or remove the key to get its default"
                 lines, end = self._faults.lines, key_event.end_mark
-                line, below = lines.line(end.line), lines.line(end.line + 1)
+                line, below = lines.line(end.line), lines.line(end.line + 1)[:_NEAR]
                 if isinstance(under, str) and ":" in under.strip(":"):
                     hint = "a space must follow the colon of a key: write `key: value`"
-                elif form := _SPREAD_FORM.search(line):
+                elif form := _SPREAD_FORM.search(_around(lines, key_event)):
                     hint = f"write its numbers in brackets: `{self._path()[-1]}: {{{form[1]}: [{form[2]}]}}`"
                 elif isinstance(under, str) and line[end.column - len(under) - 1 :].startswith(f"{{{under}}}"):
                     owner = self._path()[-1:]
@@ -314,10 +320,10 @@ class _Reader:
     def _key(self, event: NodeEvent) -> str | None:
         """Returns the key of an event; None, reported, if it is not a string."""
         hint = f'quote it: `"{format_scalar(event)}"`'
-        line = self._faults.lines.line(event.start_mark.line)
+        line, at = _around(self._faults.lines, event), min(event.start_mark.column, _NEAR)
         if form := _SPREAD_FORM.search(line):
             hint = f"write its numbers in brackets: `{self._path()[-1]}: {{{form[1]}: [{form[2]}]}}`"
-        elif spread := next((one for one in _SPREAD_NUMBERS.finditer(line) if _is_in(event, one)), None):
+        elif spread := next((one for one in _SPREAD_NUMBERS.finditer(line) if one.end() > at), None):
             numbers = ", ".join(spread[2].replace(",", " ").split())
             hint = f"write its numbers in brackets: `{spread[1]}: [{numbers}]`"
         if isinstance(event, AliasEvent):

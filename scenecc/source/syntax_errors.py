@@ -187,6 +187,9 @@ def _find_advice(problem: _Problem) -> _Advice:
     return _find_tab(problem) or _Advice(f"bad YAML: {problem.problem}")
 
 
+_NEAR = 200
+"""Number of characters before an error in which a hint looks for a pattern: a line may be very long."""
+
 _COMMENTED_COLOUR = re.compile(r":[ \t]+(?P<colour>#[0-9A-Fa-f]{3,8})\b")
 
 
@@ -219,19 +222,20 @@ def _explain_brackets(problem: _Problem) -> _Advice:
         return _Advice(message, f'quote it: `"{text}"`', column=before, length=len(text))
     closing = problem.problem.rstrip("'")[-1:]
     what, opening = ("list", "[") if closing == "]" else ("mapping", "{")
-    if before > 0 and (prefab := re.search(r"\bscenecc$", problem.text[: before + 1])):
-        name = re.match(r":\s*(\w+)", problem.text[before + 1 :])
+    start = before + 1 - len("scenecc")
+    if start >= 0 and problem.text.startswith("scenecc:", start):
+        name = re.match(r":\s*(\w{1,60})", problem.text[before + 1 :])
         if name is not None:
-            length = before + 1 + name.end() - prefab.start()
             message = "a space is not allowed in the name of a prefab"
-            return _Advice(message, f"write `scenecc:{name[1]}`", column=prefab.start(), length=length)
+            length = len("scenecc") + name.end()
+            return _Advice(message, f"write `scenecc:{name[1]}`", column=start, length=length)
     if problem.at_end and problem.context is not None:
         return _Advice(f"this `{opening}` is never closed", None, problem.context.line, problem.context.column)
     if problem.context is not None and problem.mark.line > problem.context.line:
         hint = f"close it with `{closing}` before this line, or put a comma between its parts"
     else:
         hint = f"put a comma between the parts of a {what}, and `{closing}` at its end; quote strings with brackets"
-        beside = re.search(r"(\w+): *([\w.\]-]+)(?: +|; *)(\w+)$", problem.text[: problem.mark.column])
+        beside = re.search(r"(\w+): *([\w.\]-]+)(?: +|; *)(\w+)$", problem.text[: problem.mark.column][-_NEAR:])
         if beside is not None and problem.rest.startswith(":"):
             hint = f"put a comma between the parts: `{beside[1]}: {beside[2]}, {beside[3]}: …`"
     return _Advice(f"a comma or `{closing}` is missing", hint, related=f"the {what} starts here")

@@ -146,6 +146,8 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("locked_axes fix_root_link material static_friction", "surface_velocity conveyor belt_velocity surfacevel",
      "PhysX in SAPIEN has no moving surfaces: write rollers, links that a drive turns by `velocity_target`"),
     ("locked_axes fix_root_link", "disable_gravity gravcomp no_gravity", "write `gravity: false`"),
+    ("drive", "damping stiffness force_limit max_force effort motor target velocity_target",
+     "write it in the drive: `drive: {stiffness: …, damping: …, force_limit: …}`"),
     ("disable_self_collisions", "self_collision self_collisions enable_self_collisions",
      "write `disable_self_collisions: true`; without it, links collide with each other"),
     ("locked_axes", "entity template prototype", "write its keys here, beside `repeat`: each copy has all of them"),

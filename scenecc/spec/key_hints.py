@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.messages import nearest
@@ -26,21 +26,30 @@ _RESERVED: Final = frozenset(("true", "false", "null", "yes", "no", "on", "off",
 
 def flow(value: Any, longest: int = _LONGEST) -> str:
     """Returns a value as YAML in one line, or `…` if it is longer than `longest` characters."""
-    text = _flow(value)
-    return text if len(text) <= longest else "…"
+    text = ""
+    for token in _tokens(value):  # a value with aliases may be far longer than its text
+        text += token
+        if len(text) > longest:
+            return "…"
+    return text
 
 
-def _flow(value: Any) -> str:
-    if is_mapping(value):
-        return "{" + ", ".join(f"{key}: {_flow(one)}" for key, one in value.items()) + "}"
-    if is_sequence(value):
-        return f"[{', '.join(map(_flow, value))}]"
-    if isinstance(value, bool) or value is None:
-        return json.dumps(value)
-    if isinstance(value, float):
-        return f"{value:.12g}"
-    is_plain = isinstance(value, str) and _PLAIN.fullmatch(value) and value.lower() not in _RESERVED
-    return str(value) if is_plain or isinstance(value, int) else json.dumps(value, ensure_ascii=False)
+def _tokens(value: Any) -> Iterator[str]:
+    if is_mapping(value) or is_sequence(value):
+        yield "{" if is_mapping(value) else "["
+        for number, one in enumerate(value):
+            yield ", " if number else ""
+            if is_mapping(value):
+                yield f"{one}: "
+            yield from _tokens(value[one] if is_mapping(value) else one)
+        yield "}" if is_mapping(value) else "]"
+    elif isinstance(value, bool) or value is None:
+        yield json.dumps(value)
+    elif isinstance(value, float):
+        yield f"{value:.12g}"
+    else:
+        is_plain = isinstance(value, str) and _PLAIN.fullmatch(value) and value.lower() not in _RESERVED
+        yield str(value) if is_plain or isinstance(value, int) else json.dumps(value, ensure_ascii=False)
 
 
 def numbers(value: Any) -> list[float]:
@@ -281,7 +290,7 @@ def _physical(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
 def _view(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
     """Returns a hint for an angle of view."""
     del owner
-    found = re.match(r"[\d.]+", str(value))
+    found = re.match(r"\d+(?:\.\d+)?", str(value)) if isinstance(value, str | int | float) else None
     if found is None:
         return None
     is_small = float(found[0]) < math.pi and not word.endswith("deg") and "deg" not in str(value)
@@ -292,7 +301,7 @@ def _view(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
 def _file(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
     """Returns a hint for the file of an entity, by its suffix."""
     del word, owner
-    suffix = str(value).rpartition(".")[2].lower()
+    suffix = value.rpartition(".")[2].lower() if isinstance(value, str) else ""
     key = {"urdf": "urdf", "xml": "mjcf", "mjcf": "mjcf", "yaml": "use", "yml": "use"}.get(suffix)
     return key and f"write `{key}: {flow(value)}`"
 

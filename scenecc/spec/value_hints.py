@@ -142,7 +142,7 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  
     if "friction" in str(path[-1:]) and expected == "a number" and found:
         return f"write {_entry(path, found[0])}: PhysX has no torsional and no rolling friction"
     if expected == "a number" and path and isinstance(path[-1], str):
-        if len(found) > 1 and len({*map(repr, found)}) == 1:
+        if len(found) > 1 and len({*numbers(found)}) == 1:
             return f"write `{path[-1]}: {flow(found[0])}`"
         if len(found) == 2 and all(isinstance(one, int) and one >= 0 for one in found):
             return f"write `{path[-1]}: {found[0]}.{found[1]}`, with a decimal point"
@@ -238,7 +238,8 @@ def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case
     if not path or not is_sequence(found):
         return None
     key, parts = path[-1], numbers(found)
-    if call := _CALL.search(", ".join(map(str, found))):
+    texts = [one for one in found if isinstance(one, str)]
+    if texts and (call := _CALL.search(", ".join(texts)[:_MAX_LENGTH])):
         return f"write a form: `{{{call[1]}: [{_commas(call[2])}]}}`"
     if key == "half_size" and len(parts) == 1:
         return f"write `half_size: {flow(parts * 3)}`"
@@ -278,12 +279,12 @@ def color_hint(path: Path, found: Any) -> str:
         return 'write three or four numbers in 0..1, or `"#rrggbb"`'
     text = entry if isinstance(entry, str) else flow(entry)
     quoted = f'"{text}"' if isinstance(entry, str) else text
-    return f"write {_entry(path, quoted)}" + ("" if isinstance(entry, str) else ": the numbers of a colour are in 0..1")
+    return f"write {_entry(path, quoted)}"
 
 
 def color_of(found: Any) -> str | list[float] | None:
     """Returns the colour here for one in another notation; None if it is not known."""
-    if isinstance(found, str):
+    if isinstance(found, str) and len(found) <= _LONGEST_NAME:
         word = found.strip().lower().replace(" ", "").replace("_", "")
         if short := re.fullmatch(r"#?([0-9a-f])([0-9a-f])([0-9a-f])", word):
             return "#" + "".join(2 * digit for digit in short.groups())
@@ -294,12 +295,13 @@ def color_of(found: Any) -> str | list[float] | None:
         listed = re.fullmatch(r"(?:rgba?)?[(\[]?([\d.,]+)[)\]]?", word)
         found = listed[1].split(",") if listed else []
     parts = numbers(found)
-    if len(parts) not in {3, 4}:
+    if len(parts) not in {3, 4} or min(parts) < 0 or max(parts) > _BYTE:
         return None
     if max(parts) <= 1:
         return parts
-    alpha = [round(parts[3] / 255, 4) if parts[3] > 1 else parts[3]] if len(parts) == 4 else []
-    return [*(round(one / 255, 4) for one in parts[:3]), *alpha]
+    alpha = [one if one > 1 else one * _BYTE for one in parts[3:]]
+    # Bytes are sRGB, as in a text; a list would be linear.
+    return "#" + "".join(f"{round(one):02x}" for one in (*parts[:3], *alpha))
 
 
 _MAX_LENGTH: Final = 200
@@ -366,7 +368,7 @@ def _commas(text: str) -> str:
 
 def _list(path: Path, text: str) -> str:
     if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
-        return f"write commas: `{path[-2]}: {flow(color)}`"
+        return f"write `{path[-2]}: {flow(color)}`"
     return f"write commas and brackets: {_entry(path, f'[{_commas(text)}]')}"
 
 

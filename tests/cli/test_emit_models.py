@@ -96,7 +96,7 @@ def test_the_output_suffix_must_fit_the_target(run, cube: Path, tmp_path: Path) 
 
 def test_the_suffix_of_the_output_selects_the_target(run, cube: Path, tmp_path: Path) -> None:
     starts = {
-        "a.py": b'"""',
+        "a.py": b"# A script",
         "a.plan.json": b"{",
         "a.glb": b"glTF",
         "a.xml": b"<mujoco",

@@ -8,6 +8,7 @@ import pytest
 import typer
 
 from scenecc.cli import init
+from scenecc.cli.output import folder_refusal
 from scenecc.starter import repository_address, starter_files
 
 
@@ -47,14 +48,13 @@ def test_init_refuses_unknown_templates_and_robots(arguments: list[str], words: 
     assert not (tmp_path / "demo").exists()
 
 
-def test_init_writes_beside_hidden_names_and_replaces_no_file(run, tmp_path: Path) -> None:
+def test_hidden_names_may_exist_where_init_writes(tmp_path: Path) -> None:
     (tmp_path / ".git").mkdir()
-    (tmp_path / ".pre-commit-config.yaml").write_text("repos: []\n")
-    done = run("init", ".", "--template", "empty")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "error SC904: the folder `.` already has `.pre-commit-config.yaml`" in done.stderr
-    (tmp_path / ".pre-commit-config.yaml").unlink()
-    assert run("init", ".", "--template", "empty").returncode == 0
+    files = ["scene.yaml", ".pre-commit-config.yaml"]
+    assert folder_refusal(str(tmp_path), files) is None
+    assert folder_refusal(str(tmp_path)) == f"the folder `{tmp_path}` is not empty"
+    (tmp_path / files[1]).touch()
+    assert folder_refusal(str(tmp_path), files) == f"the folder `{tmp_path}` already has `.pre-commit-config.yaml`"
 
 
 def test_a_robot_with_a_missing_extra_gives_an_install_hint(

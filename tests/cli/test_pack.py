@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from cli.running import plain_environment
 from PIL import Image
+from plugins.command import scenecc
 
 from scenecc.diagnostics.codes import CODES
 
@@ -21,20 +22,27 @@ c08c8259aa8171669323672cf7e8d437ab1ca2cd22c43bdd6b04c5e46c2073ee  assets/mug.obj
 """
 
 
-@pytest.fixture
-def tray(run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A pack whose scene is gone."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    (tmp_path / "made/assets").mkdir(parents=True)
+@pytest.fixture(scope="module")
+def made_pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The pack of a scene, made once."""
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "assets").mkdir()
     for name in ("tray.yaml", "assets/mug.obj"):
-        shutil.copy(SCENES / name, tmp_path / "made" / name)
-    done = run("pack", "made/tray.yaml", "-o", "tray.scn")
-    size = (tmp_path / "tray.scn").stat().st_size
-    assert (done.returncode, done.stdout) == (0, "")
-    assert done.stderr.startswith(f"tray.scn: 2 files, {size} bytes\n")
-    assert done.stderr.endswith("0 errors, 1 warning\n")
-    shutil.rmtree(tmp_path / "made")
-    return tmp_path / "tray.scn"
+        shutil.copy(SCENES / name, folder / name)
+    environment = plain_environment(XDG_CACHE_HOME=str(folder / "cache"))
+    done = scenecc(["pack", "tray.yaml", "-o", "tray.scn"], cwd=folder, stdin=b"", env=environment)
+    size = (folder / "tray.scn").stat().st_size
+    assert (done.returncode, done.stdout) == (0, b"")
+    assert done.stderr.decode().startswith(f"tray.scn: 2 files, {size} bytes\n")
+    assert done.stderr.decode().endswith("0 errors, 1 warning\n")
+    return folder / "tray.scn"
+
+
+@pytest.fixture
+def tray(made_pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A pack whose scene is not beside it."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return Path(shutil.copy(made_pack, tmp_path))
 
 
 def test_pack_list_prints_the_content(run, tray: Path) -> None:

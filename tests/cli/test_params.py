@@ -61,7 +61,7 @@ def test_parameters_of_included_files_are_listed(run, tmp_path: Path) -> None:
 def test_params_of_a_scene_without_parameters_says_so(run, cube: Path) -> None:
     done = run("params", cube)
     assert (done.returncode, done.stdout) == (0, "no parameters\n")
-    assert json.loads(run("params", cube, "--format", "json").stdout) == {"parameters": [], "diagnostics": []}
+    assert json.loads(run("params", cube, "--format", "json").stdout) == {"parameters": []}
     assert run("params", "-", stdin=CUBE).stdout == "no parameters\n"
     assert run("params", "-", stdin='{"scenecc_plan": 1}').stdout == "no parameters\n", "a plan has none any more"
 
@@ -136,10 +136,7 @@ def test_an_unknown_prefab_is_wrong_usage(run) -> None:
     assert "\x1b" not in done.stderr
 
 
-def test_a_dissimilar_prefab_name_names_three_prefabs(run) -> None:
+def test_a_dissimilar_prefab_name_names_what_lists_all_prefabs(run) -> None:
     error = run("prefabs", "nosuch").stderr
     assert "did you mean" not in error
-    assert (
-        "the nearest here: scenecc:shelf, scenecc:sphere, scenecc:box and 14 others (`scenecc prefabs` lists all)"
-        in error
-    )
+    assert "14 others (`scenecc prefabs` lists all)" in error

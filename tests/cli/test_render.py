@@ -40,6 +40,16 @@ def test_render_without_a_device_gives_an_install_hint(run, scene: Path, tmp_pat
     assert not (tmp_path / "out.png").exists()
 
 
+@pytest.mark.parametrize("form", ["text", "json", "github", "gitlab", "junit", "sarif"])
+def test_a_fault_of_the_machine_names_no_line_of_the_scene(run, scene: Path, form: str) -> None:
+    scene.rename(stage := scene.with_name("stage.yaml"))
+    for command in (("build", stage, "--render"), ("render", stage, "-o", "out.png")):
+        done = run(*command, "--format", form, **NOWHERE)
+        assert done.returncode == 3
+        assert "SC803" in done.stdout + done.stderr
+        assert "stage.yaml" not in done.stdout + done.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
@@ -87,8 +97,7 @@ def test_a_failed_render_keeps_the_old_file(run, scene: Path, tmp_path: Path) ->
 def test_a_picture_is_written_and_described(run, scene: Path, tmp_path: Path) -> None:
     done = run("render", scene, "--camera", "eye", "-o", "out.png", "--scene", "1")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[0] == "out.png: color, 64 × 48, scene 1 of 3"
-    assert done.stdout.splitlines()[1].endswith("in all")
+    assert done.stdout == "out.png: color, 64 × 48, scene 1 of 3\n"
     picture = np.asarray(Image.open(tmp_path / "out.png"))
     assert picture.shape == (48, 64, 3)
     assert picture[24, 32, 0] > 2 * picture[24, 32, 1]
@@ -122,7 +131,7 @@ def test_the_suffix_chooses_a_sheet_or_a_video(run, scene: Path, tmp_path: Path)
     done = run(*asked, "-o", "out.png", "--timings")
     assert done.returncode == 0, done.stderr
     assert done.stdout == "out.png: color, 64 × 48, scenes 0, 1 of 3\n"
-    assert "render " in done.stderr
+    assert "pictures " in done.stderr
     done = run(*asked, "--every", "3", "-o", "video.mp4", "--format", "json")
     (written,) = json.loads(done.stdout)["files"]
     wanted = {"file": "video.mp4", "what": "color", "size": [64, 48], "scene_idxs": [0, 1], "frames": 4, "legend": []}

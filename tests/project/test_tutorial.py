@@ -49,7 +49,7 @@ def test_the_walk_reads_every_page_in_the_order_in_which_they_follow() -> None:
 
 
 def test_what_is_shown_differs_only_where_the_page_has_an_ellipsis() -> None:
-    assert Printed("", "read … in all\n", "read 3 ms, build 1 s; 1 s in all\n").is_right
+    assert Printed("", "step … in all\n", "step 3 ms, build 1 s; 1 s in all\n").is_right
     assert Printed("", "a\nb\n", "a  \nb\n").is_right
     assert not Printed("", "a … c\n", "a b\nc\n").is_right
     assert not Printed("", "", "Traceback\n").is_right
