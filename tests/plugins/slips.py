@@ -444,4 +444,6 @@ SLIPS: dict[str, Slip] = {
     "body: mass: 0.5kg.": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    mass: 0.5kg.\n", "5:11", "SC103", "write only the number, `mass: 0.5`: masses are in kg, lengths in m, times in s, angles in rad", "mass: 0.5"),
     "body: mass: 1,000": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    mass: 1,000\n", "5:11", "SC103", "write `mass: 1.000`, with a decimal point", "mass: 1.000"),
     "body: angular_velocity: [0, 0, 10 rpm]": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    angular_velocity: [0, 0, 10 rpm]\n", "5:30", "SC103", "write `1.0471975512`: masses are in kg, lengths in m, times in s, angles in rad", "angular_velocity: [0, 0, 1.0471975512]"),
+    "entity in a repeat": Slip("entities:\n  cubes:\n    repeat: {i: {count: 2}}\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    entity: {mass: 1}\n", "6:5", "SC101", "write its keys here, beside `repeat`: each copy has all of them", None),
+    "qpos of a body": Slip("entities:\n  r:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    qpos: [0.1]\n", "5:5", "SC101", "a body has no joints: the entity of a robot has its file, `urdf: …` or `mjcf: …`, or `root: {…}`", None),
 }  # fmt: skip
