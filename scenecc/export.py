@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from scenecc.plan import ScenePlan
     from scenecc.plan.snapshot import EngineSnapshot
 
+_LARGE = 20_000_000
+"""Size of an export that is noted [bytes]."""
+
 _LONGEST_NAME = 60
 """Characters of a file name, without suffix. Every file system supports this length in any encoding."""
 
@@ -65,6 +68,7 @@ class FileChoices(TypedDict, total=False):
         grid: export all scenes side by side instead of one (glb).
         show: export visual or collision shapes (glb, usd).
         entity: export only this entity (urdf).
+        max_triangles: simplify visual meshes from files that have more triangles (glb, mjcf, urdf, usd); None: none.
         progress: called with (scenes done, total scenes) while the engine builds.
     """
 
@@ -72,6 +76,7 @@ class FileChoices(TypedDict, total=False):
     grid: bool
     show: Literal["visual", "collision"]
     entity: str | None
+    max_triangles: int | None
     progress: Callable[[int, int], None] | None
 
 
@@ -142,10 +147,13 @@ def emit_source(
         ValueError: the target or the scene index does not exist, or the target does not accept an argument.
     """
     options = Options.of_call(emit_source, given, ExportArguments)
-    scene, entity = given.get("scene"), given.get("entity")
+    scene, entity, triangles = given.get("scene"), given.get("entity"), given.get("max_triangles")
+    if triangles is not None:
+        integer(triangles, "max_triangles", 1)
     show = given.get("show", "visual")
     flags = {word: bool(given.get(word, False)) for word in ("grid", "folder", "binary")}
-    asked = {"scene": scene is not None, "show": show != "visual", "entity": entity is not None, **flags}
+    asked = {"scene": scene, "entity": entity, "max_triangles": triangles}
+    asked = {word: value is not None for word, value in asked.items()} | {"show": show != "visual", **flags}
     check_target(target, SUFFIXES)
     check_choice(target, [word for word, on in asked.items() if on])
     sink = Sink()
@@ -161,10 +169,14 @@ def emit_source(
     if target in EMITTERS:
         return emit_text(plan, target, stem, sink, base=base, copy=copy)
     chosen = None if flags["grid"] else _one_scene(scene or 0, plan, sink)
-    choice = ExportOptions(stem, show, entity=entity, **flags)
+    choice = ExportOptions(stem, show, entity=entity, max_triangles=triangles, **flags)
     files = export(plan, _measure_snapshot(plan, chosen, sink, given.get("progress")), target, choice, sink)
     if files is None or sink.failed:
         raise SceneError(sink.diagnostics())
+    size = sum(map(len, files.values()))
+    if size > _LARGE and triangles is None:
+        hint = "`--max-triangles 20000` (`max_triangles=`) simplifies visual meshes that have more"
+        sink.report("SC722", f"the export has {size / 1e6:.0f} MB", plan.origin or Location(None), hint=hint)
     return Emitted(files, sink.diagnostics())
 
 
@@ -238,13 +250,13 @@ def check_choice(target: str, asked: Collection[str]) -> None:
 
     Args:
         target: as in `Scene.emit`, or a key of `scenecc.emit.EMITTERS`, which accepts none of them.
-        asked: the given arguments among `scene`, `grid`, `show`, `entity`, `folder` and `binary`.
+        asked: the given arguments among `scene`, `grid`, `show`, `entity`, `max_triangles`, `folder` and `binary`.
 
     Raises:
         ValueError: the target does not accept one of them, or two exclude each other.
     """
     for word in asked:
-        takers = [name for name, row in EXPORTS.items() if word == "scene" or word in row.takes]
+        takers = [name for name, row in EXPORTS.items() if word in {"scene", "max_triangles", *row.takes}]
         if target not in takers:
             raise ValueError(f"{target} does not support `{word}`, which is only for {', '.join(takers)}")
     if {"grid", "scene"} <= set(asked):

@@ -289,9 +289,10 @@ def scene_draws(
     """Returns what a build with each seed draws, in the order of the seeds. No engine is started.
 
     These are the shared draws (`INSTANCE/NAME` in an instance), and all fields that are drawn or differ between scenes,
-    by their paths: `cube.mass`, `cube.shapes[0].half_size`, `arm/elbow.stiffness`, `lights/lamp.color`. A pose is 7 numbers, p [m] then q (wxyz), in the world of the scene or,
-    for a light or camera, in the frame of its mount. `cube.pick` is the index of the scene's variant. A file is its
-    path as written. In scenes without the value, numbers are NaN and texts None; integers and flags are then floats.
+    by their paths: `cube.mass`, `cube.shapes[0].half_size`, `arm/elbow.stiffness`, `lights/lamp.color`. A pose is 7
+    numbers, p [m] then q (wxyz), in the world of the scene or, for a light or camera, in the frame of its mount.
+    `cube.pick` is the index of the scene's variant. A file is its path as written. In scenes without the value, numbers
+    are NaN and texts None; integers and flags are then floats.
 
     Args:
         source: as for `validate`.

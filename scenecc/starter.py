@@ -88,6 +88,7 @@ def starter_files(template: str, robot: str | None, address: str = ADDRESS) -> d
         for name, content in {
             **files,
             "test_scenes.py": _text("project/test_scenes.py"),
+            "pytest.ini": _text("project/pytest.ini"),
             # An editor finds the schema beside the scenes, without a network.
             "scene.schema.json": json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n",
             ".pre-commit-config.yaml": _text("project/pre-commit-config.yaml"),

@@ -40,6 +40,15 @@ SceneIndex = Annotated[
 ]
 Grid = Annotated[bool, typer.Option("--grid", help="Export all scenes side by side (glb).")]
 Shown = Annotated[Show, typer.Option("--show", help="Export visual or collision shapes (glb, usd).")]
+Triangles = Annotated[
+    int | None,
+    typer.Option(
+        "--max-triangles",
+        metavar="N",
+        parser=at_least(1),
+        help="Simplify visual meshes from files that have more triangles; not for python and json.",
+    ),
+]
 EntityName = Annotated[
     str | None,
     typer.Option("--entity", metavar="NAME", help="Export only this entity (urdf).", autocompletion=complete_entity),
@@ -58,6 +67,7 @@ def emit(
     grid: Grid = False,
     show: Shown = "visual",
     entity: EntityName = None,
+    triangles: Triangles = None,
     form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
@@ -86,7 +96,7 @@ def emit(
     import scenecc
     from scenecc.export import BINARY_SUFFIXES, EmitChoices
 
-    asked = {"scene": index, "grid": grid, "show": show == "collision", "entity": entity}
+    asked = {"scene": index, "grid": grid, "show": show == "collision", "entity": entity, "max_triangles": triangles}
     target = _choose_target(to, output)
     folder = _is_folder(target, output, asked)
     source = checked_source(scene, output, form, folder=folder)
@@ -95,7 +105,7 @@ def emit(
         name = None if output == STDOUT else Path(output).stem
         binary = target == "usd" and Path(output).suffix.lower() in BINARY_SUFFIXES
         base = base_folder(output) if target in _TEXTS else None
-        choices |= {"name": name, "binary": binary, "progress": told}
+        choices |= {"name": name, "binary": binary, "max_triangles": triangles, "progress": told}
         made = scenecc.open_scene(source, **options).emit(target, base=base, **choices)
     reason = write_files(output, made.files, folder=folder)
     found = made.diagnostics if reason is None else [*made.diagnostics, usage_error(*reason, file=output)]

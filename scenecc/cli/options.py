@@ -196,7 +196,7 @@ Limits = Annotated[
 ]
 TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="Format of the output.")]
 FormatOption = Annotated[
-    Format, typer.Option("--format", help="Format of the output; from github on, of the diagnostics only.")
+    Format, typer.Option("--format", help="Format of the output; the last four hold only diagnostics.")
 ]
 Timings = Annotated[bool, typer.Option("--timings", help="Print the time of each stage, on standard error.")]
 

@@ -35,6 +35,7 @@ class ExportOptions:
         entity: name of the entity to write. None: all.
         folder: write one file per entity, named after it.
         binary: write the binary variant of the format.
+        max_triangles: simplify visual meshes from files that have more triangles. None: none.
     """
 
     name: str
@@ -43,6 +44,7 @@ class ExportOptions:
     entity: str | None = None
     folder: bool = False
     binary: bool = False
+    max_triangles: int | None = None
 
 
 def _emit_json(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:

@@ -276,7 +276,7 @@ _Y_UP: Final = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 
 
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
     """Returns the file, or None after an error, which is reported to `sink`."""
-    mesh_builder = MeshBuilder(plan, lambda problem, origin: problem.report(sink, origin))
+    mesh_builder = MeshBuilder(plan, lambda problem, origin: problem.report(sink, origin), options.max_triangles)
     try:
         drawn = tuple(build_scene_meshes(mesh_builder, scene, options.show) for scene in measured.scenes)
     except AssetError as problem:

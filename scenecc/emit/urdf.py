@@ -314,7 +314,9 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
     """Returns a URDF, `NAME.urdf`, or one for each articulation; None after an error. See `scenecc.emit.export`."""
     chosen = _select_entities(measured.scenes[0], options, sink)
     unsupported = UnsupportedFeatures(sink, left_out="SC740", otherwise="SC741")
-    mesh_builder = MeshBuilder(plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place))
+    mesh_builder = MeshBuilder(
+        plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place), options.max_triangles
+    )
     names, files, assets = UniqueNames(), dict[str, bytes](), dict[str, bytes]()
     for entity in chosen:
         wish = re.sub(r"[^A-Za-z0-9_.-]+", "_", entity.entity.name) if options.folder else options.name

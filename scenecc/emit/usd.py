@@ -556,7 +556,7 @@ _UNSUPPORTED_PHYSICS_FIELDS: Final = ("timestep", *PHYSX_SETTINGS)
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
     """Returns the file and its images, or None after an error, which is reported to `sink`."""
     unsupported = UnsupportedFeatures(sink, left_out="SC750", otherwise="SC750")
-    mesh_builder = MeshBuilder(plan, lambda problem, origin: problem.report(sink, origin))
+    mesh_builder = MeshBuilder(plan, lambda problem, origin: problem.report(sink, origin), options.max_triangles)
     try:
         stage = Stage(options.name, unsupported)
         _write_scene(

@@ -36,12 +36,19 @@ _COLLISION_MATERIALS: Final = {kind: SurfaceMaterial(base_color=color) for kind,
 class MeshBuilder:
     """Builds meshes of a plan's bodies. Equal surfaces and materials are shared, and files are read once."""
 
-    def __init__(self, plan: ScenePlan, on_left_out: Callable[[AssetError, Origin | None], None]) -> None:
-        """`on_left_out`: called once for each image that is left out, with the first shape that uses it."""
+    def __init__(
+        self,
+        plan: ScenePlan,
+        on_left_out: Callable[[AssetError, Origin | None], None],
+        max_triangles: int | None = None,
+    ) -> None:
+        """`on_left_out`: called once for each image that is left out, with the first shape that uses it.
+        `max_triangles`: of a visual mesh from a file, which is simplified if it has more.
+        """
         self._plan = plan
         self._now: Origin | None = None
         self._looks = MaterialCache(plan, lambda problem: on_left_out(problem, self._now))
-        self._files = MeshFiles()
+        self._files = MeshFiles(max_triangles)
         self._primitives: dict[tuple[str, tuple[float, ...]], tuple[Surface, Vec3]] = {}
         self._terrains: dict[tuple[object, ...], Surface] = {}
         self._meshes: dict[str, Surface] = {}

@@ -19,6 +19,7 @@ from scenecc.assets.obj_materials import image_of_words
 from scenecc.files import ChangedError, read_checked
 from scenecc.geometry.rotations import to_vector
 from scenecc.meshes.primitives import make_surface
+from scenecc.meshes.simplify import simplify_parts
 from scenecc.meshes.surface import ImageCache, MeshPart, SurfaceMaterial, Vec4, convert_image
 
 if TYPE_CHECKING:
@@ -51,7 +52,9 @@ _SPECULAR: Final = 0.5
 class MeshFiles:
     """Cache of mesh files; files with the same content are read once."""
 
-    def __init__(self) -> None:
+    def __init__(self, max_triangles: int | None = None) -> None:
+        """`max_triangles`: simplify meshes with more; None: none."""
+        self._max_triangles = max_triangles
         self._paths: dict[Path, tuple[MeshPart, ...]] = {}
         self._contents: dict[tuple[object, ...], tuple[MeshPart, ...]] = {}
 
@@ -69,7 +72,8 @@ class MeshFiles:
         data = _read_file(file.path, file.sha256)
         key = (file.path.suffix.lower(), sha256(data).hexdigest(), *file.names)
         if key not in self._contents:
-            self._contents[key] = _read_mesh(data, file)
+            parts = _read_mesh(data, file)
+            self._contents[key] = simplify_parts(parts, self._max_triangles) if self._max_triangles else parts
         return self._contents[key]
 
 

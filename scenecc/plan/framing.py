@@ -5,7 +5,7 @@ Computes poses from boxes, without an engine or a page. `scenecc render` and the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from math import atan, cos, pi, radians, sin, tan
 from typing import TYPE_CHECKING, Final, Literal
@@ -72,11 +72,13 @@ class Solids:
         boxes: (S, 2, 3) [m], lowest and highest corner of each shape.
         bodies: (S,) body of each shape, 0 to B - 1.
         motions: (B,) `Motion` of each body; a link of an articulation is dynamic.
+        outlines: (S, K, 3) [m] points around each shape, closer than the corners of its box. None: these corners.
     """
 
     boxes: NDArray[np.float64]
     bodies: NDArray[np.int64]
     motions: NDArray[np.int64]
+    outlines: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,11 +89,13 @@ class Subject:
         boxes: (N, 2, 3) [m] of its bodies, N at least 1.
         obstacles: (M, 2, 3) [m] of static shapes outside the subject.
         ground: height of the surface below it [m]; of its lowest point if there is none.
+        outline: (P, 3) [m] points around its shapes.
     """
 
     boxes: NDArray[np.float64]
     obstacles: NDArray[np.float64]
     ground: float
+    outline: NDArray[np.float64]
 
     @property
     def low(self) -> NDArray[np.float64]:
@@ -155,10 +159,18 @@ def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
     real = np.asarray(np.isfinite(boxes).all(axis=(1, 2)))
     chosen = real & np.isin(np.arange(count), list(focus)) if focus else _find_moving(boxes, real, solids.motions)
     if not chosen.any():
-        return Subject(np.array([[[-0.5] * 3, [0.5] * 3]]), np.zeros((0, 2, 3)), -0.5)
-    others = solids.boxes[~chosen[solids.bodies] & np.isfinite(solids.boxes).all(axis=(1, 2))]
-    subject = Subject(boxes[chosen], others, 0.0)
-    return Subject(subject.boxes, others, _support(subject))
+        unit = np.array([[[-0.5] * 3, [0.5] * 3]])
+        return Subject(unit, np.zeros((0, 2, 3)), -0.5, box_corners(unit).reshape(-1, 3))
+    finite, within = np.isfinite(solids.boxes).all(axis=(1, 2)), chosen[solids.bodies]
+    points = box_corners(solids.boxes) if solids.outlines is None else solids.outlines
+    subject = Subject(boxes[chosen], solids.boxes[~within & finite], 0.0, points[within & finite].reshape(-1, 3))
+    return replace(subject, ground=_support(subject))
+
+
+def box_corners(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Returns the corners (…, 8, 3) of boxes (…, 2, 3)."""
+    choice = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
+    return boxes[..., choice, [0, 1, 2]]
 
 
 def _find_moving(boxes: NDArray[np.float64], real: NDArray[np.bool_], motions: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -288,8 +300,7 @@ def _fit(
     |s - S| <= (d + D) · slope.
     """
     axes = rotation_arrays.rotation_matrix(_looking(-back))  # columns: forward, left, up
-    choice = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
-    corners = subject.boxes[:, choice, [0, 1, 2]].reshape(-1, 3) @ axes
+    corners = subject.outline @ axes
     depth, distance, offsets = corners[:, 0], -np.inf, [0.0, 0.0]
     for axis, slope in enumerate(slopes):
         side = corners[:, 1 + axis]

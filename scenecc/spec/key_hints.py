@@ -321,7 +321,7 @@ def _pose_of_origin(word: str, value: Any, owner: Mapping[str, Any]) -> str | No
     if not is_mapping(value):
         return None
     turn = next((_rotation(snake_case(key), one) for key, one in value.items() if snake_case(key) in _TURN_WORDS), None)
-    place = next((numbers(one) for key, one in value.items() if snake_case(key) in _PLACE_WORDS), [])
+    place = next((numbers(one) for key, one in value.items() if snake_case(key) in _PLACE_WORDS), list[float]())
     parts = [*([f"p: {flow(place)}"] if place else []), *([turn] if turn else [])]
     return f"write `pose: {{{', '.join(parts)}}}`" if parts else None
 
@@ -366,7 +366,7 @@ def _look_at(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
     del word, value
     pose = owner.get("pose")
     eye = owner.get("eye", pose.get("p") if is_mapping(pose) else pose)
-    eye = next((owner[key] for key in _PLACE_WORDS if key in owner), []) if eye is None else eye
+    eye = next((owner[key] for key in _PLACE_WORDS if key in owner), None) if eye is None else eye
     target = next((owner[key] for key in ("look_at", "lookat", "target") if key in owner), [0, 0, 0])
     if len(numbers(eye)) != 3 or len(numbers(target)) != 3:
         return None

@@ -115,8 +115,8 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
     if path[-1:] in {("limits",), ("limits_deg",)}:
         ends = [*numbers(found.get("lower", found.get("min"))), *numbers(found.get("upper", found.get("max")))]
         return f"write `{path[-1]}: {flow(ends) if len(ends) == 2 else '[low, high]'}`"
-    if expected == "a text" and path and len(found) == 1 and isinstance(*found.values(), str):
-        return f"write `{path[-1]}: {flow(*found.values())}`"
+    if expected == "a text" and path and len(found) == 1 and isinstance(only := next(iter(found.values())), str):
+        return f"write `{path[-1]}: {flow(only)}`"
     if path[-1:] == ("com",):
         return "write `com: [x, y, z]`; the axes of an inertia are the `com` of `inertial`"
     if "xyz" in found and "axis" in path[-1:]:
@@ -279,7 +279,7 @@ def color_hint(path: Path, found: Any) -> str:
         return 'write three or four numbers in 0..1, or `"#rrggbb"`'
     text = entry if isinstance(entry, str) else flow(entry)
     quoted = f'"{text}"' if isinstance(entry, str) else text
-    return f"write {_entry(path, quoted)}" + ("" if isinstance(entry, str) else ": the numbers of a colour are in 0..1")
+    return f"write {_entry(path, quoted)}"
 
 
 def color_of(found: Any) -> str | list[float] | None:
@@ -295,12 +295,13 @@ def color_of(found: Any) -> str | list[float] | None:
         listed = re.fullmatch(r"(?:rgba?)?[(\[]?([\d.,]+)[)\]]?", word)
         found = listed[1].split(",") if listed else []
     parts = numbers(found)
-    if len(parts) not in {3, 4}:
+    if len(parts) not in {3, 4} or min(parts) < 0 or max(parts) > _BYTE:
         return None
     if max(parts) <= 1:
         return parts
-    alpha = [round(parts[3] / 255, 4) if parts[3] > 1 else parts[3]] if len(parts) == 4 else []
-    return [*(round(one / 255, 4) for one in parts[:3]), *alpha]
+    alpha = [one if one > 1 else one * _BYTE for one in parts[3:]]
+    # Bytes are sRGB, as in a text; a list would be linear.
+    return "#" + "".join(f"{round(one):02x}" for one in (*parts[:3], *alpha))
 
 
 _MAX_LENGTH: Final = 200
@@ -367,7 +368,7 @@ def _commas(text: str) -> str:
 
 def _list(path: Path, text: str) -> str:
     if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
-        return f"write commas: `{path[-2]}: {flow(color)}`"
+        return f"write `{path[-2]}: {flow(color)}`"
     return f"write commas and brackets: {_entry(path, f'[{_commas(text)}]')}"
 
 

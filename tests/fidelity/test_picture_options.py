@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from io import BytesIO
 from itertools import pairwise
 from typing import Any
@@ -12,6 +13,7 @@ import sapien
 from PIL import Image
 
 from scenecc import load_scene, render_scene
+from scenecc.backends.sapien import engine
 from scenecc.backends.sapien.engine import ray_tracing_quality, render
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("held_renderer")]
@@ -93,6 +95,16 @@ def test_a_cpu_that_compiles_shaders_is_told_of_once(monkeypatch: pytest.MonkeyP
     for _ in range(2):
         seen(scene(box=box(0, 0, 0)), compiling=told.append)
     assert told == ["llvmpipe"]
+
+
+def test_the_renderer_is_kept_with_its_shaders_until_the_process_forks() -> None:
+    seen(scene(box=box(0, 0, 0)))
+    assert engine._keep_renderer.cache_info().currsize == 1
+    child = os.fork()
+    if child == 0:
+        os._exit(0)
+    os.waitpid(child, 0)
+    assert engine._keep_renderer.cache_info().currsize == 0, "a child could not use it"
 
 
 def test_a_view_shows_one_side_and_a_zoom_magnifies_it() -> None:

@@ -29,12 +29,13 @@ for every command except `diff`.
 | `-o FILE` | The output, in the format that the suffix names; `-` is standard output. |
 | `--scene` | One scene, by its index; where several are possible, `0:4`, `0,2` or `::2`. |
 
-`--format` has one meaning in all commands. With `text`, results are printed on standard output, and diagnostics beside a result on standard
-error. With `json`, standard output is one JSON document: the result and the list `diagnostics`. After an error it has only
-`diagnostics`. The formats `github`, `gitlab`, `junit` and `sarif` hold diagnostics only. Wrong options are reported
-as text, with status 2, because the format may not be known yet.
+`--format` has one meaning in all commands. With `text`, results are printed on standard output, and diagnostics
+beside a result on standard error. With `json`, standard output is one JSON document: the result and the list
+`diagnostics`. After an error it has only `diagnostics`. The formats `github`, `gitlab`, `junit` and `sarif` hold
+diagnostics only. Wrong options are reported as text, with status 2, because the format may not be known yet.
 
-`scenecc --install-completion` lets bash, zsh and fish complete commands, options, scene files, codes, prefabs, parameters, entities and cameras.
+`scenecc --install-completion` lets bash, zsh and fish complete commands, options, scene files, codes, prefabs,
+parameters, entities and cameras.
 
 """
 
@@ -75,9 +76,9 @@ def _section(name: str, command: Any) -> Iterator[str]:
         yield from ("", paragraph)
     yield from ("", "```console", *(f"$ {line}" if line[:1] != "#" else line for line in examples(command)), "```", "")
     yield from ("| argument or option | meaning |", "|---|---|")
-    for name, meaning in (*command.help_rows(context, "argument"), *command.help_rows(context, "option")):
-        if name not in EVERYWHERE:
-            yield f"| `{_cell(name)}` | {_cell(meaning)} |"
+    for option, meaning in (*command.help_rows(context, "argument"), *command.help_rows(context, "option")):
+        if option not in EVERYWHERE:
+            yield f"| `{_cell(option)}` | {_cell(meaning)} |"
 
 
 def _cell(text: str) -> str:

@@ -6,6 +6,7 @@ import importlib.util
 import json
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import jsonschema
@@ -60,6 +61,18 @@ def test_every_starter_file_is_valid_for_scenecc_and_its_schema(folder: Path) ->
         assert document is not None
         jsonschema.validate(document.data, schema)
     assert [file.name for file in scenes if file.name != "robot.yaml"] == ["scene.yaml"]
+
+
+def test_pytest_ignores_the_settings_of_folders_above_a_starter(tmp_path: Path) -> None:
+    files = starter_files("empty", None)
+    (tmp_path / "pyproject.toml").write_text('[tool.pytest.ini_options]\naddopts = ["--strict-config"]\nno_such = 1\n')
+    (tmp_path / "demo").mkdir()
+    for name in ("pytest.ini", "test_scenes.py"):
+        (tmp_path / "demo" / name).write_bytes(files[name])
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
+    done = subprocess.run(command, cwd=tmp_path / "demo", capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "2 tests collected" in done.stdout
 
 
 def test_the_test_of_a_starter_fails_with_its_scene(tmp_path: Path) -> None:

@@ -58,9 +58,15 @@ def new_render_system() -> Any:
 
 @cache
 def _keep_renderer() -> Any:
-    """Keeps the renderer until the process ends: without a render system, SAPIEN discards its compiled shaders."""
-    atexit.register(_keep_renderer.cache_clear)
+    """Keeps the renderer until the process ends or forks. Without one, SAPIEN discards its compiled shaders.
+
+    A forked process could not use it.
+    """
     return render.RenderSystem()
+
+
+atexit.register(_keep_renderer.cache_clear)
+os.register_at_fork(before=_keep_renderer.cache_clear)
 
 
 @cache

@@ -52,16 +52,22 @@ def unchecked(diagnostics: Sequence[Diagnostic], style: Style) -> dict[str, list
 
 def unchecked_text(missing: Mapping[str, Sequence[str]]) -> str:
     """Returns the result of `unchecked` as one line; "" if everything was checked."""
-    words = [", ".join(stages) for stages in missing.values()]
-    if len(words) > 1:
-        words = [f"{text} of {visible(file)}" for file, text in zip(missing, words, strict=True)]
-    if len(words) > _NAMED:
-        words = [*words[:_NAMED], f"parts of {len(words) - _NAMED} other files"]
+    files: dict[str, list[str]] = {}
+    for file, stages in missing.items():
+        files.setdefault(", ".join(stages), []).append(visible(file))
+    words = list(files)
+    if len(missing) > 1:
+        words = [f"{text} of {_enumerated(names)}" for text, names in files.items()]
     return f"not checked because of these errors: {'; '.join(words)}" if words else ""
 
 
+def _enumerated(names: Sequence[str]) -> str:
+    others = len(names) - _NAMED
+    return ", ".join(names) if others <= 1 else f"{', '.join(names[:_NAMED])} and {others} other files"
+
+
 _NAMED = 3
-"""Maximum number of files that `unchecked_text` names."""
+"""Maximum number of files that `unchecked_text` names, for the same stages."""
 
 
 def checked_file(diagnostic: Diagnostic, files: Collection[str]) -> str:

@@ -45,7 +45,9 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
     """Returns the model, `NAME.xml`, and its meshes and images; None after an error. See `scenecc.emit.export`."""
     unsupported = UnsupportedFeatures(sink, left_out="SC730", otherwise="SC731")
     assets = AssetFolder(options.name)
-    mesh_builder = MeshBuilder(plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place))
+    mesh_builder = MeshBuilder(
+        plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place), options.max_triangles
+    )
     model = MjcfModel(
         plan, measured.scenes[0], mesh_builder, assets, unsupported, XmlElement("mujoco", model=plan.name)
     )

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import unicodedata
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -74,6 +75,10 @@ def test_what_was_not_checked_because_of_an_error_is_said_in_one_line(text: str,
     (done,) = json.loads(render(found, "sarif"))["runs"][0]["invocations"]
     assert done["toolExecutionNotifications"][0]["message"]["text"] == line
     assert f"{line}</system-out>" in render(found, "junit", files=["<stream>"])
+    named = {4: "a.yaml, b.yaml, c.yaml, d.yaml", 7: "a.yaml, b.yaml, c.yaml and 4 other files"}
+    for count, files in named.items():
+        several = [replace(one, location=Location(f"{name}.yaml", 2)) for name in "abcdefg"[:count] for one in found]
+        assert render(several).splitlines()[-1] == f"{line} of {files}"
     two = [*found, *validate(io.StringIO("scenecc: 1\nx: 1\n"), num_scenes=2)]
     assert render(two).splitlines()[-1].startswith("not checked because of these errors: ")
 

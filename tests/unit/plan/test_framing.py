@@ -16,6 +16,7 @@ from scenecc.plan.framing import (
     Motion,
     Solids,
     Subject,
+    View,
     azimuth_of,
     cell_size,
     find_subject,
@@ -113,7 +114,8 @@ def test_a_view_is_from_its_side_and_a_zoom_magnifies() -> None:
         pose = frame_subject(subject, 640, 480, view=view).pose
         unit = np.array(direction) / np.linalg.norm(direction)
         assert np.allclose(rotation_matrix(pose[3:])[:, 0], -unit, atol=1e-3), view
-    for view, up in (("top", [1, 0, 0]), ("bottom", [1, 0, 0]), ("front", [0, 0, 1])):
+    ups: list[tuple[View, list[float]]] = [("top", [1, 0, 0]), ("bottom", [1, 0, 0]), ("front", [0, 0, 1])]
+    for view, up in ups:
         pose = frame_subject(subject, 640, 480, view=view).pose
         assert np.allclose(rotation_matrix(pose[3:])[:, 2], up, atol=1e-3), view
     whole, near, far = (frame_subject(subject, 640, 480, zoom=zoom) for zoom in (1, 4, 0.25))

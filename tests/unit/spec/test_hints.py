@@ -98,6 +98,13 @@ def test_a_mistake_in_an_entity_is_told_once(entity: Any, code: str, path: str, 
         ("cameras", {"fovy": 60}, "SC104", "fovy", "`fovy_deg: 60`"),
         ("cameras", {"fovy": -1}, "SC104", "fovy", ""),
         ("lights", {"type": "spot", "color": [1, 1, 1], "outer_fov": 60}, "SC104", "outer_fov", "`outer_fov_deg: 60`"),
+        (
+            "constraints",
+            {"type": "hinge", "parent": "world", "child": "b", "damping": 1},
+            "SC101",
+            "damping",
+            "`drive: {",
+        ),
     ],
     ids=str,
 )
