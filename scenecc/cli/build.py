@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from scenecc.cli.options import (
-    Format,
     FormatOption,
     SceneArgument,
     Scenes,
@@ -69,7 +68,7 @@ def build(
     audit: AuditOption = None,
     every: Annotated[bool, typer.Option("--all", help="Print all rows of long tables.")] = False,
     timings: Timings = False,
-    form: FormatOption = Format.text,
+    form: FormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Build a scene as parallel SAPIEN scenes.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from scenecc.cli.checking import CHECK_OPTIONS, ScenesOnly, run_checks
-from scenecc.cli.options import Format, FormatOption, ScenePaths, Scenes, quote_text, takes_compile_options
+from scenecc.cli.options import FormatOption, ScenePaths, Scenes, quote_text, takes_compile_options
 from scenecc.cli.output import of_settings, progress
 from scenecc.cli.paths import find_files, source_of
 
@@ -67,7 +67,7 @@ def check(
         typer.Option("--permute", help="Also check that scenes do not depend on others in the batch, bit for bit."),
     ] = False,
     scenes_only: ScenesOnly = False,
-    form: FormatOption = Format.text,
+    form: FormatOption = "text",
     options: dict[str, Any],
     others: dict[str, Any],
 ) -> None:

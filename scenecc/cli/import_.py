@@ -11,7 +11,7 @@ import typer
 
 from scenecc.cli.completion import complete_loss
 from scenecc.cli.many_files import Jobs, Shard, are_many, choose_files, write_each
-from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_options
+from scenecc.cli.options import TableFormatOption, takes_compile_options
 from scenecc.cli.output import end, progress, unwritten, usage_error
 from scenecc.cli.paths import STDIN, Kind, find_files, path_faults
 
@@ -51,7 +51,7 @@ def import_(
     keep_file: Annotated[
         bool, typer.Option("--keep-file", help="Let the scene name an MJCF, instead of writing its bodies and robots.")
     ] = False,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Convert a world or robot in another format to a scene file.

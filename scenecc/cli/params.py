@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from scenecc.cli.options import SceneArgument, TableFormat, TableFormatOption, takes_compile_options
+from scenecc.cli.options import SceneArgument, TableFormatOption, takes_compile_options
 from scenecc.cli.output import end, scene_errors
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text, table
@@ -22,7 +22,7 @@ _HEAD = ("name", "type", "default", "range", "description")
 def params(
     scene: SceneArgument,
     *,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """List the parameters of a scene. --set sets them.

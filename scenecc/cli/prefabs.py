@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from scenecc.cli.completion import complete_prefab
-from scenecc.cli.options import TableFormat, TableFormatOption
+from scenecc.cli.options import TableFormatOption
 from scenecc.cli.output import end, usage_error
 from scenecc.cli.params import params_data, params_table
 from scenecc.cli.tables import escape_text, table
@@ -29,7 +29,7 @@ def prefabs(
         ),
     ] = None,
     *,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
 ) -> None:
     """List the built-in prefabs, or the parameters of one.
 

@@ -13,7 +13,6 @@ import typer
 from scenecc.cli.completion import complete_scene
 from scenecc.cli.many_files import ChangedSince, Jobs, Shard, are_many, choose_files, files_used, write_each
 from scenecc.cli.options import (
-    Format,
     FormatOption,
     Show,
     Steps,
@@ -78,11 +77,11 @@ def render(
     jobs: Jobs = None,
     shard: Shard = None,
     changed_since: ChangedSince = None,
-    show: Annotated[Show, typer.Option("--show", help="Shapes to draw.")] = Show.visual,
+    show: Annotated[Show, typer.Option("--show", help="Shapes to draw.")] = "visual",
     steps: Steps = 0,
     every: Every = None,
     timings: Timings = False,
-    form: FormatOption = Format.text,
+    form: FormatOption = "text",
     options: dict[str, Any],
     others: dict[str, Any],
 ) -> None:
@@ -113,7 +112,7 @@ def render(
 
     many = are_many(paths, shard, changed_since)
     output, kind = _choose_kind(output, steps, every, many=many)
-    choices = picture_choices(others, steps=steps, video=kind, every=every, collision=show is Show.collision)
+    choices = picture_choices(others, steps=steps, video=kind, every=every, collision=show == "collision")
     picture = partial(_render, {**choices, **options}, timings)
     if many:
         used = partial(files_used, options=Options.of(**options))

@@ -7,21 +7,46 @@ from math import pi
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.messages import cut, keyboard_hint, nearest
-from scenecc.spec.hints import COLORS, FORM_SYNONYMS, LENGTH_HINTS, MISSING_KEY_HINTS, SYNTAX_HINTS
-from scenecc.spec.key_hints import flow, gravity, numbers
+from scenecc.spec.hints import (
+    COLORS,
+    FORM_SYNONYMS,
+    LENGTH_HINTS,
+    MISSING_KEY_HINTS,
+    SYNTAX_HINTS,
+    VALUE_HINTS,
+)
+from scenecc.spec.key_hints import flow, gravity, numbers, synonym
 from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from scenecc.diagnostics.diagnostic import Path
 
-    TextSlip = tuple[re.Pattern[str], str | Callable[[Path, re.Match[str]], str]]
-
+    TextSlip = tuple[str, str, str]
 
 MAPPING_OF_NAMES: Final = "a mapping of names"
 """Expected kind of a mapping whose keys are names, for example of entities. Other mappings have fixed keys."""
+
+
+def choice_hint(found: str, choices: Sequence[str]) -> str | None:
+    """Returns a hint with the one of some words that was probably meant; None if there is none."""
+    word = found.lower()
+    if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
+        return hint
+    near = synonym(word, choices)
+    if near is None and "z" in choices and (hint := _NEGATIVE_AXES.get(word) or kind_hint("a list", (), found)):
+        return hint
+    near = near or nearest(found, choices)
+    return near and f"did you mean `{near}`?"
+
+
+_NEGATIVE_AXES: Final = {
+    "-x": "write `[-1, 0, 0]`",
+    "-y": "write `[0, -1, 0]`",
+    "-z": "write `[0, 0, -1]`",
+}
 
 
 def kind_hint(expected: str, path: Path, found: Any) -> str | None:
@@ -170,41 +195,41 @@ def _names_hint(path: Path, found: Sequence[Any]) -> str:
 
 def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
     """Returns a hint with the form that an unknown mapping probably means."""
-    near = next((near for key in found if (near := nearest(key, FORM_KEYS))), None)
-    if near is not None:
-        return f"did you mean `{near}`?"
-    other = next((FORM_SYNONYMS[key] for key in found if key in FORM_SYNONYMS), None)
-    if other is not None:
-        ends = next((found[key] for key in found if key in FORM_SYNONYMS), None)
-        if is_sequence(ends):
-            return f"did you mean `{{{other.partition(':')[0]}: {flow(ends)}}}`?"
+    for key, value in found.items():
+        near = nearest(key, FORM_KEYS)
+        form = FORM_SYNONYMS.get(key, near)
+        if near and not is_sequence(value):
+            return f"did you mean `{near}`?"
+        if form is None:
+            continue
         low, high = found.get("min", found.get("low")), found.get("max", found.get("high"))
-        is_range = low is not None and high is not None
-        return f"did you mean `{{{f'uniform: {flow([low, high])}' if is_range else other}}}`?"
+        if is_sequence(value):
+            form = f"{form.partition(':')[0]}: {flow(value)}"
+        elif low is not None and high is not None:
+            form = f"uniform: {flow([low, high])}"
+        return f"did you mean `{{{form}}}`?"
     if expected in {"a number", "a whole number", "true or false"} or expected.startswith("["):
         return "a value that differs from scene to scene is a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"
     return None
 
 
-def _text_hint(expected: str, path: Path, text: str) -> str | None:
+def _text_hint(expected: str, path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case each
     if len(text) > _MAX_LENGTH:
         return None
     if hint := keyboard_hint(text):
         return hint
     is_list = expected == "a list" or expected.startswith("[")
     if is_list or expected in {"a number", "a whole number"}:
-        hint = unit_hint(path, text) or _hint_of(path, text, _LIST_SLIPS if is_list else _NUMBER_SLIPS)
-        if hint:
+        if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
+            return f"write `{path[-2]}: {flow(color)}`"
+        if hint := unit_hint(path, text) or _slip_hint(path, text, _LIST_SLIPS if is_list else _NUMBER_SLIPS):
             return hint
     if expected == "true or false":
-        is_condition = path[-1:] in {("if",), ("that",)}
-        return _expression(path, text) if is_condition else _switch_hint(str(path[-1]) if path else "", text)
-    return _hint_of(path, text, _SLIPS) or _place_hint(path, text)
-
-
-def _hint_of(path: Path, text: str, slips: tuple[TextSlip, ...]) -> str | None:
-    found = ((hint, match) for pattern, hint in slips if (match := pattern.fullmatch(text)))
-    return next((hint if isinstance(hint, str) else hint(path, match) for hint, match in found), None)
+        if path[-1:] in {("if",), ("that",)}:
+            quoted = f'"${{{cut(text)}}}"'
+            return f"an expression is written {_entry(path, quoted)}"
+        return _switch_hint(str(path[-1]) if path else "", text)
+    return _slip_hint(path, text, _TEXT_SLIPS) or _place_hint(path, text)
 
 
 def _place_hint(path: Path, text: str) -> str | None:
@@ -357,88 +382,68 @@ def unit_hint(path: Path, text: str) -> str | None:
     return f"write {_entry(path, number * factor)}: {_SI}"
 
 
-def _expression(path: Path, text: str) -> str:
-    quoted = f'"${{{cut(text)}}}"'
-    return f"an expression is written {_entry(path, quoted)}"
-
-
 def _commas(text: str) -> str:
     return ", ".join(text.replace(",", " ").split())
 
 
-def _list(path: Path, text: str) -> str:
-    if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
-        return f"write `{path[-2]}: {flow(color)}`"
-    return f"write commas and brackets: {_entry(path, f'[{_commas(text)}]')}"
+def _slip_hint(path: Path, text: str, slips: Iterable[TextSlip]) -> str | None:
+    """Returns the hint of the first slip that a text is."""
+    for pattern, value, words in slips:
+        if found := re.fullmatch(pattern, text):
+            made = found.expand(value)
+            entry = _entry(path, re.sub(r"\[(.*)\]", lambda items: f"[{_commas(items[1])}]", made))
+            before, at, after = words.partition("@")
+            return f"{found.expand(before)}{entry if at else ''}{found.expand(after)}"
+    return None
 
 
-_SLIPS: tuple[TextSlip, ...] = (
+_FORM_SLIP: Final = (
+    rf"({'|'.join(sorted(FORM_KEYS))})(?:\(| *\[| +)\[?([^()\[\]]*)\]?\)?",
+    r"{\1: [\2]}",
+    "write a form: @",
+)
+
+_TEXT_SLIPS: Final[tuple[TextSlip, ...]] = (
     # Expressions in the syntax of other tools.
     (
-        re.compile(r"\$([A-Za-z_]\w*)|\{ *([A-Za-z_]\w*) *\}|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)"),
-        lambda path, found: _expression(path, next(filter(None, found.groups()))),
+        r"\$([A-Za-z_]\w*)|\{ *([A-Za-z_]\w*) *\}|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)",
+        r'"${\1\2\3\4}"',
+        "an expression is written @",
     ),
-    (
-        re.compile(r"([A-Za-z_]\w*) ?= ?([^=]+)"),
-        lambda _, found: f"write a colon instead of `=`: `{cut(found[1])}: {cut(found[2])}`",
-    ),
+    (r"([A-Za-z_]\w*) ?= ?([^=]+)", "", r"write a colon instead of `=`: `\1: \2`"),
 )
-"""Pattern of a string → hint, for any expected kind."""
+"""Pattern of a text, the value that it means, and a hint with `@` for its entry; for any expected kind."""
 
-_FORM_SLIP: TextSlip = (
-    re.compile(rf"({'|'.join(sorted(FORM_KEYS))})(?:\(| *\[| +)\[?([^()\[\]]*)\]?\)?"),
-    lambda path, found: f"write a form: {_entry(path, f'{{{found[1]}: [{_commas(found[2])}]}}')}",
-)
-
-_NUMERIC_SLIPS: tuple[TextSlip, ...] = (
-    (
-        re.compile(r"\s*\[([-+.\deE, ]*)\]\s*"),
-        lambda path, found: f"write {_entry(path, f'[{_commas(found[1])}]')}, without quotes",
-    ),
-    (re.compile(r"\s*[-+.\d][-+.\deE]*(?:[ ,]+[-+.\d][-+.\deE]*)+\s*"), lambda path, found: _list(path, found[0])),
-    (
-        re.compile(r"[-+]?\d+[eE][-+]?\d+"),
-        lambda path, found: f"write {_entry(path, float(found[0]))}, without quotes; PyYAML takes `1e-5` for text",
-    ),
-    (
-        re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"),
-        lambda path, found: f"write {_entry(path, found[0].strip())}, without quotes",
-    ),
-    (
-        re.compile(r"([-+]?\d[\d.]{0,23}) ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}"),
-        lambda path, found: f"write only the number, {_entry(path, found[1])}: {_SI}",
-    ),
-    (re.compile(r".*random.*"), "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
-    (re.compile(r"None|null|nil|nan", re.IGNORECASE), "remove the key, or write a number"),
-    (
-        re.compile(r"([-+]?)inf(inity)?", re.IGNORECASE),
-        lambda path, found: f"write {_entry(path, f'{found[1]}.inf')}, without quotes",
-    ),
+_NUMERIC_SLIPS: Final[tuple[TextSlip, ...]] = (
+    (r"\s*\[([-+.\deE, ]*)\]\s*", r"[\1]", "write @, without quotes"),
+    (r"\s*[-+.\d][-+.\deE]*(?:[ ,]+[-+.\d][-+.\deE]*)+\s*", r"[\g<0>]", "write commas and brackets: @"),
+    (r"([-+]?\d+)[eE](-\d+)", r"\1.0e\2", "write @, without quotes; PyYAML takes `1e-5` for text"),
+    (r"([-+]?\d+)[eE]\+?(\d+)", r"\1.0e+\2", "write @, without quotes; PyYAML takes `1e5` for text"),
+    (r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*", r"\1", "write @, without quotes"),
+    (r"([-+]?\d[\d.]{0,23}) ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}", r"\1", f"write only the number, @: {_SI}"),
+    (r".*random.*", "", "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
+    (r"(?i:None|null|nil|nan)", "", "remove the key, or write a number"),
+    (r"(?i:([-+]?)inf(?:inity)?)", r"\1.inf", "write @, without quotes"),
 )
 
-_LIST_SLIPS: tuple[TextSlip, ...] = (
+_LIST_SLIPS: Final[tuple[TextSlip, ...]] = (
     _FORM_SLIP,
-    (
-        re.compile(r"(?:[\w.]+)?\(+\[?([-+.\deE, ]+)\]?,?\)+"),
-        lambda path, found: f"write a list in brackets: {_entry(path, f'[{_commas(found[1])}]')}",
-    ),
+    (r"(?:[\w.]+)?\(+\[?([-+.\deE, ]+)\]?,?\)+", r"[\1]", "write a list in brackets: @"),
     *_NUMERIC_SLIPS,
-    *_SLIPS,
+    *_TEXT_SLIPS,
 )
-"""Pattern of a string → hint, where a list of numbers is expected."""
+"""As `_TEXT_SLIPS`, where a list of numbers is expected."""
 
-_NUMBER_SLIPS: tuple[TextSlip, ...] = (
+_NUMBER_SLIPS: Final[tuple[TextSlip, ...]] = (
     _FORM_SLIP,
-    (
-        re.compile(r"[-+]?\d+,\d+"),
-        lambda path, found: f"write {_entry(path, found[0].replace(',', '.'))}, with a decimal point",
-    ),
+    (r"([-+]?\d+),(\d+)", r"\1.\2", "write @, with a decimal point"),
     *_NUMERIC_SLIPS,
-    *_SLIPS,
+    *_TEXT_SLIPS,
     # Arithmetic, a name or a function call.
     (
-        re.compile(r"[-+]?[\w.() ]+(?:[-+*/%]+[\w.() ]+)+|[A-Za-z_]\w*(?:\([\w.+*/ -]+\))?"),
-        lambda path, found: _expression(path, found[0]),
+        r"[-+]?[\w.() ]+(?:[-+*/%]+[\w.() ]+)+|[A-Za-z_]\w*(?:\([\w.+*/ -]+\))?",
+        r'"${\g<0>}"',
+        "an expression is written @",
     ),
 )
-"""Pattern of a string → hint, where a number is expected."""
+"""As `_TEXT_SLIPS`, where a number is expected."""
