@@ -33,15 +33,15 @@ FORM_SYNONYMS = {
     **dict.fromkeys(("range", "random", "rand", "between", "min", "low"), "uniform: [low, high]"),
     **dict.fromkeys(("randint", "integer", "int"), "integers: [low, high]"),
     **dict.fromkeys(("gauss", "gaussian", "mean"), "normal: [mean, std]"),
-    **dict.fromkeys(("one_of", "any_of", "options", "random_choice"), "choice: [a, b]"),
+    **dict.fromkeys(("one_of", "oneof", "any_of", "options", "choices", "random_choice", "sample"), "choice: [a, b]"),
     **dict.fromkeys(("values", "list"), "per_scene: [a, b]"),
 }
 """Name of a form in other tools → the form here."""
 
 HALVES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("size", "sizes", "extents", "dimensions", "edges"), ("half_size", "radius")),
-    **dict.fromkeys(("height", "length"), ("half_length",)),
-    **dict.fromkeys(("diameter", "width"), ("radius",)),
+    **dict.fromkeys(("height", "length", "h"), ("half_length",)),
+    **dict.fromkeys(("diameter", "width", "d"), ("radius",)),
 }
 """Unknown key → keys that take half of its value."""
 
@@ -56,7 +56,7 @@ MISSING_KEY_HINTS: dict[str, str] = {
     "inertia": "write `inertia: [ixx, iyy, izz]`, along the axes of `com`",
     "radius": "write `radius: …` [m]",
     "half_size": "write `half_size: [x, y, z]`, from the centre to its faces [m]",
-    "side": "write `side: left`, or right, front or behind",
+    "side": "write `side: left`, or right, front or back",
     "of": "write `of: NAME`, the entity beside it",
     "half_length": "write `half_length: …`, half of its straight part [m], and turn it by `axis` or `pose`",
     "pick": "it selects the variant of each scene: `pick: {cycle: [0, 1]}`, or any form over their indices",
@@ -74,16 +74,16 @@ KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
     "wxyz": ("q",),
     **dict.fromkeys(("friction", "mu", "mu1", "lateral_friction"), ("static_friction",)),
     **dict.fromkeys(("frictionloss", "friction_loss", "coulomb_friction", "dry_friction"), ("friction_force",)),
-    **dict.fromkeys(("linvel", "lin_vel", "velocity"), ("linear_velocity",)),
-    **dict.fromkeys(("angvel", "ang_vel"), ("angular_velocity",)),
+    **dict.fromkeys(("linvel", "lin_vel", "velocity", "vel"), ("linear_velocity", "velocity_target")),
+    **dict.fromkeys(("angvel", "ang_vel", "angular_vel"), ("angular_velocity",)),
     **dict.fromkeys(("dt", "time_step", "sim_dt"), ("timestep",)),
     **dict.fromkeys(("kp", "p_gain"), ("stiffness",)),
     **dict.fromkeys(("kd", "kv", "d_gain"), ("damping",)),
     **dict.fromkeys(("effort", "max_force", "forcerange"), ("force_limit",)),
     "drive_mode": ("mode",),
     "r": ("radius",),
-    **dict.fromkeys(("body1", "body_a", "entity1"), ("parent",)),
-    **dict.fromkeys(("body2", "body_b", "entity2"), ("child",)),
+    **dict.fromkeys(("body1", "body_a", "entity1", "a"), ("parent",)),
+    **dict.fromkeys(("body2", "body_b", "entity2", "b"), ("child",)),
     **dict.fromkeys(("condition", "check", "expr", "expression", "assert"), ("that",)),
     **dict.fromkeys(("at", "time", "when"), ("after",)),
     **dict.fromkeys(("reason", "message", "msg"), ("because",)),
@@ -91,7 +91,7 @@ KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("xy", "offset"), ("at",)),
     **dict.fromkeys(("parent", "frame", "reference", "relative", "parent_frame"), ("relative_to",)),
     **dict.fromkeys(("sky", "skybox", "hdr", "envmap", "hdri"), ("map",)),
-    **dict.fromkeys(("random", "distributions", "randomness"), ("draws",)),
+    **dict.fromkeys(("random", "draw", "distributions", "randomness"), ("draws",)),
     **dict.fromkeys(("margin", "clearance", "min_distance"), ("apart",)),
     "title": ("name",),
     **dict.fromkeys(("metalness", "metal"), ("metallic",)),
@@ -99,7 +99,28 @@ KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
     "hfov": ("fovx",),
     "vfov": ("fovy",),
     "dir": ("direction",),
-    "base_mass": ("mass",),
+    **dict.fromkeys(("base_mass", "weight", "mass_kg"), ("mass",)),
+    **dict.fromkeys(("bounce", "bounciness"), ("restitution",)),
+    **dict.fromkeys(("area", "bounds"), ("region",)),
+    "into": ("inside",),
+    **dict.fromkeys(("ontop", "on_top", "on_top_of", "onto", "surface"), ("on",)),
+    **dict.fromkeys(("env", "envs"), ("environment", "scene_idxs")),
+    **dict.fromkeys(("active", "is_enabled"), ("enabled",)),
+    **dict.fromkeys(("extends", "template", "inherit"), ("use",)),
+    "from": ("use", "parent"),
+    "to": ("child",),
+    "transform": ("pose",),
+    **dict.fromkeys(("ortho", "orthogonal"), ("orthographic",)),
+    **dict.fromkeys(("k", "intrinsics", "camera_matrix"), ("intrinsic",)),
+    "batch_size": ("num_scenes",),
+    "ccd": ("enable_ccd",),
+    "tgs": ("enable_tgs",),
+    **dict.fromkeys(("target_position", "position_target", "setpoint"), ("target",)),
+    "target_velocity": ("velocity_target",),
+    "p": ("stiffness",),
+    "d": ("damping",),
+    "w": ("width",),
+    "h": ("height",),
     **dict.fromkeys(("import", "imports"), ("include",)),
     **dict.fromkeys(
         ("variables", "vars", "constants", "args", "arguments", "parameters", "properties", "params"),
@@ -129,7 +150,6 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "a body has no joints: connect two with `constraints`, or write an articulation `root: {name: …, children: […]}`"),
     ("entities", "joint joints equality welds", "did you mean `constraints`?"),
     ("mount", "parent attached_to attach_to attach parent_link link", "did you mean `mount`?"),
-    ("fovy", "clip clipping near_far", "write `near: 0.01` and `far: 100` [m]"),
     ("fovy", "type kind", "remove it: every camera takes colour, depth and segmentation"),
     ("locked_axes fix_root_link", "parent attached_to parent_link mount",
      "write `pose: {relative_to: @}`, or connect them: `constraints: {NAME: {type: weld, …}}`"),
@@ -137,6 +157,10 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "write `pose_in_child: @`, the place in the frame of the child; that in the parent follows from it"),
     ("pose_in_child", "parent attached_to parent_link child child_link",
      "write the link in the `children` of its parent, without this key"),
+    ("pose_in_child", "lock locked fixed_axes", "equal limits lock an axis: `limits: {x: [0, 0]}`"),
+    ("pose_in_child", "motor stiffness damping spring_constant k", "write it under `drive`: `drive: {@here: @}`"),
+    ("children", "parent parent_link attached_to", "write the link in the `children` of its parent, without this key"),
+    ("children", "type joint_type", "write it in the joint: `joint: {type: @}`"),
     ("locked_axes", "freejoint free_joint", "remove it: a body with `body_type: dynamic` moves freely"),
     ("locked_axes", "inertia", "write `inertial: {mass: 1, inertia: @}`, with its mass [kg]"),
     ("com", "center_of_mass cog center_of_gravity com_offset",
@@ -159,8 +183,12 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("fix_root_link", "static immovable is_static",
      "write `fix_root_link: true`, or `body_type: static` if its joints never move either"),
     ("fix_root_link", "kinematic is_kinematic", "write `body_type: kinematic`: its joints then never move"),
-    ("next_to", "beside adjacent left_of right_of behind in_front_of",
-     "write `next_to: {of: @, side: left, gap: 0.02}`"),
+    ("next_to", "beside adjacent left_of", "write `next_to: {of: @, side: left, gap: 0.02}`"),
+    ("next_to", "right_of", "write `next_to: {of: @, side: right, gap: 0.02}`"),
+    ("next_to", "behind", "write `next_to: {of: @, side: back, gap: 0.02}`"),
+    ("next_to", "in_front_of", "write `next_to: {of: @, side: front, gap: 0.02}`"),
+    ("next_to", "position pos xyz location p center", "write `at: [x, y]`; the height follows from `on`"),
+    ("next_to", "rotate rotation heading orientation", "write `yaw: …` [rad] or `yaw_deg: …`"),
     ("material", "body_type", "write `@key: @` beside `shapes`: it is a property of the body"),
     ("locked_axes", "static immovable is_static fixed fix", "write `body_type: static`"),
     ("locked_axes", "kinematic is_kinematic", "write `body_type: kinematic`"),
@@ -192,6 +220,17 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "write `entities: {robot: {use: scenecc:table_scene, with: {robot: @}}}`, or give its file: `{urdf: …}`"),
     ("entities", "option sim simulation sim_config physics_config", "did you mean `physics`?"),
     ("entities", "ambient", "write it under `environment`: `environment: {ambient_light: @}`"),
+    ("entities", "unit units length_unit up_axis coordinate_system", "remove it: units are SI, and z is up"),
+    ("entities", "agent agents",
+     "write `entities: {robot: {urdf: …}}`, or `{use: scenecc:table_scene, with: {robot: panda}}`"),
+    ("entities", "render renderer viewer camera_config",
+     "remove it: `scenecc render` and `scenecc view` have options for this"),
+    ("entities", "solver iterations", "write it under `physics`: `physics: {solver_position_iterations: 10}`"),
+    ("entities", "task reward success goal", "a scene has no task: write the conditions that must hold under `expect`"),
+    ("timestep", "friction default_friction restitution",
+     "write `default_material: {static_friction: 0.5, dynamic_friction: 0.5, restitution: 0.1}`"),
+    ("timestep", "iterations solver_iterations num_iterations", "write `solver_position_iterations: @`"),
+    ("timestep", "gpu cuda device backend", "remove it: thousands of scenes run on a GPU through ManiSkill"),
     ("entities", "metadata meta author tags", "remove it, or write a comment: `# …`; `description` takes a text"),
     ("timestep entities", "substeps", "PhysX has no substeps: write a smaller `timestep`"),
     ("entities", "asset assets meshes textures",
@@ -210,6 +249,13 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("locked_axes", "uses using prefab instance", "write `use: @`"),
     ("locked_axes", "pick", "write it beside `variants`: `{variants: [{…}, {…}], pick: @}`"),
     ("visibility", "visible", "write `visibility: 0`, or 1 for what is visible"),
+    ("front_face", "visible visual visualize render",
+     "write `collisions` instead of `shapes` for shapes that are not visible"),
+    ("color base_color", "opacity alpha transparency transparent",
+     "it is the fourth number of a colour: `color: [r, g, b, 0.5]`"),
+    ("collision_bits", "collision_mask collision_filter layer layers mask",
+     "write a `collision_group`, which is named under `collision_groups`"),
+    ("front_face patch_radius", "offset", "write `pose: @`"),
     ("locked_axes", "urdf mjcf root",
      "`variants` takes bodies only; the file of a robot can vary: `urdf: {cycle: [a.urdf, b.urdf]}`"),
     ("fix_root_link", "urdf mjcf root", "an articulation has one of `urdf`, `mjcf` and `root`"),
@@ -231,7 +277,10 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("fix_root_link", "keyframe", "only `mjcf` has keyframes: write `qpos: […]`"),
     ("fix_root_link", "controller control_mode controllers",
      'a scene has drives, not controllers: `drives: {".*": {stiffness: 1000, damping: 100}}`'),
-    ("limits", "lower upper", "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
+    ("armature", "position pos init initial init_pos start angle qpos target",
+     "write it beside `joints` or `root`, at the articulation: `qpos: {@name: @}`"),
+    ("limits", "lower upper lower_limit upper_limit min max",
+     "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
     ("limits", "range limit", "write `limits: @` in radians or metres, or `limits_deg: @`"),
     ("armature", "effort max_force forcerange", "set it on the drive: `drives: {@name: {force_limit: @}}`"),
     ("limits", "length distance", "write `limits: [@, @]`"),
@@ -265,19 +314,27 @@ SHAPE_LIST_HINTS: dict[str, str] = {
 VALUE_SYNONYMS: dict[str, tuple[str, ...]] = {
     "fixed": ("static", "weld"),
     **dict.fromkeys(("immovable", "frozen"), ("static",)),
-    **dict.fromkeys(("rigid", "movable", "free", "active"), ("dynamic",)),
+    **dict.fromkeys(("movable", "free", "active"), ("dynamic",)),
     **dict.fromkeys(("cube", "cuboid"), ("box",)),
     "ball": ("sphere", "ball"),
+    **dict.fromkeys(("tube", "pipe", "hollow_cylinder"), ("ring",)),
+    **dict.fromkeys(("obj", "stl", "glb", "mesh"), ("convex_mesh", "mesh")),
+    **dict.fromkeys(("coacd", "convex_decomposition", "decomposition", "vhacd"), ("convex_parts", "coacd")),
+    **dict.fromkeys(("omni", "lamp", "bulb", "omnidirectional"), ("point",)),
+    **dict.fromkeys(("raytracing", "raytraced", "path_tracing", "rt-fast", "rt-med"), ("rt",)),
+    **dict.fromkeys(("behind", "rear"), ("back",)),
     "pill": ("capsule",),
     **dict.fromkeys(("convex", "hull", "convex_hull"), ("convex_mesh",)),
     **dict.fromkeys(("trimesh", "nonconvex"), ("triangle_mesh",)),
     **dict.fromkeys(("terrain", "hfield"), ("heightfield",)),
     "sun": ("directional",),
-    "fixed_joint": ("weld",),
+    "rigid": ("dynamic", "weld", "fixed"),
+    **dict.fromkeys(("fix", "weld", "glue", "fixed_joint"), ("weld", "fixed", "static")),
+    "actor": ("dynamic",),
     **dict.fromkeys(("ball_joint", "spherical", "connect", "socket", "point2point"), ("ball",)),
-    **dict.fromkeys(("revolute", "hinge"), ("hinge", "revolute")),
-    **dict.fromkeys(("prismatic", "slide", "slider"), ("slider", "prismatic")),
-    "ground": ("plane",),
+    **dict.fromkeys(("revolute", "hinge", "rotary", "rotational"), ("hinge", "revolute")),
+    **dict.fromkeys(("prismatic", "slide", "slider", "sliding", "linear", "translational"), ("slider", "prismatic")),
+    **dict.fromkeys(("ground", "floor"), ("plane",)),
     **dict.fromkeys(("position", "velocity", "torque", "effort"), ("force",)),
     **dict.fromkeys(("spring", "rope", "cable"), ("distance",)),
 }
@@ -291,19 +348,40 @@ VALUE_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     **dict.fromkeys(("floating", "free"), (("continuous", "for a free robot write `fix_root_link: false`"),)),
     "ellipsoid": (("sphere", "write a `sphere`, or a `convex_mesh` with a file of that shape"),),
+    **dict.fromkeys(
+        ("hdri", "skybox", "environment", "sky"),
+        (("directional", "remove the light, and write `environment: {map: FILE}`"),),
+    ),
     "ambient": (("directional", "remove the light, and write `environment: {ambient_light: [0.3, 0.3, 0.3]}`"),),
 }
 """Unknown value → pairs of a value and a hint. The hint applies where that value is allowed."""
 
 _COLORS = (
-    "red=ff0000 green=008000 blue=0000ff white=ffffff black=000000 yellow=ffff00 orange=ffa500 gray=808080 "
-    "grey=808080 brown=a52a2a purple=800080 pink=ffc0cb cyan=00ffff aqua=00ffff magenta=ff00ff fuchsia=ff00ff "
-    "lime=00ff00 maroon=800000 navy=000080 olive=808000 teal=008080 silver=c0c0c0 gold=ffd700 beige=f5f5dc "
-    "tan=d2b48c wood=deb887 violet=ee82ee indigo=4b0082 turquoise=40e0d0 coral=ff7f50 salmon=fa8072 "
-    "khaki=f0e68c crimson=dc143c chocolate=d2691e ivory=fffff0 lightgray=d3d3d3 lightgrey=d3d3d3 "
-    "darkgray=a9a9a9 darkgrey=a9a9a9 lightblue=add8e6 darkblue=00008b lightgreen=90ee90 darkgreen=006400 "
-    "darkred=8b0000 skyblue=87ceeb steelblue=4682b4 royalblue=4169e1 tomato=ff6347 firebrick=b22222 "
-    "darkorange=ff8c00 slategray=708090 dimgray=696969 whitesmoke=f5f5f5 forestgreen=228b22"
+    "aliceblue=f0f8ff antiquewhite=faebd7 aqua=00ffff aquamarine=7fffd4 azure=f0ffff beige=f5f5dc bisque=ffe4c4 "
+    "black=000000 blanchedalmond=ffebcd blue=0000ff blueviolet=8a2be2 brown=a52a2a burlywood=deb887 cadetblue=5f9ea0 "
+    "chartreuse=7fff00 chocolate=d2691e coral=ff7f50 cornflowerblue=6495ed cornsilk=fff8dc crimson=dc143c "
+    "cyan=00ffff darkblue=00008b darkcyan=008b8b darkgoldenrod=b8860b darkgray=a9a9a9 darkgreen=006400 "
+    "darkgrey=a9a9a9 darkkhaki=bdb76b darkmagenta=8b008b darkolivegreen=556b2f darkorange=ff8c00 darkorchid=9932cc "
+    "darkred=8b0000 darksalmon=e9967a darkseagreen=8fbc8f darkslateblue=483d8b darkslategray=2f4f4f "
+    "darkslategrey=2f4f4f darkturquoise=00ced1 darkviolet=9400d3 deeppink=ff1493 deepskyblue=00bfff dimgray=696969 "
+    "dimgrey=696969 dodgerblue=1e90ff firebrick=b22222 floralwhite=fffaf0 forestgreen=228b22 fuchsia=ff00ff "
+    "gainsboro=dcdcdc ghostwhite=f8f8ff gold=ffd700 goldenrod=daa520 gray=808080 green=008000 greenyellow=adff2f "
+    "grey=808080 honeydew=f0fff0 hotpink=ff69b4 indianred=cd5c5c indigo=4b0082 ivory=fffff0 khaki=f0e68c "
+    "lavender=e6e6fa lavenderblush=fff0f5 lawngreen=7cfc00 lemonchiffon=fffacd lightblue=add8e6 lightcoral=f08080 "
+    "lightcyan=e0ffff lightgoldenrodyellow=fafad2 lightgray=d3d3d3 lightgreen=90ee90 lightgrey=d3d3d3 "
+    "lightpink=ffb6c1 lightsalmon=ffa07a lightseagreen=20b2aa lightskyblue=87cefa lightslategray=778899 "
+    "lightslategrey=778899 lightsteelblue=b0c4de lightyellow=ffffe0 lime=00ff00 limegreen=32cd32 linen=faf0e6 "
+    "magenta=ff00ff maroon=800000 mediumaquamarine=66cdaa mediumblue=0000cd mediumorchid=ba55d3 mediumpurple=9370db "
+    "mediumseagreen=3cb371 mediumslateblue=7b68ee mediumspringgreen=00fa9a mediumturquoise=48d1cc "
+    "mediumvioletred=c71585 midnightblue=191970 mintcream=f5fffa mistyrose=ffe4e1 moccasin=ffe4b5 navajowhite=ffdead "
+    "navy=000080 oldlace=fdf5e6 olive=808000 olivedrab=6b8e23 orange=ffa500 orangered=ff4500 orchid=da70d6 "
+    "palegoldenrod=eee8aa palegreen=98fb98 paleturquoise=afeeee palevioletred=db7093 papayawhip=ffefd5 "
+    "peachpuff=ffdab9 peru=cd853f pink=ffc0cb plum=dda0dd powderblue=b0e0e6 purple=800080 rebeccapurple=663399 "
+    "red=ff0000 rosybrown=bc8f8f royalblue=4169e1 saddlebrown=8b4513 salmon=fa8072 sandybrown=f4a460 seagreen=2e8b57 "
+    "seashell=fff5ee sienna=a0522d silver=c0c0c0 skyblue=87ceeb slateblue=6a5acd slategray=708090 slategrey=708090 "
+    "snow=fffafa springgreen=00ff7f steelblue=4682b4 tan=d2b48c teal=008080 thistle=d8bfd8 tomato=ff6347 "
+    "turquoise=40e0d0 violet=ee82ee wheat=f5deb3 white=ffffff whitesmoke=f5f5f5 yellow=ffff00 yellowgreen=9acd32 "
+    "wood=deb887"
 )
 
 COLORS: dict[str, str] = {name: f"#{value}" for name, value in (pair.split("=") for pair in _COLORS.split())}

@@ -81,6 +81,8 @@ def misplaced_hint(key: str, owner: Mapping[str, Any], known: Sequence[str], nam
     word, value = snake_case(key), owner.get(key)
     if word != key and word in known:
         return None
+    if word != key and "locked_axes" in known and word in _ENTITY_FORMS:
+        return f"did you mean `{word}`?"
     for beside, words, make in _MAKERS:
         if beside in known and word in words and (hint := make(word, value, owner)):
             return hint
@@ -94,14 +96,25 @@ def misplaced_hint(key: str, owner: Mapping[str, Any], known: Sequence[str], nam
     return hint.replace("@key", key).replace("[@]", listed).replace("@", flow(value))
 
 
-def half_hint(key: str, near: str, value: Any) -> str:
-    """Returns what to write instead of a key of which `near` takes the half."""
+_ENTITY_FORMS: Final = frozenset(("urdf", "mjcf", "root", "use", "variants"))
+"""Keys that make an entity something other than a body."""
+
+
+def half_hint(key: str, near: str, value: Any, *, is_shape: bool = True) -> str:
+    """Returns what to write instead of a key of which `near` takes the half.
+
+    Args:
+        key: the unknown key.
+        near: the known one.
+        value: its value.
+        is_shape: whether it is a shape's.
+    """
     found = numbers(value)
-    if near == "radius" and len(found) == 2:
+    if near == "radius" and len(found) == 2 and is_shape:
         return f"write `radius: {flow(found[0])}, half_length: {flow(found[1])}`, as in MuJoCo's `{key}`"
     if near == "half_size" and len(found) == 1:
         found *= 3
-    if not found or len(found) != (3 if near == "half_size" else 1):
+    if not found or len(found) not in ({2, 3} if near == "half_size" else {1}):
         return f"did you mean `{near}`? it is half of that"
     halves = [one / 2 for one in found]
     note = " (in MuJoCo, `size` is already half)" if key == "size" else ""
@@ -373,6 +386,25 @@ def _look_at(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
     return f"write it in the pose: `pose: {{p: {flow(numbers(eye))}, look_at: {flow(numbers(target))}}}`"
 
 
+def _clipping(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
+    """Returns a hint for the clipping planes of a camera in one key."""
+    del word, owner
+    found = numbers(value)
+    return f"write `near: {flow(found[0])}` and `far: {flow(found[1])}` [m]" if len(found) == 2 else None
+
+
+def _robot(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
+    """Returns a hint for a robot at the top of the file."""
+    del owner
+    return f"write it under `entities`: `entities: {{{word}: {flow(value)}}}`" if is_mapping(value) else None
+
+
+def _positions(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
+    """Returns a hint for joint positions that are called `q`."""
+    del word, owner
+    return None if is_sequence(value) and len(value) == 4 else f"write `qpos: {flow(value)}`"
+
+
 def _resolution(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
     """Returns a hint for the size of a camera's image."""
     del word, owner
@@ -383,13 +415,17 @@ def _resolution(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
 def _limits(word: str, value: Any, owner: Mapping[str, Any]) -> str | None:
     """Returns a hint for the limits of a joint in the keys of a URDF."""
     pair = value if word == "limit" and is_mapping(value) else owner
-    found = [*numbers(pair.get("lower")), *numbers(pair.get("upper"))]
+    ends = ("lower", "lower_limit", "min"), ("upper", "upper_limit", "max")
+    found = [x for names in ends for one in names if one in pair for x in numbers(pair[one])]
     return f"write `limits: {flow(found)}`" if len(found) == 2 else None
 
 
 _Maker = Callable[[str, Any, "Mapping[str, Any]"], str | None]
 
 _MAKERS: Final[tuple[tuple[str, frozenset[str], _Maker], ...]] = (
+    ("qpos", frozenset("q"), _positions),
+    ("entities", frozenset(("robot", "table", "cube", "box", "arm", "object")), _robot),
+    ("fovy", frozenset(("clip", "clipping", "near_far", "clip_range")), _clipping),
     ("rpy_deg", _TURN_WORDS, _in_pose),
     ("matrix", frozenset(("x", "y", "z", "roll", "pitch", "yaw")), _coordinates),
     ("pose", _TURN_WORDS, _beside_pose("pose")),
@@ -403,8 +439,8 @@ _MAKERS: Final[tuple[tuple[str, frozenset[str], _Maker], ...]] = (
     ("entities", _FREQUENCIES, _frequency),
     ("color", frozenset(("intensity", "power", "energy", "brightness")), _brightness),
     ("fovy", frozenset(("look_at", "lookat", "eye", "target")), _look_at),
-    ("fovy", frozenset(("resolution", "image_size", "size")), _resolution),
-    ("limits", frozenset(("limit", "lower", "upper")), _limits),
+    ("fovy", frozenset(("resolution", "res", "image_size", "img_size", "size")), _resolution),
+    ("limits", frozenset(("limit", "lower", "upper", "lower_limit", "upper_limit", "min", "max")), _limits),
     (
         "locked_axes",
         frozenset(["type", "static", "fixed", "kinematic", "dynamic", "is_dynamic", "movable"]),

@@ -202,7 +202,7 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         near = suggest_key(key, known, free)
         hint = f"did you mean `{near}`?" if near else listed(free, key, LISTS_KEYS)
         if near in HALVES.get(word, ()):
-            hint = half_hint(word, near, owner[key])
+            hint = half_hint(word, near, owner[key], is_shape="type" in owner)
         # No fix for a synonym with another convention (`quat` may be [x, y, z, w]), only for another spelling.
         is_synonym = word in {*KEY_SYNONYMS, *HALVES}
         if near in free and is_slip_of(key, free) and (not is_synonym or nearest(word, (near,), _SAME_WORD)):
@@ -274,7 +274,7 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
         if not isinstance(found, str):
             _report_wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
         elif not _report_unsupported(found, place, sink):
-            hint = _suggest_value(found, choices)
+            hint = _suggest_value(found, choices, is_in_shape=not _SHAPE_LISTS.isdisjoint(path[-3:-2]))
             sink.report("SC105", f"{value_name(path)} cannot be {show(found)}", place, hint=hint)
         return
     tag: Any = found.get("type") if is_mapping(found) else None
@@ -303,8 +303,13 @@ def _split_words(text: str) -> list[str]:
     return [word.strip("'") for word in text.split(", ")]
 
 
-def _suggest_value(found: str, choices: list[str]) -> str | None:
-    """Returns a hint with the word that was probably meant."""
+_SHAPE_LISTS = frozenset(("shapes", "collisions", "visuals"))
+
+
+def _suggest_value(  # noqa: PLR0911 - a case each
+    found: str, choices: list[str], *, is_in_shape: bool = False
+) -> str | None:
+    """Returns a hint with the word that was probably meant. `is_in_shape`: an axis has no direction there."""
     word = found.lower()
     if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
         return hint
@@ -312,12 +317,18 @@ def _suggest_value(found: str, choices: list[str]) -> str | None:
     if meant:
         return f"did you mean `{meant}`?"
     if "z" in choices:
-        hint = f"write `{_NEGATIVE_AXES[word]}`" if word in _NEGATIVE_AXES else kind_hint("a list", (), found)
-        if hint:
+        if word in _TURNS:
+            return f"write `{'r' if 'rx' in choices else ''}{_TURNS[word]}`"
+        if word in _NEGATIVE_AXES:
+            return f"write `{word[1]}`; a `pose` turns the shape" if is_in_shape else f"write `{_NEGATIVE_AXES[word]}`"
+        if hint := kind_hint("a list", (), found):
             return hint
+        if "rx" not in choices:
+            return listed(choices)
     return suggest(found, choices, LISTS_KEYS)
 
 
+_TURNS = {"up": "z", "vertical": "z", "yaw": "z", "roll": "x", "pitch": "y", "forward": "x"}
 _NEGATIVE_AXES = {"-x": "[-1, 0, 0]", "-y": "[0, -1, 0]", "-z": "[0, 0, -1]"}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from math import pi
 from typing import TYPE_CHECKING, Any, Final
 
@@ -47,6 +48,8 @@ def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:  # noqa: 
     if expected == "a mapping" and (plain := _PARTS.get(str(owner))):
         if key in plain:
             return f'name them first: `{owner}: {{".*": {{{key}: {flow(found)}}}}}`'
+        if owner == "joints":
+            return f"write its position at the articulation: `qpos: {{{key}: {flow(found)}}}`"
         return f"write `{key}: {{{plain[0]}: {flow(found)}}}`"
     if found is True and key in {"settled", "no_overlap"}:
         return f"write `{key}: {{}}`, or its keys in the braces"
@@ -67,10 +70,15 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
     """Returns a hint for a number in place of something else."""
     key, one = str(path[-1]), flow(found)
     if key.endswith("color") and isinstance(found, int) and found > _BYTE:
-        return f'write `{key}: "#{found:06x}"`'
+        # Six digits are a colour without its `#`; YAML reads `0xff0000` as a number of more.
+        digits = str(found) if len(str(found)) == _HEX_DIGITS else f"{found:06x}"
+        return f'write `{key}: "#{digits}"`'
     meant = {
         **dict.fromkeys(("scene_idxs", "qpos", "qvel"), f"[{one}]"),
-        "limits": flow([-abs(found), abs(found)]),
+        "limits": flow([0, found] if path[:1] == ("constraints",) else [-abs(found), abs(found)]),
+        "limits_deg": flow([-abs(found), abs(found)]),
+        "height": f"[{one}, {one}]",
+        **(dict.fromkeys(path[-1:], f"[0, {one}]") if path[-2:-1] == ("near",) else {}),
         **(dict.fromkeys("xyz", f"[{one}, {one}]") if path[-2:-1] == ("limits",) else {}),
         "half_size": flow([found] * 3),
         "physical": f"{{static_friction: {one}, dynamic_friction: {one}}}",
@@ -85,13 +93,14 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
 
 
 _BYTE: Final = 255
+_HEX_DIGITS: Final = 6
 
 _VECTORS: Final = frozenset(("pose", "p", "com", "linear_velocity", "angular_velocity", "position", "direction"))
 
 
 def _switch_hint(key: str, found: Any) -> str | None:
     """Returns a hint for a value in place of true or false."""
-    if key == "gravity" and (vector := gravity(found)):
+    if key == "gravity" and found != 0 and (vector := gravity(found)):
         return f"write `gravity: true`; the vector is `physics: {{gravity: {vector}}}`"
     word = str(found).strip().lower()
     if word in _ON | _OFF:
@@ -123,9 +132,16 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
         return f"write `axis: {flow(found['xyz'])}`"
     if {"x", "y", "z"} <= found.keys() and path:
         return f"write `{path[-1]}: {flow([found[one] for one in 'xyz'])}`"
+    axes = next((axes for axes in _AXES if found and found.keys() <= {*axes}), None)
+    if axes and path and path[-1] != "limits" and (expected == "a list" or expected.startswith("[")):
+        return f"write `{path[-1]}: {flow([found.get(axis, 0) for axis in axes])}`"
     if expected == "a list" and FORM_KEYS.isdisjoint(found) and path:
         return f"write it in brackets, `{path[-1]}: [{flow(found)}]`, or begin each item with `- `"
     return _form_hint(expected, found)
+
+
+_AXES: Final = (("x", "y", "z"), ("roll", "pitch", "yaw"), ("r", "g", "b"))
+"""Names of the parts of a vector in other tools."""
 
 
 def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  # noqa: PLR0911 - a case each
@@ -136,19 +152,32 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  
     if expected == "a mapping" and path[:-1] == ("frames",) and len(numbers(found)) == 3:
         return f"write `{path[-1]}: {{pose: {flow(found)}}}`"
     if expected == "a mapping":
-        return "remove the `-` before each item: this is a mapping, `key: value`"
+        return _keys_hint(path, numbers(found)) or "remove the `-` before each item: this is a mapping, `key: value`"
+    if expected == "true or false" and path[-1:] == ("gravity",):
+        return _switch_hint("gravity", found)
     if expected == "one of x, y, z" and sorted(found, key=str) == [0, 0, 1]:
         return f"write `axis: {'xyz'[list(found).index(1)]}`"
     if "friction" in str(path[-1:]) and expected == "a number" and found:
         return f"write {_entry(path, found[0])}: PhysX has no torsional and no rolling friction"
     if expected == "a number" and path and isinstance(path[-1], str):
-        if len(found) > 1 and len({*numbers(found)}) == 1:
+        if len({*numbers(found)}) == 1:
             return f"write `{path[-1]}: {flow(found[0])}`"
-        if len(found) == 2 and all(isinstance(one, int) and one >= 0 for one in found):
-            return f"write `{path[-1]}: {found[0]}.{found[1]}`, with a decimal point"
+        if len(numbers(found)) == 2:
+            return f"write one number; a drawn one is `{path[-1]}: {{uniform: {flow(sorted(numbers(found)))}}}`"
         return f"write one number; one for each scene is `{path[-1]}: {{per_scene: {flow(found)}}}`"
     if expected == "a text" and len(found) == 1:
         return f"write {_entry(path, flow(found[0]))}"
+    return None
+
+
+def _keys_hint(path: Path, found: list[float]) -> str | None:
+    """Returns a hint for numbers in a list in place of a mapping of keys."""
+    if path[-1:] == ("axis_angle",) and len(found) == 4:
+        angle = "angle_deg" if abs(found[3]) > 2 * pi else "angle"
+        return f"write `axis_angle: {{axis: {flow(found[:3])}, {angle}: {flow(found[3])}}}`"
+    if path[-1:] == ("intrinsic",) and len(found) == 4:
+        keys = ", ".join(f"{key}: {flow(one)}" for key, one in zip(("fx", "fy", "cx", "cy"), found, strict=True))
+        return f"write `intrinsic: {{{keys}}}` [px]"
     return None
 
 
@@ -170,9 +199,9 @@ def _names_hint(path: Path, found: Sequence[Any]) -> str:
 
 def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
     """Returns a hint with the form that an unknown mapping probably means."""
-    near = next((near for key in found if (near := nearest(key, FORM_KEYS))), None)
+    near = next((key for key in found if nearest(key, FORM_KEYS) and key not in FORM_SYNONYMS), None)
     if near is not None:
-        return f"did you mean `{near}`?"
+        return f"did you mean `{{{nearest(near, FORM_KEYS)}: {flow(found[near])}}}`?"
     other = next((FORM_SYNONYMS[key] for key in found if key in FORM_SYNONYMS), None)
     if other is not None:
         ends = next((found[key] for key in found if key in FORM_SYNONYMS), None)
@@ -199,7 +228,17 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:
     if expected == "true or false":
         is_condition = path[-1:] in {("if",), ("that",)}
         return _expression(path, text) if is_condition else _switch_hint(str(path[-1]) if path else "", text)
-    return _hint_of(path, text, _SLIPS) or _place_hint(path, text)
+    hint = _hint_of(path, text, _SLIPS) or _place_hint(path, text)
+    if hint is None and path and path[-1] in _NAME_LISTS and _WORDS.fullmatch(text):
+        words = ", ".join(text) if path[-1] == "locked_axes" and {*text} <= {*"xyz"} else _commas(text)
+        return f"write it in brackets: {_entry(path, f'[{words}]')}"
+    return hint
+
+
+_WORDS: Final = re.compile(r"[A-Za-z_][\w./-]*(?:[ ,]+[A-Za-z_][\w./-]*)*")
+
+_NAME_LISTS: Final = frozenset(("ignore", "except", "locked_axes", "include", "repair"))
+"""Keys of lists of names."""
 
 
 def _hint_of(path: Path, text: str, slips: tuple[TextSlip, ...]) -> str | None:
@@ -207,7 +246,19 @@ def _hint_of(path: Path, text: str, slips: tuple[TextSlip, ...]) -> str | None:
     return next((hint if isinstance(hint, str) else hint(path, match) for hint, match in found), None)
 
 
-def _place_hint(path: Path, text: str) -> str | None:
+_NORMALS: Final = {
+    **dict.fromkeys(("x", "+x", "forward"), "[1, 0, 0]"),
+    **dict.fromkeys(("y", "+y", "left"), "[0, 1, 0]"),
+    **dict.fromkeys(("z", "+z", "up"), "[0, 0, 1]"),
+    "-x": "[-1, 0, 0]",
+    "-y": "[0, -1, 0]",
+    "-z": "[0, 0, -1]",
+    "down": "[0, 0, -1]",
+}
+"""Word for a direction → its vector."""
+
+
+def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case each
     """Returns a hint for a string by its path."""
     shown = cut(text)
     lists = {"shapes", "collisions", "visuals"}
@@ -220,8 +271,21 @@ def _place_hint(path: Path, text: str) -> str | None:
     if len(path) > 1 and path[-2] == "holds":
         return f'write `- that: "{shown if shown.startswith("${") else f"${{{shown}}}"}"`'
     if len(path) == 2 and path[0] == "entities":
+        robot = {"urdf": "urdf", "xml": "mjcf", "mjcf": "mjcf"}.get(text.rpartition(".")[2].lower())
+        if robot:
+            return f"write `{path[-1]}: {{{robot}: {shown}}}`"
         return f"to use another scene file write `{{use: {shown}}}`"
+    if (color := color_of(text)) and (path[-2:-1] == ("materials",) or path[-1:] == ("visual",)):
+        named = f'{{base_color: "{color}"}}' if isinstance(color, str) else f"{{base_color: {flow(color)}}}"
+        return f"write `{path[-1]}: {named if path[-1] == 'visual' else f'{{visual: {named}}}'}`"
     hints = {
+        "joint": f"write `joint: {{type: {shown}}}`",
+        "holds": f'write `holds: [{{that: "{shown if shown.startswith("${") else f"${{{shown}}}"}"}}]`',
+        "near": f"write `near: {{{shown}: [0, 0.1]}}`",
+        "at": "write `at: [0, 0]`" if text in {"center", "centre", "middle"} else None,
+        "normal": f"write `normal: {_NORMALS[text]}`" if text in _NORMALS else None,
+        "direction": f"write `direction: {_NORMALS[text]}`" if text in _NORMALS else None,
+        "look_at": f"write a point: `look_at: [x, y, z]`; `relative_to: {shown}` makes it one of that frame",
         "lights": "write `environment: {ambient_light: [0.3, 0.3, 0.3]}`" if text == "ambient" else None,
         "place": f"write `place: {{on: {shown}}}`",
         "next_to": f"write `next_to: {{of: {shown}, side: right}}`",
@@ -263,7 +327,9 @@ _CALL: Final = re.compile(r"(?:\w+\.)*(uniform|normal|choice)\(([^()]*)\)")
 
 def name_hint(found: str) -> str:
     """Returns a name that resembles a text that is not one, for the start of a hint; "" if there is none."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", found[:_LONGEST_NAME]).strip("_")
+    plain = unicodedata.normalize("NFKD", found[:_LONGEST_NAME]).encode("ascii", "ignore").decode()
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", plain or "_").strip("_")
+    name = re.sub(r"[.-]", "_", name) if name == found else name
     name = name if name[:1].isalpha() else f"_{name}"
     return f"write `{name}`: " if re.fullmatch(r"[A-Za-z_][\w.-]*", name) and len(name) > 1 else ""
 
@@ -358,8 +424,13 @@ def unit_hint(path: Path, text: str) -> str | None:
 
 
 def _expression(path: Path, text: str) -> str:
+    text = _MODULES.sub("", text)
     quoted = f'"${{{cut(text)}}}"'
     return f"an expression is written {_entry(path, quoted)}"
+
+
+_MODULES: Final = re.compile(r"\b(?:np|numpy|math|torch)\.(?=[a-z])")
+"""Python's modules of functions, which expressions have without a prefix."""
 
 
 def _commas(text: str) -> str:
@@ -409,7 +480,7 @@ _NUMERIC_SLIPS: tuple[TextSlip, ...] = (
         lambda path, found: f"write only the number, {_entry(path, found[1])}: {_SI}",
     ),
     (re.compile(r".*random.*"), "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
-    (re.compile(r"None|null|nil|nan", re.IGNORECASE), "remove the key, or write a number"),
+    (re.compile(r"None|null|nil|nan", re.IGNORECASE), "remove the key to get its default"),
     (
         re.compile(r"([-+]?)inf(inity)?", re.IGNORECASE),
         lambda path, found: f"write {_entry(path, f'{found[1]}.inf')}, without quotes",
