@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import re
+import unicodedata
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.diagnostics.messages import cut, keyboard_hint, nearest
+from scenecc.diagnostics.messages import cut, keyboard_hint, listed, nearest
 from scenecc.spec.hints import (
     COLORS,
     FORM_SYNONYMS,
@@ -31,23 +32,27 @@ MAPPING_OF_NAMES: Final = "a mapping of names"
 """Expected kind of a mapping whose keys are names, for example of entities. Other mappings have fixed keys."""
 
 
-def choice_hint(found: str, choices: Sequence[str]) -> str | None:
-    """Returns a hint with the one of some words that was probably meant; None if there is none."""
+def choice_hint(found: str, choices: Sequence[str], *, in_shape: bool = False) -> str | None:
+    """Returns a hint with the one of some words that was probably meant; None if there is none. `in_shape`: an axis has
+    no direction.
+    """
     word = found.lower()
     if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
         return hint
     near = synonym(word, choices)
-    if near is None and "z" in choices and (hint := _NEGATIVE_AXES.get(word) or kind_hint("a list", (), found)):
-        return hint
+    if near is None and "z" in choices:
+        if word in _TURNS:
+            return f"write `{'r' if 'rx' in choices else ''}{_TURNS[word]}`"
+        if word in {"-x", "-y", "-z"}:
+            return f"write `{word[1]}`; a `pose` turns the shape" if in_shape else f"write `{_NORMALS[word]}`"
+        hint = kind_hint("a list", (), found) or (None if "rx" in choices else listed(choices))
+        if hint is not None:
+            return hint
     near = near or nearest(found, choices)
     return near and f"did you mean `{near}`?"
 
 
-_NEGATIVE_AXES: Final = {
-    "-x": "write `[-1, 0, 0]`",
-    "-y": "write `[0, -1, 0]`",
-    "-z": "write `[0, 0, -1]`",
-}
+_TURNS: Final = {"up": "z", "vertical": "z", "yaw": "z", "roll": "x", "pitch": "y", "forward": "x"}
 
 
 def kind_hint(expected: str, path: Path, found: Any) -> str | None:
@@ -73,6 +78,8 @@ def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:  # noqa: 
     if expected == "a mapping" and (plain := _PARTS.get(str(owner))):
         if key in plain:
             return f'name them first: `{owner}: {{".*": {{{key}: {flow(found)}}}}}`'
+        if owner == "joints":
+            return f"write its position at the articulation: `qpos: {{{key}: {flow(found)}}}`"
         return f"write `{key}: {{{plain[0]}: {flow(found)}}}`"
     if found is True and key in {"settled", "no_overlap"}:
         return f"write `{key}: {{}}`, or its keys in the braces"
@@ -93,10 +100,15 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
     """Returns a hint for a number in place of something else."""
     key, one = str(path[-1]), flow(found)
     if key.endswith("color") and isinstance(found, int) and found > _BYTE:
-        return f'write `{key}: "#{found:06x}"`'
+        # Six digits are a colour without its `#`; YAML reads `0xff0000` as a number of more.
+        digits = str(found) if len(str(found)) == _HEX_DIGITS else f"{found:06x}"
+        return f'write `{key}: "#{digits}"`'
     meant = {
         **dict.fromkeys(("scene_idxs", "qpos", "qvel"), f"[{one}]"),
-        "limits": flow([-abs(found), abs(found)]),
+        "limits": flow([0, found] if path[:1] == ("constraints",) else [-abs(found), abs(found)]),
+        "limits_deg": flow([-abs(found), abs(found)]),
+        "height": f"[{one}, {one}]",
+        **(dict.fromkeys(path[-1:], f"[0, {one}]") if path[-2:-1] == ("near",) else {}),
         **(dict.fromkeys("xyz", f"[{one}, {one}]") if path[-2:-1] == ("limits",) else {}),
         "half_size": flow([found] * 3),
         "physical": f"{{static_friction: {one}, dynamic_friction: {one}}}",
@@ -111,13 +123,14 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
 
 
 _BYTE: Final = 255
+_HEX_DIGITS: Final = 6
 
 _VECTORS: Final = frozenset(("pose", "p", "com", "linear_velocity", "angular_velocity", "position", "direction"))
 
 
 def _switch_hint(key: str, found: Any) -> str | None:
     """Returns a hint for a value in place of true or false."""
-    if key == "gravity" and (vector := gravity(found)):
+    if key == "gravity" and found != 0 and (vector := gravity(found)):
         return f"write `gravity: true`; the vector is `physics: {{gravity: {vector}}}`"
     word = str(found).strip().lower()
     if word in _ON | _OFF:
@@ -149,9 +162,16 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
         return f"write `axis: {flow(found['xyz'])}`"
     if {"x", "y", "z"} <= found.keys() and path:
         return f"write `{path[-1]}: {flow([found[one] for one in 'xyz'])}`"
+    axes = next((axes for axes in _AXES if found and found.keys() <= {*axes}), None)
+    if axes and path and path[-1] != "limits" and (expected == "a list" or expected.startswith("[")):
+        return f"write `{path[-1]}: {flow([found.get(axis, 0) for axis in axes])}`"
     if expected == "a list" and FORM_KEYS.isdisjoint(found) and path:
         return f"write it in brackets, `{path[-1]}: [{flow(found)}]`, or begin each item with `- `"
     return _form_hint(expected, found)
+
+
+_AXES: Final = (("x", "y", "z"), ("roll", "pitch", "yaw"), ("r", "g", "b"))
+"""Names of the parts of a vector in other tools."""
 
 
 def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  # noqa: PLR0911 - a case each
@@ -162,19 +182,32 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  
     if expected == "a mapping" and path[:-1] == ("frames",) and len(numbers(found)) == 3:
         return f"write `{path[-1]}: {{pose: {flow(found)}}}`"
     if expected == "a mapping":
-        return "remove the `-` before each item: this is a mapping, `key: value`"
+        return _keys_hint(path, numbers(found)) or "remove the `-` before each item: this is a mapping, `key: value`"
+    if expected == "true or false" and path[-1:] == ("gravity",):
+        return _switch_hint("gravity", found)
     if expected == "one of x, y, z" and sorted(found, key=str) == [0, 0, 1]:
         return f"write `axis: {'xyz'[list(found).index(1)]}`"
     if "friction" in str(path[-1:]) and expected == "a number" and found:
         return f"write {_entry(path, found[0])}: PhysX has no torsional and no rolling friction"
     if expected == "a number" and path and isinstance(path[-1], str):
-        if len(found) > 1 and len({*numbers(found)}) == 1:
+        if len({*numbers(found)}) == 1:
             return f"write `{path[-1]}: {flow(found[0])}`"
-        if len(found) == 2 and all(isinstance(one, int) and one >= 0 for one in found):
-            return f"write `{path[-1]}: {found[0]}.{found[1]}`, with a decimal point"
+        if len(numbers(found)) == 2:
+            return f"write one number; a drawn one is `{path[-1]}: {{uniform: {flow(sorted(numbers(found)))}}}`"
         return f"write one number; one for each scene is `{path[-1]}: {{per_scene: {flow(found)}}}`"
     if expected == "a text" and len(found) == 1:
         return f"write {_entry(path, flow(found[0]))}"
+    return None
+
+
+def _keys_hint(path: Path, found: list[float]) -> str | None:
+    """Returns a hint for numbers in a list in place of a mapping of keys."""
+    if path[-1:] == ("axis_angle",) and len(found) == 4:
+        angle = "angle_deg" if abs(found[3]) > 2 * pi else "angle"
+        return f"write `axis_angle: {{axis: {flow(found[:3])}, {angle}: {flow(found[3])}}}`"
+    if path[-1:] == ("intrinsic",) and len(found) == 4:
+        keys = ", ".join(f"{key}: {flow(one)}" for key, one in zip(("fx", "fy", "cx", "cy"), found, strict=True))
+        return f"write `intrinsic: {{{keys}}}` [px]"
     return None
 
 
@@ -197,9 +230,7 @@ def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
     """Returns a hint with the form that an unknown mapping probably means."""
     for key, value in found.items():
         near = nearest(key, FORM_KEYS)
-        form = FORM_SYNONYMS.get(key, near)
-        if near and not is_sequence(value):
-            return f"did you mean `{near}`?"
+        form = FORM_SYNONYMS.get(key, f"{near}: {flow(value)}" if near else None)
         if form is None:
             continue
         low, high = found.get("min", found.get("low")), found.get("max", found.get("high"))
@@ -226,13 +257,33 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:  # noqa: PLR
             return hint
     if expected == "true or false":
         if path[-1:] in {("if",), ("that",)}:
-            quoted = f'"${{{cut(text)}}}"'
+            quoted = f'"${{{cut(_MODULES.sub("", text))}}}"'
             return f"an expression is written {_entry(path, quoted)}"
         return _switch_hint(str(path[-1]) if path else "", text)
-    return _slip_hint(path, text, _TEXT_SLIPS) or _place_hint(path, text)
+    hint = _slip_hint(path, text, _TEXT_SLIPS) or _place_hint(path, text)
+    if hint is None and path and path[-1] in _NAME_LISTS and _WORDS.fullmatch(text):
+        words = ", ".join(text) if path[-1] == "locked_axes" and {*text} <= {*"xyz"} else _commas(text)
+        return f"write it in brackets: {_entry(path, f'[{words}]')}"
+    return hint
 
 
-def _place_hint(path: Path, text: str) -> str | None:
+_WORDS: Final = re.compile(r"[A-Za-z_][\w./-]*(?:[ ,]+[A-Za-z_][\w./-]*)*")
+
+_NAME_LISTS: Final = frozenset(("ignore", "except", "locked_axes", "include", "repair"))
+"""Keys of lists of names."""
+
+_NORMALS: Final = {
+    **dict.fromkeys(("x", "+x", "forward"), "[1, 0, 0]"),
+    **dict.fromkeys(("y", "+y", "left"), "[0, 1, 0]"),
+    **dict.fromkeys(("z", "+z", "up"), "[0, 0, 1]"),
+    "-x": "[-1, 0, 0]",
+    "-y": "[0, -1, 0]",
+    **dict.fromkeys(("-z", "down"), "[0, 0, -1]"),
+}
+"""Word for a direction → its vector."""
+
+
+def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case each
     """Returns a hint for a string by its path."""
     shown = cut(text)
     lists = {"shapes", "collisions", "visuals"}
@@ -246,8 +297,20 @@ def _place_hint(path: Path, text: str) -> str | None:
     if len(path) > 1 and path[-2] == "holds":
         return f"write `- {condition}`"
     if len(path) == 2 and path[0] == "entities":
+        robot = {"urdf": "urdf", "xml": "mjcf", "mjcf": "mjcf"}.get(text.rpartition(".")[2].lower())
+        if robot:
+            return f"write `{path[-1]}: {{{robot}: {shown}}}`"
         return f"to use another scene file write `{{use: {shown}}}`"
+    if path and (color := color_of(text)) and (path[-2:-1] == ("materials",) or path[-1:] == ("visual",)):
+        named = f'{{base_color: "{color}"}}' if isinstance(color, str) else f"{{base_color: {flow(color)}}}"
+        return f"write `{path[-1]}: {named if path[-1] == 'visual' else f'{{visual: {named}}}'}`"
     hints = {
+        "joint": f"write `joint: {{type: {shown}}}`",
+        "near": f"write `near: {{{shown}: [0, 0.1]}}`",
+        "at": "write `at: [0, 0]`" if text in {"center", "centre", "middle"} else None,
+        "normal": f"write `normal: {_NORMALS[text]}`" if text in _NORMALS else None,
+        "direction": f"write `direction: {_NORMALS[text]}`" if text in _NORMALS else None,
+        "look_at": f"write a point: `look_at: [x, y, z]`; `relative_to: {shown}` makes it one of that frame",
         "lights": "write `environment: {ambient_light: [0.3, 0.3, 0.3]}`" if text == "ambient" else None,
         "place": f"write `place: {{on: {shown}}}`",
         "next_to": f"write `next_to: {{of: {shown}, side: right}}`",
@@ -290,7 +353,9 @@ _CALL: Final = re.compile(r"(?:\w+\.)*(uniform|normal|choice)\(([^()]*)\)")
 
 def name_hint(found: str) -> str:
     """Returns a name that resembles a text that is not one, for the start of a hint; "" if there is none."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", found[:_LONGEST_NAME]).strip("_")
+    plain = unicodedata.normalize("NFKD", found[:_LONGEST_NAME]).encode("ascii", "ignore").decode()
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", plain or "_").strip("_")
+    name = re.sub(r"[.-]", "_", name) if name == found else name
     name = name if name[:1].isalpha() else f"_{name}"
     return f"write `{name}`: " if re.fullmatch(r"[A-Za-z_][\w.-]*", name) and len(name) > 1 else ""
 
@@ -387,12 +452,15 @@ def _slip_hint(path: Path, text: str, slips: Iterable[TextSlip]) -> str | None:
     """Returns the hint of the first slip that a text is."""
     for pattern, value, words in slips:
         if found := re.fullmatch(pattern, text):
-            made = found.expand(value)
+            made = _MODULES.sub("", found.expand(value))
             entry = _entry(path, re.sub(r"\[(.*)\]", lambda items: f"[{_commas(items[1])}]", made))
             before, at, after = words.partition("@")
             return f"{found.expand(before)}{entry if at else ''}{found.expand(after)}"
     return None
 
+
+_MODULES: Final = re.compile(r"\b(?:np|numpy|math|torch)\.(?=[a-z])")
+"""Python's modules of functions, which expressions have without a prefix."""
 
 _FORM_SLIP: Final = (
     rf"({'|'.join(sorted(FORM_KEYS))})(?:\(| *\[| +)\[?([^()\[\]]*)\]?\)?",
@@ -419,7 +487,7 @@ _NUMERIC_SLIPS: Final[tuple[TextSlip, ...]] = (
     (r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*", r"\1", "write @, without quotes"),
     (r"([-+]?\d[\d.]{0,23}) ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}", r"\1", f"write only the number, @: {_SI}"),
     (r".*random.*", "", "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
-    (r"(?i:None|null|nil|nan)", "", "remove the key, or write a number"),
+    (r"(?i:None|null|nil|nan)", "", "remove the key to get its default"),
     (r"(?i:([-+]?)inf(?:inity)?)", r"\1.inf", "write @, without quotes"),
 )
 
