@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.messages import cut, keyboard_hint, listed, nearest
 from scenecc.spec.hints import (
-    COLORS,
     FORM_SYNONYMS,
     LENGTH_HINTS,
     MISSING_KEY_HINTS,
@@ -375,15 +374,17 @@ def color_hint(path: Path, found: Any) -> str:
 
 
 def color_of(found: Any) -> str | list[float] | None:
-    """Returns the colour here for one in another notation; None if it is not known."""
+    """Returns the colour here for one in another notation, or a CSS name; None if it is not known."""
+    from PIL import ImageColor
+
     if isinstance(found, str) and len(found) <= _LONGEST_NAME:
         word = found.strip().lower().replace(" ", "").replace("_", "")
         if short := re.fullmatch(r"#?([0-9a-f])([0-9a-f])([0-9a-f])", word):
             return "#" + "".join(2 * digit for digit in short.groups())
         if whole := re.fullmatch(r"(?:#|0x)?((?:[0-9a-f]{2}){3,4})", word):
             return f"#{whole[1]}"
-        if name := COLORS.get(word) or COLORS.get(nearest(word, COLORS, 0.75) or ""):
-            return name
+        if name := nearest(word, ImageColor.colormap, 0.75):
+            return "#" + bytes(ImageColor.getrgb(name)[:3]).hex()
         listed = re.fullmatch(r"(?:rgba?)?[(\[]?([\d.,]+)[)\]]?", word)
         found = listed[1].split(",") if listed else []
     parts = numbers(found)
