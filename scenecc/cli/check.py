@@ -99,15 +99,7 @@ def check(
     def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> Checked:
         with progress("check", where=others["jobs"] == 0) as show:
             here = check_source(
-                source_of(file),
-                asked,
-                settle,
-                seeds,
-                scenes,
-                rules=rules,
-                progress=show,
-                memory=memory,
-                permute=permute,
+                source_of(file), asked, *runs, rules=rules, progress=show, memory=memory, permute=permute
             )
         return replace(here, diagnostics=of_settings(here.diagnostics, asked.params))
 

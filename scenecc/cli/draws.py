@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import sys
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -90,7 +89,6 @@ def _rows(found: Sequence[SceneDraws]) -> Iterator[tuple[int, int, dict[str, Any
 
 
 def _text(found: Sequence[SceneDraws]) -> str:
-    from scenecc.diagnostics.formats import wants_color
     from scenecc.plan.display import format_item, to_tuples
 
     rows = [
@@ -99,7 +97,7 @@ def _text(found: Sequence[SceneDraws]) -> str:
         for name, value in values.items()
         if value is not None
     ]
-    return table(("seed", "scene", "name", "value"), rows, color=wants_color(sys.stdout)) if rows else "no draws\n"
+    return table(("seed", "scene", "name", "value"), rows) if rows else "no draws\n"
 
 
 def _json(found: Sequence[SceneDraws]) -> str:

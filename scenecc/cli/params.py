@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -42,8 +41,6 @@ def params(
 
 def params_table(rows: Sequence[ParamRow]) -> str:
     """Returns one line per parameter. A required parameter has a dash as its default."""
-    from scenecc.diagnostics.formats import wants_color
-
     if not rows:
         return "no parameters\n"
     cells = [
@@ -55,7 +52,7 @@ def params_table(rows: Sequence[ParamRow]) -> str:
         )
         for row in rows
     ]
-    return table(_HEAD, cells, color=wants_color(sys.stdout))
+    return table(_HEAD, cells)
 
 
 def params_data(rows: Sequence[ParamRow]) -> list[dict[str, Any]]:

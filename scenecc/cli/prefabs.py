@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -63,10 +62,8 @@ def _refuse(name: str, known: list[str], form: str) -> NoReturn:
 
 
 def _table(rows: Sequence[PrefabRow]) -> str:
-    from scenecc.diagnostics.formats import wants_color
-
     cells = [(row.name, escape_text(row.description), ", ".join(param.name for param in row.params)) for row in rows]
-    return table(_HEAD, cells, color=wants_color(sys.stdout))
+    return table(_HEAD, cells)
 
 
 def _one(rows: Sequence[PrefabRow]) -> str:

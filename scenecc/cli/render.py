@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 import typer
 
 from scenecc.cli.completion import complete_scene
-from scenecc.cli.many_files import ChangedSince, Jobs, Shard, are_many, choose_files, files_used, write_each
+from scenecc.cli.many_files import ChangedSince, Jobs, Shard, Written, are_many, choose_files, files_used, write_each
 from scenecc.cli.options import (
     FormatOption,
     Show,
@@ -38,11 +37,7 @@ from scenecc.cli.tables import escape_text, stage_times, table
 from scenecc.diagnostics.messages import index_ranges
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Diagnostic
     from scenecc.render.render import Rendering
-
-Written = tuple["list[Diagnostic]", str, "list[dict[str, Any]]"]
-"""Diagnostics, a description of the written files for people, and one for programs."""
 
 Output = Annotated[
     str | None,
@@ -197,9 +192,7 @@ def _write(result: Rendering, output: str) -> Written:
 
 def _legend(result: Rendering) -> list[str]:
     """Returns one line per segmentation id, with what it marks."""
-    from scenecc.diagnostics.formats import wants_color
-
     rows = [[str(row.id), row.color, escape_text(row.name), index_ranges(row.scene_idxs)] for row in result.legend()]
     if not rows:
         return []
-    return [table(["id", "color", "name", "scenes"], rows, color=wants_color(sys.stdout))]
+    return [table(["id", "color", "name", "scenes"], rows)]

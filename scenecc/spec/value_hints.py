@@ -179,13 +179,12 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  
 
 def _names_hint(path: Path, found: Sequence[Any]) -> str:
     """Returns a hint for a list in place of a mapping of names."""
-    first = found[0] if found else None
-    name = first.get("name") if is_mapping(first) else None
-    if path and isinstance(name, str):
-        named = {one["name"]: {key: x for key, x in one.items() if key != "name"} for one in found if "name" in one}
-        whole = flow(named)
-        body = whole if whole != "…" and len(named) == len(found) else f"{{{cut(name)}: {{…}}}}"
-        return f"the name is the key: `{path[-1]}: {body}`"
+    names = [one.get("name") for one in found if is_mapping(one)]
+    if path and names and isinstance(names[0], str):
+        is_whole = len(names) == len(found) and all(isinstance(name, str) for name in names)
+        bodies = [{key: value for key, value in one.items() if key != "name"} for one in found if is_mapping(one)]
+        body = flow(dict(zip(names, bodies, strict=True))) if is_whole else "…"
+        return f"the name is the key: `{path[-1]}: {f'{{{cut(names[0])}: {{…}}}}' if body == '…' else body}`"
     if path and found and all(is_mapping(one) and len(one) == 1 and is_mapping(*one.values()) for one in found):
         merged = flow({key: one for each in found for key, one in each.items()})
         if merged != "…":
@@ -241,7 +240,7 @@ def _place_hint(path: Path, text: str) -> str | None:
     if path[-1:] == ("place",) and (said := _PLACED.fullmatch(text)):
         return f"write `place: {{{said[1]}: {said[2]}}}`"
     if path[-2:-1] == ("repeat",) and (times := _RANGE.fullmatch(text)):
-        return f"write `{path[-1]}: {{count: {times[1]}}}`"
+        return f"write `{path[-1]}: {{count: {times[1] or times[2]}}}`"
     if len(path) > 1 and path[-2] == "holds":
         return f'write `- that: "{shown if shown.startswith("${") else f"${{{shown}}}"}"`'
     if len(path) == 2 and path[0] == "entities":
@@ -342,19 +341,14 @@ _UNITS: Final = {
         for pair in (
             "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 lb=0.45359237 lbs=0.45359237 oz=0.0283495231 kilograms=1 grams=1e-3 "
             "m=1 km=1e3 dm=0.1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 in=0.0254 inch=0.0254 ft=0.3048 meters=1 metres=1 "
-            "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 % =1e-2 "
+            "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 %=1e-2 "
             "N=1 Nm=1 N*m=1 N·m=1 N/m=1 Nm/rad=1 N·m/rad=1 N*m/rad=1 "
             "N*s/m=1 N·s/m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
-            "kg/m3=1 kg/m^3=1 kg/m³=1 g/cm3=1e3 g/cm^3=1e3 g/cm³=1e3 g/cc=1e3 kg/l=1e3 kg*m2=1 kg*m^2=1 kg·m²=1"
-        )
-        .replace(" =", "=")
-        .split()
+            "kg/m3=1 kg/m^3=1 kg/m³=1 g/cm3=1e3 g/cm^3=1e3 g/cm³=1e3 g/cc=1e3 kg/l=1e3 kg*m2=1 kg*m^2=1 kg·m²=1 "
+            f"rad=1 radians=1 rpm={pi / 30} "
+            + " ".join(f"{unit}={pi / 180}" for unit in ("deg", "degs", "degree", "degrees", "°", "deg/s", "°/s"))
+        ).split()
     )
-} | {
-    "rad": 1,
-    "radians": 1,
-    **dict.fromkeys(("deg", "degs", "degree", "degrees", "°", "deg/s", "°/s"), pi / 180),
-    "rpm": pi / 30,
 }
 """Unit after a number → factor to SI."""
 

@@ -65,6 +65,8 @@ SLIPS: dict[str, Slip] = {
     "mm str": Slip("entities:\n  cube:\n    pose: [0, 0, 10mm]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "4:18", "SC103", "write `0.01`: masses are in kg, lengths in m, times in s, angles in rad", "pose: [0, 0, 0.01]"),
     "tabs": Slip("entities:\n\tcube:\n", "3:1", "SC003", "write two spaces instead of each tab", "entities:\n  cube: {use: scenecc:cube}\n"),
     "list entities": Slip("entities:\n  - name: cube\n    shapes: []\n", "3:3", "SC103", "the name is the key: `entities: {cube: {shapes: []}}`", None),
+    "list of an entity and a number": Slip("entities: [{name: cube}, 5]\n", "2:11", "SC103", "the name is the key: `entities: {cube: {…}}`", None),
+    "range of copies": Slip("entities:\n  cube:\n    repeat: {i: 0..4}\n    shapes: [{type: sphere, radius: 1}]\n", "4:17", "SC103", "write `i: {count: 4}`", "repeat: {i: {count: 4}}"),
     "list of names": Slip("entities: [cube, ball]\n", "2:11", "SC103", "remove the `-` before each item: this is a mapping, `NAME: …`", None),
     "list joints": Slip("entities:\n  arm:\n    urdf: arm.urdf\n    joints: [{name: elbow, friction: 1}]\n", "5:13", "SC103", "the name is the key: `joints: {elbow: {friction: 1}}`", None),
     "list body": Slip("entities:\n  cube:\n    - shapes: []\n", "4:5", "SC103", "remove the `-` before each item: this is a mapping, `key: value`", None),
