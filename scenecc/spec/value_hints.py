@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Any, Final
@@ -241,8 +242,9 @@ def _place_hint(path: Path, text: str) -> str | None:
         return f"write `place: {{{said[1]}: {said[2]}}}`"
     if path[-2:-1] == ("repeat",) and (times := _RANGE.fullmatch(text)):
         return f"write `{path[-1]}: {{count: {times[1] or times[2]}}}`"
+    condition = "that: " + json.dumps(shown if shown.startswith("${") else f"${{{shown}}}", ensure_ascii=False)
     if len(path) > 1 and path[-2] == "holds":
-        return f'write `- that: "{shown if shown.startswith("${") else f"${{{shown}}}"}"`'
+        return f"write `- {condition}`"
     if len(path) == 2 and path[0] == "entities":
         return f"to use another scene file write `{{use: {shown}}}`"
     hints = {
@@ -253,6 +255,7 @@ def _place_hint(path: Path, text: str) -> str | None:
         "repair": f"repairs are a list: `repair: [{shown}]`",
         "include": f"write `include: [{shown}]`",
         "repeat": SYNTAX_HINTS["repeat"],
+        "holds": f"write `holds: [{{{condition}}}]`",
     }
     return hints.get(str(path[-1])) if path else None
 

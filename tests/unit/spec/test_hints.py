@@ -120,3 +120,10 @@ def test_a_list_that_is_multiplied_repeats() -> None:
     draws = {"v": {"uniform": [[0, 0, 0], [1, 1, 1]]}}
     with pytest.raises(SceneError, match=r"multiply each component"):
         compile_scene({"scenecc": 1, "draws": draws, "entities": {"a": {"pose": "${v * 2}", **SHAPES}}})
+
+
+def test_the_bare_name_of_a_robot_in_maniskills_package_gives_its_path() -> None:
+    for name in ("panda", "Panda.urdf"):
+        (found,) = validate({"scenecc": 1, "entities": {"arm": {"urdf": name}}})
+        assert found.hint is not None
+        assert found.hint.startswith("write `pkg://mani_skill/assets/robots/panda/panda_v2.urdf`")
