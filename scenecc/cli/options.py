@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Container, Mapping
-from enum import Enum
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
 import typer
 
@@ -20,31 +19,14 @@ _INTEGER: Final = re.compile(r"[0-9]{1,18}|[0-9]{1,3}(?:_[0-9]{3}){1,5}")
 _SHOWN: Final = 40
 
 
-class Format(str, Enum):
-    """Formats of results and diagnostics, or of diagnostics only."""
+Format = Literal["text", "json", "github", "gitlab", "junit", "sarif"]
+"""Formats of results and diagnostics, or of diagnostics only."""
 
-    __str__ = str.__str__
-    text = "text"
-    json = "json"
-    github = "github"
-    gitlab = "gitlab"
-    junit = "junit"
-    sarif = "sarif"
+Show = Literal["visual", "collision"]
 
 
-class Show(str, Enum):
-    """Shapes of bodies to draw."""
-
-    visual = "visual"
-    collision = "collision"
-
-
-class TableFormat(str, Enum):
-    """Formats of results with their diagnostics."""
-
-    __str__ = str.__str__
-    text = "text"
-    json = "json"
+TableFormat = Literal["text", "json"]
+"""Formats of results with their diagnostics."""
 
 
 def at_least(least: int, *, digits: int = 18) -> Callable[[str | int], int]:

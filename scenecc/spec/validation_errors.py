@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from scenecc.diagnostics.messages import LISTS_KEYS, cut, is_slip_of, keyboard_hint, listed, nearest, show, suggest
+from scenecc.diagnostics.messages import LISTS_KEYS, cut, is_slip_of, keyboard_hint, listed, nearest, show
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.source.events import RESERVED_CHARACTER
 from scenecc.spec.base import CUSTOM_ERROR, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
@@ -29,8 +29,6 @@ from scenecc.spec.hints import (
     SHAPE_LIST_HINTS,
     SHARED_ROBOT_KEYS,
     UNSUPPORTED_KEYS,
-    VALUE_HINTS,
-    VALUE_SYNONYMS,
     VARIANTS_HINT,
 )
 from scenecc.spec.key_hints import flow, half_hint, misplaced_hint, numbers, shape_hint, snake_case, suggest_key
@@ -51,7 +49,7 @@ from scenecc.spec.nodes import (
 from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.repetition import RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
-from scenecc.spec.value_hints import MAPPING_OF_NAMES, color_hint, kind_hint, length_hint, name_hint
+from scenecc.spec.value_hints import MAPPING_OF_NAMES, choice_hint, color_hint, kind_hint, length_hint, name_hint
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
@@ -274,7 +272,7 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
         if not isinstance(found, str):
             _report_wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
         elif not _report_unsupported(found, place, sink):
-            hint = _suggest_value(found, choices, is_in_shape=not _SHAPE_LISTS.isdisjoint(path[-3:-2]))
+            hint = choice_hint(found, choices, path) or listed(choices, found, LISTS_KEYS)
             sink.report("SC105", f"{value_name(path)} cannot be {show(found)}", place, hint=hint)
         return
     tag: Any = found.get("type") if is_mapping(found) else None
@@ -294,42 +292,13 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
         _report_wrong_kind("a text", (*path, "type"), tag, place.child("type"), sink)
     elif not _report_unsupported(tag, place.child("type"), sink):
         choices = _split_words(context["expected_tags"])
-        hint = SHAPE_LIST_HINTS.get(tag) or _suggest_value(tag, choices)
+        hint = SHAPE_LIST_HINTS.get(tag) or choice_hint(tag, choices) or listed(choices, tag, LISTS_KEYS)
         kind = _TYPED_SECTIONS.get(str(path[0]), "shape")
         sink.report("SC105", f"there is no {kind} type {show(tag)} here", place.child("type"), hint=hint)
 
 
 def _split_words(text: str) -> list[str]:
     return [word.strip("'") for word in text.split(", ")]
-
-
-_SHAPE_LISTS = frozenset(("shapes", "collisions", "visuals"))
-
-
-def _suggest_value(  # noqa: PLR0911 - a case each
-    found: str, choices: list[str], *, is_in_shape: bool = False
-) -> str | None:
-    """Returns a hint with the word that was probably meant. `is_in_shape`: an axis has no direction there."""
-    word = found.lower()
-    if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
-        return hint
-    meant = next((one for one in (word, *VALUE_SYNONYMS.get(word, ())) if one in choices), None)
-    if meant:
-        return f"did you mean `{meant}`?"
-    if "z" in choices:
-        if word in _TURNS:
-            return f"write `{'r' if 'rx' in choices else ''}{_TURNS[word]}`"
-        if word in _NEGATIVE_AXES:
-            return f"write `{word[1]}`; a `pose` turns the shape" if is_in_shape else f"write `{_NEGATIVE_AXES[word]}`"
-        if hint := kind_hint("a list", (), found):
-            return hint
-        if "rx" not in choices:
-            return listed(choices)
-    return suggest(found, choices, LISTS_KEYS)
-
-
-_TURNS = {"up": "z", "vertical": "z", "yaw": "z", "roll": "x", "pitch": "y", "forward": "x"}
-_NEGATIVE_AXES = {"-x": "[-1, 0, 0]", "-y": "[0, -1, 0]", "-z": "[0, 0, -1]"}
 
 
 def _report_pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
 from io import BytesIO
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import sapien
+import trimesh
 from PIL import Image
 
 from scenecc import load_scene, render_scene
@@ -31,7 +34,7 @@ def box(*rpy_deg: float, z: float = 0.2, **keys: Any) -> dict[str, Any]:
     return {**GREY, "pose": {"p": [0, 0, z], "rpy_deg": list(rpy_deg)}, **keys}
 
 
-def seen(source: dict[str, Any], **choices: Any) -> np.ndarray[Any, Any]:
+def seen(source: dict[str, Any] | Path, **choices: Any) -> np.ndarray[Any, Any]:
     """(H, W, …) of the PNG."""
     options: Any = {"size": SIZE, **choices}
     return np.asarray(Image.open(BytesIO(render_scene(source, **options).png()))).astype(int)
@@ -128,6 +131,19 @@ def test_white_is_not_blown_out_and_the_key_light_throws_a_shadow() -> None:
         shades[preset] = picture[..., 0][ids == 1]
     assert (shades["studio"] < shades["studio"].max() - 50).mean() > 0.01, "a shadow on the floor"
     assert np.ptp(shades["plain"]) < 5, "none"
+
+
+def test_a_mesh_with_a_metallic_texture_of_factor_0_shows_a_shadow(tmp_path: Path) -> None:
+    plate = trimesh.creation.box([2, 2, 0.02])
+    rough_metal = Image.fromarray(np.full((4, 4, 3), (0, 128, 255), np.uint8))
+    material = trimesh.visual.material.PBRMaterial(metallicFactor=0.0, metallicRoughnessTexture=rough_metal)
+    plate.visual = trimesh.visual.TextureVisuals(uv=np.zeros((len(plate.vertices), 2)), material=material)
+    plate.export(tmp_path / "plate.glb")
+    floor = {"body_type": "static", "pose": [0, 0, -0.01], "visuals": [{"type": "mesh", "file": "plate.glb"}]}
+    file = tmp_path / "scene.yaml"
+    file.write_text(json.dumps(scene(floor=floor, box=box(0, 0, 0))))
+    ground = seen(file, samples=1)[..., 0][seen(file, what="segmentation") == 1]
+    assert (ground < np.median(ground) - 50).mean() > 0.01
 
 
 @pytest.mark.parametrize("half_size", [0.0005, 25.0])

@@ -257,6 +257,20 @@ def _free_side(subject: Subject, ahead: float, rig: LightRig) -> tuple[int, bool
     return 1, False
 
 
+def _without_unused_metal(scene: Any) -> None:
+    """Removes the metallic textures of mesh files whose metallic factor is 0.
+
+    In glTF the factor multiplies the texture, but SAPIEN ignores it. Such a surface, for example the top of ManiSkill's
+    table, would be pure metal, on which no shadow is visible. Textures of scene files have a file name and stay.
+    """
+    shapes = (shape for body in scene.render_system.render_bodies for shape in body.render_shapes)
+    for shape in shapes:
+        for part in shape.parts if isinstance(shape, render.RenderShapeTriangleMesh) else ():
+            look = part.material
+            if look.metallic == 0 and look.metallic_texture is not None and not look.metallic_texture.filename:
+                look.metallic_texture = None
+
+
 class LightsAndCameras(LightSet):
     """Lights and cameras of a batch.
 
@@ -300,6 +314,7 @@ class LightsAndCameras(LightSet):
         ahead = azimuth_of(subject.center if seen is None else seen.pose[:3], subject)
         reach = subject.reach(50 * subject.radius if seen is None else seen.visible(subject.center))
         scene.set_ambient_light([rig.ambient] * 3)
+        _without_unused_metal(scene)
         side, shadowed = _free_side(subject, ahead, rig)
         for number, light in enumerate(rig.lights):
             scene.add_directional_light(
