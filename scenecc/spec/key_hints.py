@@ -382,7 +382,11 @@ _MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("fovy", "look_at lookat eye target", _look_at),
     ("fovy", "resolution res image_size img_size size", _resolution),
     ("limits", "limit lower upper lower_limit upper_limit min max", _limits),
-    ("locked_axes", "type static fixed kinematic dynamic is_dynamic movable", _body_type),
+    (
+        "locked_axes",
+        "type static fixed freeze locked fix_root_link fix_base fixed_base kinematic dynamic is_dynamic movable",
+        _body_type,
+    ),
     ("locked_axes", f"{_SHAPE_WORDS} geometry geom geoms collider", _shape_of_body),
     (
         "material",

@@ -256,12 +256,13 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:  # noqa: PLR
         return hint
     is_list = expected == "a list" or expected.startswith("[")
     if is_list or expected in {"a number", "a whole number"}:
-        if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
+        is_first_color = path[-1:] == (0,) and str(path[-2]).endswith("color") and not text.strip().isdecimal()
+        if is_first_color and (color := color_of(_commas(text))):
             return f"write `{path[-2]}: {flow(color)}`"
         if hint := unit_hint(path, text) or _slip_hint(path, text, _LIST_SLIPS if is_list else _NUMBER_SLIPS):
             return hint
     if expected == "true or false":
-        if path[-1:] in {("if",), ("that",)}:
+        if path[-1:] in {("if",), ("that",)} and text.lower() not in _ON | _OFF:
             quoted = f'"${{{cut(text)}}}"'
             return f"an expression is written {_entry(path, quoted)}"
         return _switch_hint(str(path[-1]) if path else "", text)
@@ -359,6 +360,9 @@ _CALL: Final = re.compile(r"(?:\w+\.)*(uniform|normal|choice)\(([^()]*)\)")
 
 def name_hint(found: str) -> str:
     """Returns a name that resembles a text that is not one, for the start of a hint; "" if there is none."""
+    if variable := re.fullmatch(r"([\w.-]*)(?:\{(\w+)\}|\$(\w+))([\w.-]*)", found):
+        before, one, other, after = variable.groups()
+        return f'write `"{before}${{{one or other}}}{after}"`: '
     plain = unicodedata.normalize("NFKD", found[:_LONGEST_NAME]).encode("ascii", "ignore").decode()
     name = re.sub(r"[^A-Za-z0-9_.-]+", "_", plain or "_").strip("_")
     name = re.sub(r"[.-]", "_", name) if name == found else name
@@ -380,7 +384,11 @@ def color_hint(path: Path, found: Any) -> str:
     return f"write {_entry(path, quoted)}"
 
 
-def color_of(found: Any) -> str | list[float] | None:
+_LEAST_BYTE: Final = 5
+"""A colour whose largest number is below this is not in bytes."""
+
+
+def color_of(found: Any) -> str | list[float] | None:  # noqa: PLR0911 - a case each
     """Returns the colour here for one in another notation; None if it is not known."""
     if isinstance(found, str) and len(found) <= _LONGEST_NAME:
         word = found.strip().lower().replace(" ", "").replace("_", "")
@@ -397,6 +405,8 @@ def color_of(found: Any) -> str | list[float] | None:
         return None
     if max(parts) <= 1:
         return parts
+    if max(parts) < _LEAST_BYTE or any(one != int(one) for one in parts[:3]):
+        return None  # brighter than white, not bytes
     alpha = [one if one > 1 else one * _BYTE for one in parts[3:]]
     # Bytes are sRGB, as in a text; a list would be linear.
     return "#" + "".join(f"{round(one):02x}" for one in (*parts[:3], *alpha))
@@ -413,8 +423,12 @@ _UNITS: Final = {
     for unit, factor in (
         pair.split("=")
         for pair in (
-            "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 lb=0.45359237 lbs=0.45359237 oz=0.0283495231 kilograms=1 grams=1e-3 "
-            "m=1 km=1e3 dm=0.1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 in=0.0254 inch=0.0254 ft=0.3048 meters=1 metres=1 "
+            "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 tonnes=1e3 tons=1e3 lb=0.45359237 lbs=0.45359237 pound=0.45359237 "
+            "pounds=0.45359237 oz=0.0283495231 ounces=0.0283495231 kilograms=1 grams=1e-3 "
+            "m=1 km=1e3 dm=0.1 cm=1e-2 cms=1e-2 mm=1e-3 mms=1e-3 um=1e-6 µm=1e-6 meter=1 meters=1 metre=1 metres=1 "
+            "centimeters=1e-2 centimetres=1e-2 millimeters=1e-3 millimetres=1e-3 "
+            "in=0.0254 inch=0.0254 inches=0.0254 ft=0.3048 foot=0.3048 feet=0.3048 yd=0.9144 "
+            "km/h=0.277777777778 kph=0.277777777778 mph=0.44704 milliseconds=1e-3 minutes=60 "
             "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 %=1e-2 "
             "N=1 Nm=1 N*m=1 N·m=1 N/m=1 Nm/rad=1 N·m/rad=1 N*m/rad=1 "
             "N*s/m=1 N·s/m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
@@ -510,9 +524,12 @@ _LIST_SLIPS: Final[tuple[TextSlip, ...]] = (
 _NUMBER_SLIPS: Final[tuple[TextSlip, ...]] = (
     _FORM_SLIP,
     (r"([-+]?\d+),(\d+)", r"\1.\2", "write @, with a decimal point"),
+    (r"(-?[\d.]+?) ?(?:to|\.\.+|…) ?(-?[\d.]+)", r"{uniform: [\1, \2]}", "write a form: @"),
+    (r"(\d[\d.]*) ?[-–] ?(\d[\d.]*)", r"{uniform: [\1, \2]}", 'write a form: @; arithmetic is `"${a - b}"`'),
     *_NUMERIC_SLIPS,
     *_TEXT_SLIPS,
-    # Arithmetic, a name or a function call.
+    (r"[A-Za-z_]\w*", r'"${\g<0>}"', "write a number; a parameter is read by @"),
+    # Arithmetic, or a function call.
     (
         r"[-+]?[\w.() ]+(?:[-+*/%]+[\w.() ]+)+|[A-Za-z_]\w*(?:\([\w.+*/ -]+\))?",
         r'"${\g<0>}"',

@@ -462,4 +462,13 @@ SLIPS: dict[str, Slip] = {
     "urdf string entity": Slip("entities:\n  arm: a.urdf\n", "3:8", "SC103", "write `arm: {urdf: a.urdf}`", "arm: {urdf: a.urdf}"),
     "syn hash color block": Slip("entities:\n  c:\n    color: #ff0000\n    shapes: [{type: sphere, radius: 0.1}]\n", "4:5", "SC006", '`#` starts a comment, so quote it: `color: "#ff0000"`', 'color: "#ff0000" #ff0000'),
     "syn np.pi": Slip("entities:\n  c: {use: scenecc:cube, pose: {p: [0,0,1], rpy: [0, 0, np.pi/2]}}\n", "3:57", "SC103", 'an expression is written `"${pi/2}"`', 'c: {use: scenecc:cube, pose: {p: [0,0,1], rpy: [0, 0, "${pi/2}"]}}'),
+    "body: mass: 2 pounds": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    mass: 2 pounds\n", "5:11", "SC103", "write `mass: 0.90718474`: masses are in kg, lengths in m, times in s, angles in rad", "mass: 0.90718474"),
+    "body: mass: 1 to 2": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    mass: 1 to 2\n", "5:11", "SC103", "write a form: `mass: {uniform: [1, 2]}`", "mass: {uniform: [1, 2]}"),
+    "body: mass: auto": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    mass: auto\n", "5:11", "SC103", 'write a number; a parameter is read by `mass: "${auto}"`', None),
+    "body: color: ['255','0','0']": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    color: ['255','0','0']\n", "5:13", "SC103", "write `255`, without quotes", 'color: "#ff0000"'),
+    "body: color: [1.5,0,0]": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    color: [1.5,0,0]\n", "5:13", "SC104", 'write three or four numbers in 0..1, or `"#rrggbb"`', None),
+    "body: freeze: true": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    freeze: true\n", "5:5", "SC101", "write `body_type: static`", "body_type: static"),
+    'body: name: "cube_{i}"': Slip('entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    name: "cube_{i}"\n', "5:11", "SC107", 'write `"cube_${i}"`: a name starts with a letter or `_` and continues with letters, digits, `_`, `.` and `-`', None),
+    "body: if: yes": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    if: yes\n", "5:9", "SC103", "write `if: true`, without quotes", "if: true"),
+    "URDF": Slip("entities:\n  arm: {URDF: a.urdf}\n", "3:9", "SC101", "did you mean `urdf`?", "arm: {urdf: a.urdf}"),
 }  # fmt: skip
