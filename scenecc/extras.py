@@ -86,3 +86,13 @@ DRIVER_HINT: Final = (
 
 ROBOTS_HINT: Final = "run `pip install --no-deps mani_skill`: its robots and meshes, without PyTorch"
 """How to get the files of ManiSkill's package, which scenes name by `pkg://mani_skill/…`."""
+
+_ROBOT_FILES: Final = {"panda": "panda/panda_v2.urdf"} | {
+    name: f"{name}/{name}.urdf" for name in ("fetch", "so100", "xarm7")
+}
+
+
+def robot_hint(written: str) -> str | None:
+    """Returns what to write instead of the bare name of a robot that is in ManiSkill's package, or None."""
+    path = _ROBOT_FILES.get(written.lower().removesuffix(".urdf"))
+    return path and f"write `pkg://mani_skill/assets/robots/{path}`, after `pip install --no-deps mani_skill`"

@@ -18,8 +18,8 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from scenecc.diagnostics.messages import keyboard_hint
-from scenecc.extras import ROBOTS_HINT
+from scenecc.diagnostics.messages import keyboard_hint, nearest
+from scenecc.extras import ROBOTS_HINT, robot_hint
 from scenecc.files import State, state_now
 
 if TYPE_CHECKING:
@@ -399,6 +399,8 @@ def _find_package(name: str) -> _Package | Refusal:
             f"there is no Python package `{name}` here",
             ROBOTS_HINT
             if name == "mani_skill"
+            else f"did you mean `pkg://{near}/…`?"
+            if (near := nearest(name, ("mani_skill", "scenecc")))
             else "install the package that contains the file in this Python, if you trust it",
         )
     if spec.origin is None or not spec.submodule_search_locations or not spec.has_location:
@@ -468,7 +470,7 @@ def _refuse_unreachable(error: OSError, joined: Path, written: str, scope: Asset
         hint = scope.memory.near.hint(_resolve_links(joined), written) if scope.packages is None else _PACK_HINT
         if written.startswith(("$", "%")):
             hint = f"variables are not expanded: {_portable(written)}"
-        hint = keyboard_hint(written) or hint
+        hint = keyboard_hint(written) or hint or robot_hint(written)
         where = "" if scope.packages is None else " in the pack"
         return Refusal("SC401", f"there is no file `{shorten_uri(written)}`{where}", hint)
     if error.errno == errno.ENAMETOOLONG:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 import unicodedata
-from math import pi
+from math import isfinite, pi
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.messages import cut, keyboard_hint, nearest
@@ -118,7 +119,7 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
         **dict.fromkeys(("color", "base_color", "ambient_light"), flow([found] * 3)),
     }
     if expected == "a whole number":
-        return f"write {_entry(path, round(found))}"
+        return f"write {_entry(path, round(found))}" if isfinite(found) else None
     if key in meant:
         return f"write `{key}: {meant[key]}`"
     is_list = expected == "a list" or expected.startswith("[")
@@ -302,8 +303,9 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
         return f"write `place: {{{said[1]}: {said[2]}}}`"
     if path[-2:-1] == ("repeat",) and (times := _RANGE.fullmatch(text)):
         return f"write `{path[-1]}: {{count: {times[1] or times[2]}}}`"
+    condition = "that: " + json.dumps(shown if shown.startswith("${") else f"${{{shown}}}", ensure_ascii=False)
     if len(path) > 1 and path[-2] == "holds":
-        return f'write `- that: "{shown if shown.startswith("${") else f"${{{shown}}}"}"`'
+        return f"write `- {condition}`"
     if len(path) == 2 and path[0] == "entities":
         robot = {"urdf": "urdf", "xml": "mjcf", "mjcf": "mjcf"}.get(text.rpartition(".")[2].lower())
         if robot:
@@ -314,7 +316,6 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
         return f"write `{path[-1]}: {named if path[-1] == 'visual' else f'{{visual: {named}}}'}`"
     hints = {
         "joint": f"write `joint: {{type: {shown}}}`",
-        "holds": f'write `holds: [{{that: "{shown if shown.startswith("${") else f"${{{shown}}}"}"}}]`',
         "near": f"write `near: {{{shown}: [0, 0.1]}}`",
         "at": "write `at: [0, 0]`" if text in {"center", "centre", "middle"} else None,
         **dict.fromkeys(("normal", "direction"), f"write `{path[-1]}: {_NORMALS[text]}`" if text in _NORMALS else None),
@@ -326,6 +327,7 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
         "repair": f"repairs are a list: `repair: [{shown}]`",
         "include": f"write `include: [{shown}]`",
         "repeat": SYNTAX_HINTS["repeat"],
+        "holds": f"write `holds: [{{{condition}}}]`",
     }
     return hints.get(str(path[-1]))
 

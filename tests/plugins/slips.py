@@ -83,7 +83,7 @@ SLIPS: dict[str, Slip] = {
     "gravity top": Slip("gravity: [0,0,-9.81]\n", "2:1", "SC101", "write it under `physics`: `physics: {gravity: [0, 0, -9.81]}`", "physics: {gravity: [0, 0, -9.81]}"),
     "timestep top": Slip("timestep: 0.01\n", "2:1", "SC101", "write it under `physics`: `physics: {timestep: 0.01}`", "physics: {timestep: 0.01}"),
     "n_scenes": Slip("num_envs: 4\n", "2:1", "SC101", "did you mean `num_scenes`?", "num_scenes: 4"),
-    "urdf home": Slip("entities:\n  r: {urdf: ~/panda.urdf}\n", "3:13", "SC403", "copy the file beside the scene and write `panda.urdf`, or write `asset://panda.urdf` with `--asset-root ~`", None),
+    "urdf home": Slip("entities:\n  r: {urdf: ~/robot.urdf}\n", "3:13", "SC403", "copy the file beside the scene and write `robot.urdf`, or write `asset://robot.urdf` with `--asset-root ~`", None),
     "fix base": Slip("entities:\n  r: {urdf: a.urdf, fix_base: true}\n", "3:21", "SC101", "write `fix_root_link: true`", "r: {urdf: a.urdf, fix_root_link: true}"),
     "joint pos": Slip("entities:\n  r: {urdf: a.urdf, joint_positions: [0,0]}\n", "3:21", "SC101", "did you mean `qpos`?", None),
     "rand": Slip("entities:\n  cube:\n    pose: [{random: [0, 1]}, 0, 0]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "4:12", "SC103", "did you mean `{uniform: [0, 1]}`?", "pose: [{uniform: [0, 1]}, 0, 0]"),
@@ -471,4 +471,6 @@ SLIPS: dict[str, Slip] = {
     'body: name: "cube_{i}"': Slip('entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    name: "cube_{i}"\n', "5:11", "SC107", 'write `"cube_${i}"`: a name starts with a letter or `_` and continues with letters, digits, `_`, `.` and `-`', None),
     "body: if: yes": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n    if: yes\n", "5:9", "SC103", "write `if: true`, without quotes", "if: true"),
     "URDF": Slip("entities:\n  arm: {URDF: a.urdf}\n", "3:9", "SC101", "did you mean `urdf`?", "arm: {urdf: a.urdf}"),
+    "pkg mani_skil": Slip("entities:\n  r: {urdf: pkg://mani_skil/a.urdf}\n", "3:13", "SC405", "did you mean `pkg://mani_skill/…`?", None),
+    "holds text": Slip("entities:\n  a: {shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]}\nexpect:\n  holds: position('a')[2] > -1\n", "5:10", "SC103", "write `holds: [{that: \"${position('a')[2] > -1}\"}]`", "holds: [{that: \"${position('a')[2] > -1}\"}]"),
 }  # fmt: skip
