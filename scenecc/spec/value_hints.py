@@ -8,7 +8,7 @@ import unicodedata
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.diagnostics.messages import cut, keyboard_hint, listed, nearest
+from scenecc.diagnostics.messages import cut, keyboard_hint, nearest
 from scenecc.spec.hints import (
     FORM_SYNONYMS,
     LENGTH_HINTS,
@@ -31,27 +31,31 @@ MAPPING_OF_NAMES: Final = "a mapping of names"
 """Expected kind of a mapping whose keys are names, for example of entities. Other mappings have fixed keys."""
 
 
-def choice_hint(found: str, choices: Sequence[str], *, in_shape: bool = False) -> str | None:
-    """Returns a hint with the one of some words that was probably meant; None if there is none. `in_shape`: an axis has
-    no direction.
-    """
+def choice_hint(found: str, choices: Sequence[str], path: Path = ()) -> str | None:
+    """Returns a hint with the one of some words that was probably meant; None if there is none. `path`: of the word."""
     word = found.lower()
     if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
         return hint
     near = synonym(word, choices)
-    if near is None and "z" in choices:
-        if word in _TURNS:
-            return f"write `{'r' if 'rx' in choices else ''}{_TURNS[word]}`"
-        if word in {"-x", "-y", "-z"}:
-            return f"write `{word[1]}`; a `pose` turns the shape" if in_shape else f"write `{_NORMALS[word]}`"
-        hint = kind_hint("a list", (), found) or (None if "rx" in choices else listed(choices))
-        if hint is not None:
-            return hint
+    if near is None and word in _NEGATIVE_AXES and not _SHAPE_LISTS.isdisjoint(path[-3:-2]):
+        return f"write `{word[1]}`; a `pose` turns the shape"
+    if near is None and "z" in choices and (hint := _NEGATIVE_AXES.get(word) or kind_hint("a list", (), found)):
+        return hint
+    if near is None and "z" in choices and word in _TURNS:
+        return f"write `{'r' if 'rx' in choices else ''}{_TURNS[word]}`"
+    if near is None and "z" in choices and "rx" not in choices:
+        return None  # letters do not resemble each other
     near = near or nearest(found, choices)
     return near and f"did you mean `{near}`?"
 
 
+_SHAPE_LISTS: Final = frozenset(("shapes", "collisions", "visuals"))
 _TURNS: Final = {"up": "z", "vertical": "z", "yaw": "z", "roll": "x", "pitch": "y", "forward": "x"}
+_NEGATIVE_AXES: Final = {
+    "-x": "write `[-1, 0, 0]`",
+    "-y": "write `[0, -1, 0]`",
+    "-z": "write `[0, 0, -1]`",
+}
 
 
 def kind_hint(expected: str, path: Path, found: Any) -> str | None:
@@ -169,7 +173,7 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
     return _form_hint(expected, found)
 
 
-_AXES: Final = (("x", "y", "z"), ("roll", "pitch", "yaw"), ("r", "g", "b"))
+_AXES: Final = (("x", "y", "z"), ("roll", "pitch", "yaw"))
 """Names of the parts of a vector in other tools."""
 
 
@@ -229,7 +233,9 @@ def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
     """Returns a hint with the form that an unknown mapping probably means."""
     for key, value in found.items():
         near = nearest(key, FORM_KEYS)
-        form = FORM_SYNONYMS.get(key, f"{near}: {flow(value)}" if near else None)
+        form = FORM_SYNONYMS.get(key, near)
+        if near and form == near and not is_sequence(value):
+            return f"did you mean `{near}`?"
         if form is None:
             continue
         low, high = found.get("min", found.get("low")), found.get("max", found.get("high"))
@@ -250,13 +256,14 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:  # noqa: PLR
         return hint
     is_list = expected == "a list" or expected.startswith("[")
     if is_list or expected in {"a number", "a whole number"}:
-        if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
+        is_first_color = path[-1:] == (0,) and str(path[-2]).endswith("color") and not text.strip().isdecimal()
+        if is_first_color and (color := color_of(_commas(text))):
             return f"write `{path[-2]}: {flow(color)}`"
         if hint := unit_hint(path, text) or _slip_hint(path, text, _LIST_SLIPS if is_list else _NUMBER_SLIPS):
             return hint
     if expected == "true or false":
-        if path[-1:] in {("if",), ("that",)}:
-            quoted = f'"${{{cut(_MODULES.sub("", text))}}}"'
+        if path[-1:] in {("if",), ("that",)} and text.lower() not in _ON | _OFF:
+            quoted = f'"${{{cut(text)}}}"'
             return f"an expression is written {_entry(path, quoted)}"
         return _switch_hint(str(path[-1]) if path else "", text)
     hint = _slip_hint(path, text, _TEXT_SLIPS) or _place_hint(path, text)
@@ -277,13 +284,16 @@ _NORMALS: Final = {
     **dict.fromkeys(("z", "+z", "up"), "[0, 0, 1]"),
     "-x": "[-1, 0, 0]",
     "-y": "[0, -1, 0]",
-    **dict.fromkeys(("-z", "down"), "[0, 0, -1]"),
+    "-z": "[0, 0, -1]",
+    "down": "[0, 0, -1]",
 }
 """Word for a direction → its vector."""
 
 
 def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case each
     """Returns a hint for a string by its path."""
+    if not path:
+        return None
     shown = cut(text)
     lists = {"shapes", "collisions", "visuals"}
     if not lists.isdisjoint(map(str, path[-2:])):
@@ -300,15 +310,14 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
         if robot:
             return f"write `{path[-1]}: {{{robot}: {shown}}}`"
         return f"to use another scene file write `{{use: {shown}}}`"
-    if path and (color := color_of(text)) and (path[-2:-1] == ("materials",) or path[-1:] == ("visual",)):
+    if (path[-2:-1] == ("materials",) or path[-1:] == ("visual",)) and (color := color_of(text)):
         named = f'{{base_color: "{color}"}}' if isinstance(color, str) else f"{{base_color: {flow(color)}}}"
         return f"write `{path[-1]}: {named if path[-1] == 'visual' else f'{{visual: {named}}}'}`"
     hints = {
         "joint": f"write `joint: {{type: {shown}}}`",
         "near": f"write `near: {{{shown}: [0, 0.1]}}`",
         "at": "write `at: [0, 0]`" if text in {"center", "centre", "middle"} else None,
-        "normal": f"write `normal: {_NORMALS[text]}`" if text in _NORMALS else None,
-        "direction": f"write `direction: {_NORMALS[text]}`" if text in _NORMALS else None,
+        **dict.fromkeys(("normal", "direction"), f"write `{path[-1]}: {_NORMALS[text]}`" if text in _NORMALS else None),
         "look_at": f"write a point: `look_at: [x, y, z]`; `relative_to: {shown}` makes it one of that frame",
         "lights": "write `environment: {ambient_light: [0.3, 0.3, 0.3]}`" if text == "ambient" else None,
         "place": f"write `place: {{on: {shown}}}`",
@@ -319,7 +328,7 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
         "repeat": SYNTAX_HINTS["repeat"],
         "holds": f"write `holds: [{{{condition}}}]`",
     }
-    return hints.get(str(path[-1])) if path else None
+    return hints.get(str(path[-1]))
 
 
 def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case each
@@ -352,6 +361,9 @@ _CALL: Final = re.compile(r"(?:\w+\.)*(uniform|normal|choice)\(([^()]*)\)")
 
 def name_hint(found: str) -> str:
     """Returns a name that resembles a text that is not one, for the start of a hint; "" if there is none."""
+    if variable := re.fullmatch(r"([\w.-]*)(?:\{(\w+)\}|\$(\w+))([\w.-]*)", found):
+        before, one, other, after = variable.groups()
+        return f'write `"{before}${{{one or other}}}{after}"`: '
     plain = unicodedata.normalize("NFKD", found[:_LONGEST_NAME]).encode("ascii", "ignore").decode()
     name = re.sub(r"[^A-Za-z0-9_.-]+", "_", plain or "_").strip("_")
     name = re.sub(r"[.-]", "_", name) if name == found else name
@@ -373,7 +385,11 @@ def color_hint(path: Path, found: Any) -> str:
     return f"write {_entry(path, quoted)}"
 
 
-def color_of(found: Any) -> str | list[float] | None:
+_LEAST_BYTE: Final = 5
+"""A colour whose largest number is below this is not in bytes."""
+
+
+def color_of(found: Any) -> str | list[float] | None:  # noqa: PLR0911 - a case each
     """Returns the colour here for one in another notation, or a CSS name; None if it is not known."""
     from PIL import ImageColor
 
@@ -392,6 +408,8 @@ def color_of(found: Any) -> str | list[float] | None:
         return None
     if max(parts) <= 1:
         return parts
+    if max(parts) < _LEAST_BYTE or any(one != int(one) for one in parts[:3]):
+        return None  # brighter than white, not bytes
     alpha = [one if one > 1 else one * _BYTE for one in parts[3:]]
     # Bytes are sRGB, as in a text; a list would be linear.
     return "#" + "".join(f"{round(one):02x}" for one in (*parts[:3], *alpha))
@@ -408,8 +426,12 @@ _UNITS: Final = {
     for unit, factor in (
         pair.split("=")
         for pair in (
-            "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 lb=0.45359237 lbs=0.45359237 oz=0.0283495231 kilograms=1 grams=1e-3 "
-            "m=1 km=1e3 dm=0.1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 in=0.0254 inch=0.0254 ft=0.3048 meters=1 metres=1 "
+            "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 tonnes=1e3 tons=1e3 lb=0.45359237 lbs=0.45359237 pound=0.45359237 "
+            "pounds=0.45359237 oz=0.0283495231 ounces=0.0283495231 kilograms=1 grams=1e-3 "
+            "m=1 km=1e3 dm=0.1 cm=1e-2 cms=1e-2 mm=1e-3 mms=1e-3 um=1e-6 µm=1e-6 meter=1 meters=1 metre=1 metres=1 "
+            "centimeters=1e-2 centimetres=1e-2 millimeters=1e-3 millimetres=1e-3 "
+            "in=0.0254 inch=0.0254 inches=0.0254 ft=0.3048 foot=0.3048 feet=0.3048 yd=0.9144 "
+            "km/h=0.277777777778 kph=0.277777777778 mph=0.44704 milliseconds=1e-3 minutes=60 "
             "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 %=1e-2 "
             "N=1 Nm=1 N*m=1 N·m=1 N/m=1 Nm/rad=1 N·m/rad=1 N*m/rad=1 "
             "N*s/m=1 N·s/m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
@@ -449,19 +471,21 @@ def _commas(text: str) -> str:
     return ", ".join(text.replace(",", " ").split())
 
 
+_MODULES: Final = re.compile(r"\b(?:np|numpy|math)\.(?=(?:pi|sqrt|sin|cos|tan|radians|degrees|floor|ceil|hypot)\b)")
+"""Python's modules before functions that expressions have without them."""
+
+
 def _slip_hint(path: Path, text: str, slips: Iterable[TextSlip]) -> str | None:
     """Returns the hint of the first slip that a text is."""
+    text = _MODULES.sub("", text)
     for pattern, value, words in slips:
         if found := re.fullmatch(pattern, text):
-            made = _MODULES.sub("", found.expand(value))
+            made = found.expand(value)
             entry = _entry(path, re.sub(r"\[(.*)\]", lambda items: f"[{_commas(items[1])}]", made))
             before, at, after = words.partition("@")
             return f"{found.expand(before)}{entry if at else ''}{found.expand(after)}"
     return None
 
-
-_MODULES: Final = re.compile(r"\b(?:np|numpy|math|torch)\.(?=[a-z])")
-"""Python's modules of functions, which expressions have without a prefix."""
 
 _FORM_SLIP: Final = (
     rf"({'|'.join(sorted(FORM_KEYS))})(?:\(| *\[| +)\[?([^()\[\]]*)\]?\)?",
@@ -503,9 +527,12 @@ _LIST_SLIPS: Final[tuple[TextSlip, ...]] = (
 _NUMBER_SLIPS: Final[tuple[TextSlip, ...]] = (
     _FORM_SLIP,
     (r"([-+]?\d+),(\d+)", r"\1.\2", "write @, with a decimal point"),
+    (r"(-?[\d.]+?) ?(?:to|\.\.+|…) ?(-?[\d.]+)", r"{uniform: [\1, \2]}", "write a form: @"),
+    (r"(\d[\d.]*) ?[-–] ?(\d[\d.]*)", r"{uniform: [\1, \2]}", 'write a form: @; arithmetic is `"${a - b}"`'),
     *_NUMERIC_SLIPS,
     *_TEXT_SLIPS,
-    # Arithmetic, a name or a function call.
+    (r"[A-Za-z_]\w*", r'"${\g<0>}"', "write a number; a parameter is read by @"),
+    # Arithmetic, or a function call.
     (
         r"[-+]?[\w.() ]+(?:[-+*/%]+[\w.() ]+)+|[A-Za-z_]\w*(?:\([\w.+*/ -]+\))?",
         r'"${\g<0>}"',
