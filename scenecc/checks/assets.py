@@ -23,6 +23,7 @@ from scenecc.assets.obj_materials import fallback_materials
 from scenecc.checks.mesh_mass import check_mesh_mass
 from scenecc.checks.mesh_rules import check_mesh_use
 from scenecc.checks.value_queries import list_indices, rows
+from scenecc.colors import srgb_to_linear
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import MeshGeometry
 from scenecc.plan.body import NamedFile
@@ -253,7 +254,9 @@ def _is_default_grey(plan: ScenePlan, shape: VisualShape) -> bool:
     assert shape.material is not None
     material = plan.visual_materials[list_indices(shape.material)[0]]
     color = material.base_color
-    return not any(material.textures()) and color is not None and [*color.numbers()] == [0.5, 0.5, 0.5, 1.0]
+    return (
+        not any(material.textures()) and color is not None and [*color.numbers()] == [*[srgb_to_linear(0.5)] * 3, 1.0]
+    )
 
 
 def _check_vertex_colors(checker: _AssetChecker, asset: AssetFile, origin: Origin) -> None:

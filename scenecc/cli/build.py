@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 import time
+from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from scenecc.cli.options import (
-    Format,
     FormatOption,
     SceneArgument,
     Scenes,
@@ -69,7 +69,7 @@ def build(
     audit: AuditOption = None,
     every: Annotated[bool, typer.Option("--all", help="Print all rows of long tables.")] = False,
     timings: Timings = False,
-    form: FormatOption = Format.text,
+    form: FormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Build a scene as parallel SAPIEN scenes.
@@ -87,13 +87,7 @@ def build(
     import scenecc
 
     if dry_run:
-        flags = {"audit": audit, "render": render}
-        given = ["--steps"] * (steps > 0) + [
-            f"--{'' if on else 'no-'}{flag}" for flag, on in flags.items() if on is not None
-        ]
-        for option in given:
-            message = "it concerns the engine, which --dry-run does not start"
-            raise typer.BadParameter(message, param_hint=f"'{option}'")
+        _check_dry_run(steps, {"audit": audit, "render": render})
     if output is not None and Path(output).suffix.lower() not in {"", ".json"}:
         raise typer.BadParameter("the plan is JSON: NAME.json (`scenecc emit` writes other formats)", param_hint="'-o'")
     source = checked_source(scene, output, form)
@@ -118,13 +112,16 @@ def build(
         end([*diagnostics, *error.diagnostics], form)
     if timings:
         print_err(f"{stage_times(times)}\n")
-    end(
-        diagnostics,
-        form,
-        data=lambda: _data(result),
-        text=lambda: _summary(result, whole=every),
-        beside=output == STDOUT,
-    )
+    text = partial(_summary, result, whole=every)
+    end(diagnostics, form, data=partial(_data, result), text=text, beside=output == STDOUT)
+
+
+def _check_dry_run(steps: int, flags: Mapping[str, bool | None]) -> None:
+    """Raises typer.BadParameter for an option that concerns the engine."""
+    given = [f"--{'' if on else 'no-'}{flag}" for flag, on in flags.items() if on is not None]
+    for option in ["--steps"] * (steps > 0) + given:
+        message = "it concerns the engine, which --dry-run does not start"
+        raise typer.BadParameter(message, param_hint=f"'{option}'")
 
 
 def _write_plan(plan: ScenePlan, output: str, form: str) -> list[Diagnostic]:
@@ -154,37 +151,16 @@ def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
     return {"step": time.perf_counter() - started}
 
 
-_KEYS: Final = (
-    "body_type",
-    "shape_count",
-    "masses",
-    "size",
-    "size_differs",
-    "link_count",
-    "dof",
-    "mounts",
-    "scene_idxs",
-)
-"""Attributes of a row of the summary that programs get, besides its section, its name and what differs."""
-
-
 def _data(result: Build) -> dict[str, Any]:
     """Returns the summary for programs."""
-    rows = [
-        {"section": row.section, "name": row.name}
-        | {key: getattr(row, key) for key in _KEYS}
-        | {"differing": [asdict(field) for field in row.varying]}
-        for row in result.summary
-    ]
     scenes = {"num_scenes": result.plan.num_scenes, "scene_idxs": result.scene_idxs}
+    rows = list(map(asdict, result.summary))
     return {"name": result.plan.name, **scenes, "built": result.batch is not None, "objects": rows}
 
 
 def _summary(result: Build, *, whole: bool) -> str:
-    from scenecc.diagnostics.formats import wants_color
-
     show, done = (planned, "planned") if result.batch is None else (built, "built")
-    rows = show(result.summary, color=wants_color(sys.stdout), whole=whole)
+    rows = show(result.summary, whole=whole)
     return f"{rows}\n{escape_text(result.plan.name)}: {done} {_totals(result)}\n"
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from scenecc.cli.checking import CHECK_OPTIONS, ScenesOnly, run_checks
-from scenecc.cli.options import Format, FormatOption, ScenePaths, Scenes, quote_text, takes_compile_options
+from scenecc.cli.options import FormatOption, ScenePaths, Scenes, quote_text, takes_compile_options
 from scenecc.cli.output import of_settings, progress
 from scenecc.cli.paths import find_files, source_of
 
@@ -67,7 +67,7 @@ def check(
         typer.Option("--permute", help="Also check that scenes do not depend on others in the batch, bit for bit."),
     ] = False,
     scenes_only: ScenesOnly = False,
-    form: FormatOption = Format.text,
+    form: FormatOption = "text",
     options: dict[str, Any],
     others: dict[str, Any],
 ) -> None:
@@ -99,15 +99,7 @@ def check(
     def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> Checked:
         with progress("check", where=others["jobs"] == 0) as show:
             here = check_source(
-                source_of(file),
-                asked,
-                settle,
-                seeds,
-                scenes,
-                rules=rules,
-                progress=show,
-                memory=memory,
-                permute=permute,
+                source_of(file), asked, *runs, rules=rules, progress=show, memory=memory, permute=permute
             )
         return replace(here, diagnostics=of_settings(here.diagnostics, asked.params))
 

@@ -66,7 +66,7 @@ CHECK_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
 }
 """Options of all commands that check files: name → (option, default)."""
 
-_STATISTICS_FORMATS: Final = (Format.text, Format.json)
+_STATISTICS_FORMATS: Final = ("text", "json")
 
 
 def _settings_finder(select: list[str] | None, ignore: list[str] | None, *, strict: bool) -> SettingsFinder:
@@ -141,7 +141,7 @@ def run_checks(
     else:
         listed = {file: _simulated_data(one) for file, one in results.items()} if command == "check" else None
         print_findings(diagnostics, form, files=found.files, corrections=corrections, simulated=listed)
-    if form is Format.text:
+    if form == "text":
         of_engine = f"; {_simulated_text(list(results.values()))}" if command == "check" and results else ""
         print_note(f"{found.counts()}{of_engine}\n")
     raise typer.Exit(worst)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenecc.cli.options import OutputFile, TableFormat, TableFormatOption, at_least
+from scenecc.cli.options import OutputFile, TableFormatOption, at_least
 from scenecc.cli.output import STDOUT, Status, base_folder, end, refusal, usage_error, write_output
 from scenecc.diagnostics import Diagnostic
 
@@ -36,7 +36,7 @@ def decompile(
     check: Annotated[
         bool, typer.Option("--check/--no-check", help="Build the file and compare it with the task's scene.")
     ] = True,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
 ) -> None:
     """Write the scene of a ManiSkill task as a scene file.
 

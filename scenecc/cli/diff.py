@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from scenecc.cli.completion import complete_scene
-from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_options
+from scenecc.cli.options import TableFormatOption, takes_compile_options
 from scenecc.cli.output import Status, end, scene_errors
 from scenecc.cli.paths import STDIN, path_faults, source_of
 from scenecc.cli.tables import escape_text
@@ -82,7 +82,7 @@ def diff(
         str, typer.Argument(metavar="B", help="The other scene file or plan.", autocompletion=complete_scene)
     ],
     *,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Show the differences between two scenes.

@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, Literal
 
-from scenecc.cli.options import TableFormat, TableFormatOption
+from scenecc.cli.options import TableFormatOption
 from scenecc.cli.output import Status, end
 from scenecc.extras import DRIVER_HINT, EXTRAS, install_hint
 from scenecc.files import cache_folder
@@ -58,7 +58,7 @@ class DoctorCheck:
     hint: str | None = None
 
 
-def doctor(*, form: TableFormatOption = TableFormat.text) -> None:
+def doctor(*, form: TableFormatOption = "text") -> None:
     """Report what this machine supports and what is missing.
 
     It looks for SAPIEN, a render device, a GPU for simulation, the extras, ManiSkill's assets and scenecc's cache. A

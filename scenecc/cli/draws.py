@@ -5,12 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import json
-import sys
-from enum import Enum
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 
@@ -26,13 +24,7 @@ if TYPE_CHECKING:
     from scenecc import SceneDraws
 
 
-class _DrawsFormat(str, Enum):
-    """Formats of drawn values."""
-
-    text = "text"
-    json = "json"
-    csv = "csv"
-    parquet = "parquet"
+_DrawsFormat = Literal["text", "json", "csv", "parquet"]
 
 
 @takes_compile_options
@@ -67,20 +59,19 @@ def draws(
     import scenecc
 
     refuse_seed_beside(seeds, options)
-    if form is None:
-        suffix = Path(output or "").suffix.lower().removeprefix(".")
-        form = _DrawsFormat(suffix) if suffix in {*_DrawsFormat} else _DrawsFormat.text
-    if form is _DrawsFormat.parquet and output in {None, STDOUT}:
+    suffix = Path(output or "").suffix.lower().removeprefix(".")
+    chosen = form or (suffix if suffix in _WRITERS else "text")
+    if chosen == "parquet" and output in {None, STDOUT}:
         raise typer.BadParameter("Parquet is written to a file: -o FILE.parquet", param_hint="'--format'")
-    if form is _DrawsFormat.parquet and find_spec("pyarrow") is None:
+    if chosen == "parquet" and find_spec("pyarrow") is None:
         from scenecc.extras import install_hint
 
         end([usage_error("SC828", "Parquet needs pyarrow, not installed here", hint=install_hint("sweep"))])
-    beside = "json" if form == "json" else "text"
+    beside = "json" if chosen == "json" else "text"
     source = checked_source(scene, None if output == STDOUT else output, beside)
     with scene_errors(options, beside), progress("draws") as show:
         found = scenecc.scene_draws(source, seeds=seeds, scenes=scenes, progress=show, **options)
-    content = _WRITERS[form](found)
+    content = _WRITERS[chosen](found)
     if output is None:
         print_out(content)
     elif (reason := write_output(output, content)) is not None:
@@ -98,7 +89,6 @@ def _rows(found: Sequence[SceneDraws]) -> Iterator[tuple[int, int, dict[str, Any
 
 
 def _text(found: Sequence[SceneDraws]) -> str:
-    from scenecc.diagnostics.formats import wants_color
     from scenecc.plan.display import format_item, to_tuples
 
     rows = [
@@ -107,7 +97,7 @@ def _text(found: Sequence[SceneDraws]) -> str:
         for name, value in values.items()
         if value is not None
     ]
-    return table(("seed", "scene", "name", "value"), rows, color=wants_color(sys.stdout)) if rows else "no draws\n"
+    return table(("seed", "scene", "name", "value"), rows) if rows else "no draws\n"
 
 
 def _json(found: Sequence[SceneDraws]) -> str:
@@ -161,9 +151,9 @@ def _parquet(found: Sequence[SceneDraws]) -> bytes:
 
 _SEED_LIMIT: Final = 2**63
 
-_WRITERS: Final[dict[_DrawsFormat, Callable[[Sequence[SceneDraws]], str | bytes]]] = {
-    _DrawsFormat.text: _text,
-    _DrawsFormat.json: _json,
-    _DrawsFormat.csv: _csv,
-    _DrawsFormat.parquet: _parquet,
+_WRITERS: Final[dict[str, Callable[[Sequence[SceneDraws]], str | bytes]]] = {
+    "text": _text,
+    "json": _json,
+    "csv": _csv,
+    "parquet": _parquet,
 }

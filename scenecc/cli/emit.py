@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -14,7 +13,6 @@ from scenecc.cli.options import (
     OutputFile,
     SceneArgument,
     Show,
-    TableFormat,
     TableFormatOption,
     at_least,
     quote_text,
@@ -32,19 +30,8 @@ from scenecc.cli.output import (
 )
 from scenecc.cli.paths import checked_source
 
-
-class Target(str, Enum):
-    """Export formats."""
-
-    python = "python"
-    json = "json"
-    glb = "glb"
-    mjcf = "mjcf"
-    urdf = "urdf"
-    usd = "usd"
-
-
-_TEXTS = (Target.python, Target.json)
+Target = Literal["python", "json", "glb", "mjcf", "urdf", "usd"]
+_TEXTS = ("python", "json")
 SceneIndex = Annotated[
     int | None,
     typer.Option(
@@ -78,10 +65,10 @@ def emit(
     ] = None,
     index: SceneIndex = None,
     grid: Grid = False,
-    show: Shown = Show.visual,
+    show: Shown = "visual",
     entity: EntityName = None,
     triangles: Triangles = None,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Export a scene to another format.
@@ -109,24 +96,24 @@ def emit(
     import scenecc
     from scenecc.export import BINARY_SUFFIXES, EmitChoices
 
-    asked = {"scene": index, "grid": grid, "show": show is Show.collision, "entity": entity, "max_triangles": triangles}
+    asked = {"scene": index, "grid": grid, "show": show == "collision", "entity": entity, "max_triangles": triangles}
     target = _choose_target(to, output)
     folder = _is_folder(target, output, asked)
     source = checked_source(scene, output, form, folder=folder)
-    choices: EmitChoices = {"scene": index, "grid": grid, "show": show.value, "entity": entity, "folder": folder}
+    choices: EmitChoices = {"scene": index, "grid": grid, "show": show, "entity": entity, "folder": folder}
     with scene_errors(options, form), progress("build") as told:
         name = None if output == STDOUT else Path(output).stem
-        binary = target is Target.usd and Path(output).suffix.lower() in BINARY_SUFFIXES
+        binary = target == "usd" and Path(output).suffix.lower() in BINARY_SUFFIXES
         base = base_folder(output) if target in _TEXTS else None
         choices |= {"name": name, "binary": binary, "max_triangles": triangles, "progress": told}
-        made = scenecc.open_scene(source, **options).emit(target.value, base=base, **choices)
+        made = scenecc.open_scene(source, **options).emit(target, base=base, **choices)
     reason = write_files(output, made.files, folder=folder)
     found = made.diagnostics if reason is None else [*made.diagnostics, usage_error(*reason, file=output)]
     if target in _TEXTS and reason is None and form == "text":
         print_needs(output, made)
     names = list(made.files)
     paths = [str(Path(output, name)) for name in names] if folder else [output, *_beside(output, names[1:])]
-    written = {"target": target.value, "files": paths, "needs": made.needs}
+    written = {"target": target, "files": paths, "needs": made.needs}
     end(found, form, data=lambda: written if reason is None else {})
 
 
@@ -134,7 +121,7 @@ def _beside(output: str, names: list[str]) -> list[str]:
     return [str(Path(output).parent / name) for name in names]
 
 
-def _choose_target(to: Target | None, output: str) -> Target:
+def _choose_target(to: Target | None, output: str) -> str:
     """Returns the target that `--to` or the suffix of the output names. Raises typer.BadParameter if there is none, or
     if they differ.
     """
@@ -143,19 +130,19 @@ def _choose_target(to: Target | None, output: str) -> Target:
     suffix = Path(output).suffix.lower()
     if to is None:
         try:
-            return Target(target_of(Path(output)))
+            return target_of(Path(output))
         except ValueError:
             known = ", ".join(f"{suffixes[0]} ({target})" for target, suffixes in SUFFIXES.items())
             message = f"give --to, or an output -o FILE with one of the suffixes {known}"
             raise typer.BadParameter(message, param_hint="'--to'") from None
     others = [target for target, suffixes in SUFFIXES.items() if suffix in suffixes]
-    if others and to.value not in others:
-        message = f"{quote_text(output)} must end in {' or '.join(SUFFIXES[to.value])}, or leave out --to: {suffix} is "
+    if others and to not in others:
+        message = f"{quote_text(output)} must end in {' or '.join(SUFFIXES[to])}, or leave out --to: {suffix} is "
         raise typer.BadParameter(f"{message}{others[0]}", param_hint="'-o'")
     return to
 
 
-def _is_folder(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
+def _is_folder(target: str, output: str, asked: Mapping[str, Any]) -> bool:
     """Returns whether the output is a folder. Raises typer.BadParameter for options or a file that the target does not
     accept.
     """
@@ -163,12 +150,12 @@ def _is_folder(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
 
     given = [word for word, value in asked.items() if value is not None and value is not False]
     try:
-        check_choice(target.value, given)
+        check_choice(target, given)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
-    suffixes = SUFFIXES[target.value]
+    suffixes = SUFFIXES[target]
     if output == STDOUT or target in _TEXTS or Path(output).suffix.lower() in suffixes:
         return False
-    if target is not Target.urdf or "entity" in given:
+    if target != "urdf" or "entity" in given:
         raise typer.BadParameter(f"{quote_text(output)} must end in {' or '.join(suffixes)}", param_hint="'-o'")
     return True

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenecc.cli.completion import complete_code
-from scenecc.cli.options import TableFormat, TableFormatOption
+from scenecc.cli.options import TableFormatOption
 from scenecc.cli.output import end, usage_error
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def explain(
         str | None, typer.Argument(metavar="CODE", help="A code, such as SC101.", autocompletion=complete_code)
     ] = None,
     *,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
 ) -> None:
     """Explain a diagnostic code.
 

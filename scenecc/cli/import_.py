@@ -5,20 +5,19 @@ from __future__ import annotations
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from scenecc.cli.completion import complete_loss
-from scenecc.cli.many_files import Jobs, Shard, are_many, choose_files, write_each
-from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_options
+from scenecc.cli.many_files import Jobs, Shard, Written, are_many, choose_files, write_each
+from scenecc.cli.options import TableFormatOption, takes_compile_options
 from scenecc.cli.output import end, progress, unwritten, usage_error
 from scenecc.cli.paths import STDIN, Kind, find_files, path_faults
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from scenecc.diagnostics import Diagnostic
 
 _takes = partial(takes_compile_options, names=("asset_roots", "allow_outside_assets", "limits"))
 
@@ -51,7 +50,7 @@ def import_(
     keep_file: Annotated[
         bool, typer.Option("--keep-file", help="Let the scene name an MJCF, instead of writing its bodies and robots.")
     ] = False,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Convert a world or robot in another format to a scene file.
@@ -82,35 +81,14 @@ def import_(
     _check_arguments(paths, output, allow or ())
     accepted = {"allow": allow or (), "keep_file": keep_file, **options}
     if are_many(paths, shard):
-        _import_each(paths, output, jobs, shard, accepted, form)
-    _import_one(paths[0], output, accepted, form)
-
-
-def _import_each(
-    paths: list[str], output: str, jobs: int | None, shard: Shard, accepted: Mapping[str, Any], form: str
-) -> NoReturn:
-    """Imports several files into a folder, and ends the command."""
-
-    def make(file: str, scene: str) -> tuple[list[Diagnostic], str, list[dict[str, Any]]]:
-        diagnostics, lines, files = _import(file, scene, accepted)
-        return diagnostics, "".join(f"{scene}: {line}\n" for line in lines), files
-
-    choose = partial(choose_files, changed_since=None, shard=shard, files_of=lambda _: None)
-    write_each("import", find_files(paths, kind=_source_kind()), output, ".yaml", jobs, make, form, choose)
-
-
-def _import_one(path: str, output: str, accepted: Mapping[str, Any], form: str) -> NoReturn:
-    """Imports a file, prints what is lost and how it compares, and ends the command."""
-    if faults := path_faults(path, output, source="source"):
+        choose = partial(choose_files, changed_since=None, shard=shard, files_of=lambda _: None)
+        found = find_files(paths, kind=_source_kind())
+        write_each("import", found, output, ".yaml", jobs, partial(_import, accepted, named=True), form, choose)
+    if faults := path_faults(paths[0], output, source="source"):
         end(faults, form)
     with progress("import") as show:
-        diagnostics, lines, files = _import(path, output, {"progress": show, **accepted})
-    end(
-        diagnostics,
-        form,
-        data=lambda: {"files": files},
-        text=lambda: "".join(f"{line}\n" for line in lines),
-    )
+        diagnostics, text, files = _import({"progress": show, **accepted}, paths[0], output)
+    end(diagnostics, form, data=lambda: {"files": files}, text=lambda: text)
 
 
 def _source_kind() -> Kind:
@@ -136,21 +114,19 @@ def _check_arguments(paths: list[str], output: str, allow: Sequence[str]) -> Non
         raise typer.BadParameter("an import writes several files: name the scene file", param_hint="'--output' / '-o'")
 
 
-def _import(
-    file: str, scene: str, options: Mapping[str, Any]
-) -> tuple[list[Diagnostic], Sequence[str], list[dict[str, Any]]]:
-    """Imports one file. Returns diagnostics, the lines about the comparison, and the scene file for programs."""
+def _import(options: Mapping[str, Any], file: str, scene: str, *, named: bool = False) -> Written:
+    """Imports one file. The text is the comparison; with `named`, its lines begin with the scene's path."""
     import scenecc
     from scenecc.importers.assets import output_fault
 
     if (fault := output_fault(Path(scene))) is not None:
         hint = "name another file after -o: the scene names the files beside it by this name"
-        return [usage_error("SC904", f"`{scene}` cannot be written: {fault}", file=scene, hint=hint)], (), []
+        return [usage_error("SC904", f"`{scene}` cannot be written: {fault}", file=scene, hint=hint)], "", []
     try:
         made = scenecc.import_scene(file, scene, **options)
     except scenecc.SceneError as error:
-        return error.diagnostics, (), []
+        return error.diagnostics, "", []
     except OSError as error:
-        return [usage_error(*unwritten(error.filename or scene, error), file=scene)], (), []
-    written = {"source": file, "file": scene, "certificate": asdict(made.certificate)}
-    return made.diagnostics, made.certificate.lines(), [written]
+        return [usage_error(*unwritten(error.filename or scene, error), file=scene)], "", []
+    text = "".join(f"{f'{scene}: ' if named else ''}{line}\n" for line in made.certificate.lines())
+    return made.diagnostics, text, [{"source": file, "file": scene, "certificate": asdict(made.certificate)}]

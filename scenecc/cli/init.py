@@ -44,7 +44,7 @@ def init(
     """Create a starter folder with a scene, its robot and a test.
 
     The scene has comments, and an editor completes its keys with the schema beside it. The folder also has a commit
-    hook and a GitHub workflow. `panda` needs the extra `maniskill`, which contains its files.
+    hook and a GitHub workflow. `panda` needs the package mani_skill, which contains its files.
 
     \b
     Examples:

@@ -9,7 +9,6 @@ import typer
 from scenecc.cli.completion import complete_entity
 from scenecc.cli.options import (
     SceneArgument,
-    TableFormat,
     TableFormatOption,
     at_least,
     takes_compile_options,
@@ -44,7 +43,7 @@ def inspect(
     entity: Entity = None,
     depth: Depth = None,
     ask: AskEngine = True,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Show the contents of a scene as a tree.

@@ -76,8 +76,8 @@ ChangedSince = Annotated[
     typer.Option("--changed-since", metavar="REV", help="Take only scenes that changed since a git revision."),
 ]
 
-Make = Callable[[str, str], "tuple[list[Diagnostic], str, list[dict[str, Any]]]"]
-"""Makes the second path from the first. Returns diagnostics, a text for people, and the written files for programs."""
+Written = tuple["list[Diagnostic]", str, "list[dict[str, Any]]"]
+"""Diagnostics, a text for people, and the written files for programs."""
 
 _SMALL: Final = {"scenecc": 1, "entities": {"box": {"shapes": [{"type": "box", "half_size": [1, 1, 1]}]}}}
 """A scene that loads and creates everything that all files need."""
@@ -148,7 +148,7 @@ def write_each(
     output: str,
     suffix: str,
     jobs: int | None,
-    make: Make,
+    make: Callable[[str, str], Written],
     form: str = "text",
     choose: Callable[[Found], list[Diagnostic]] | None = None,
 ) -> NoReturn:
@@ -160,7 +160,7 @@ def write_each(
         output: folder for the outputs. The folder tree of the files is kept.
         suffix: suffix of the outputs.
         jobs: number of processes; None: one.
-        make: writes one output.
+        make: writes the second path from the first.
         form: format of the diagnostics.
         choose: narrows the files, as `choose_files` does. Each output has the same name as without it.
     """
@@ -169,7 +169,7 @@ def write_each(
     if choose is not None and targets:
         diagnostics += choose(found)
 
-    def one(file: str) -> tuple[list[Diagnostic], str, list[dict[str, Any]]]:
+    def one(file: str) -> Written:
         return make(file, targets[file])
 
     files = [file for file in targets if file in found.files]

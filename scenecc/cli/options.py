@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Container, Mapping
-from enum import Enum
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
 import typer
 
@@ -20,29 +19,14 @@ _INTEGER: Final = re.compile(r"[0-9]{1,18}|[0-9]{1,3}(?:_[0-9]{3}){1,5}")
 _SHOWN: Final = 40
 
 
-class Format(str, Enum):
-    """Formats of diagnostics."""
+Format = Literal["text", "json", "github", "gitlab", "junit", "sarif"]
+"""Formats of results and diagnostics, or of diagnostics only."""
 
-    text = "text"
-    json = "json"
-    github = "github"
-    gitlab = "gitlab"
-    junit = "junit"
-    sarif = "sarif"
+Show = Literal["visual", "collision"]
 
 
-class Show(str, Enum):
-    """Shapes of bodies to draw."""
-
-    visual = "visual"
-    collision = "collision"
-
-
-class TableFormat(str, Enum):
-    """Formats of tables."""
-
-    text = "text"
-    json = "json"
+TableFormat = Literal["text", "json"]
+"""Formats of results with their diagnostics."""
 
 
 def at_least(least: int, *, digits: int = 18) -> Callable[[str | int], int]:
@@ -212,7 +196,7 @@ Limits = Annotated[
 ]
 TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="Format of the output.")]
 FormatOption = Annotated[
-    Format, typer.Option("--format", help="Format of the output; from github on, of the diagnostics only.")
+    Format, typer.Option("--format", help="Format of the output; the last four hold only diagnostics.")
 ]
 Timings = Annotated[bool, typer.Option("--timings", help="Print the time of each stage, on standard error.")]
 

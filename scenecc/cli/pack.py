@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from scenecc.cli.completion import complete_scene
-from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_options
+from scenecc.cli.options import TableFormatOption, takes_compile_options
 from scenecc.cli.output import (
     STDOUT,
     end,
@@ -39,7 +39,7 @@ def pack(
         typer.Option("--add", metavar="PATH", help="Add a file or folder; may be repeated."),
     ] = None,
     listed: Annotated[bool, typer.Option("--list", help="List the files in a pack, with SHA-256 hashes.")] = False,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Pack a scene and all files that it uses into one archive.

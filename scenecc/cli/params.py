@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from scenecc.cli.options import SceneArgument, TableFormat, TableFormatOption, takes_compile_options
+from scenecc.cli.options import SceneArgument, TableFormatOption, takes_compile_options
 from scenecc.cli.output import end, scene_errors
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text, table
@@ -22,7 +21,7 @@ _HEAD = ("name", "type", "default", "range", "description")
 def params(
     scene: SceneArgument,
     *,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """List the parameters of a scene. --set sets them.
@@ -42,8 +41,6 @@ def params(
 
 def params_table(rows: Sequence[ParamRow]) -> str:
     """Returns one line per parameter. A required parameter has a dash as its default."""
-    from scenecc.diagnostics.formats import wants_color
-
     if not rows:
         return "no parameters\n"
     cells = [
@@ -55,7 +52,7 @@ def params_table(rows: Sequence[ParamRow]) -> str:
         )
         for row in rows
     ]
-    return table(_HEAD, cells, color=wants_color(sys.stdout))
+    return table(_HEAD, cells)
 
 
 def params_data(rows: Sequence[ParamRow]) -> list[dict[str, Any]]:

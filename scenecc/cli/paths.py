@@ -190,7 +190,7 @@ def path_faults(
     if output is None:
         return faults
     if output == STDOUT and form != "text":
-        message = f"standard output cannot hold both the result (`-o -`) and diagnostics as {form}"
+        message = f"standard output cannot hold both the result (`-o -`) and its diagnostics as {form}"
         faults.append(usage_error("SC906", message, file=output, hint="name a file after -o"))
     elif scene != STDIN and _is_same_file(scene, output):
         message = f"`{output}` is the {source} itself and would be overwritten"

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
 from scenecc.cli.completion import complete_prefab
-from scenecc.cli.options import TableFormat, TableFormatOption
+from scenecc.cli.options import TableFormatOption
 from scenecc.cli.output import end, usage_error
 from scenecc.cli.params import params_data, params_table
 from scenecc.cli.tables import escape_text, table
@@ -29,7 +28,7 @@ def prefabs(
         ),
     ] = None,
     *,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
 ) -> None:
     """List the built-in prefabs, or the parameters of one.
 
@@ -63,10 +62,8 @@ def _refuse(name: str, known: list[str], form: str) -> NoReturn:
 
 
 def _table(rows: Sequence[PrefabRow]) -> str:
-    from scenecc.diagnostics.formats import wants_color
-
     cells = [(row.name, escape_text(row.description), ", ".join(param.name for param in row.params)) for row in rows]
-    return table(_HEAD, cells, color=wants_color(sys.stdout))
+    return table(_HEAD, cells)
 
 
 def _one(rows: Sequence[PrefabRow]) -> str:

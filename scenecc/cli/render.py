@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -11,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 import typer
 
 from scenecc.cli.completion import complete_scene
-from scenecc.cli.many_files import ChangedSince, Jobs, Shard, are_many, choose_files, files_used, write_each
+from scenecc.cli.many_files import ChangedSince, Jobs, Shard, Written, are_many, choose_files, files_used, write_each
 from scenecc.cli.options import (
-    Format,
     FormatOption,
     Show,
     Steps,
@@ -39,11 +37,7 @@ from scenecc.cli.tables import escape_text, stage_times, table
 from scenecc.diagnostics.messages import index_ranges
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Diagnostic
     from scenecc.render.render import Rendering
-
-Written = tuple["list[Diagnostic]", str, "list[dict[str, Any]]"]
-"""Diagnostics, a description of the written files for people, and one for programs."""
 
 Output = Annotated[
     str | None,
@@ -78,11 +72,11 @@ def render(
     jobs: Jobs = None,
     shard: Shard = None,
     changed_since: ChangedSince = None,
-    show: Annotated[Show, typer.Option("--show", help="Shapes to draw.")] = Show.visual,
+    show: Annotated[Show, typer.Option("--show", help="Shapes to draw.")] = "visual",
     steps: Steps = 0,
     every: Every = None,
     timings: Timings = False,
-    form: FormatOption = Format.text,
+    form: FormatOption = "text",
     options: dict[str, Any],
     others: dict[str, Any],
 ) -> None:
@@ -113,7 +107,7 @@ def render(
 
     many = are_many(paths, shard, changed_since)
     output, kind = _choose_kind(output, steps, every, many=many)
-    choices = picture_choices(others, steps=steps, video=kind, every=every, collision=show is Show.collision)
+    choices = picture_choices(others, steps=steps, video=kind, every=every, collision=show == "collision")
     picture = partial(_render, {**choices, **options}, timings)
     if many:
         used = partial(files_used, options=Options.of(**options))
@@ -198,9 +192,7 @@ def _write(result: Rendering, output: str) -> Written:
 
 def _legend(result: Rendering) -> list[str]:
     """Returns one line per segmentation id, with what it marks."""
-    from scenecc.diagnostics.formats import wants_color
-
     rows = [[str(row.id), row.color, escape_text(row.name), index_ranges(row.scene_idxs)] for row in result.legend()]
     if not rows:
         return []
-    return [table(["id", "color", "name", "scenes"], rows, color=wants_color(sys.stdout))]
+    return [table(["id", "color", "name", "scenes"], rows)]

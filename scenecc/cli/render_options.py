@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from enum import Enum
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
 import typer
 
@@ -14,43 +13,10 @@ from scenecc.cli.options import Camera, at_least, quote_text
 _SIZE: Final = re.compile(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})")
 
 
-class What(str, Enum):
-    """Contents of a picture."""
-
-    color = "color"
-    depth = "depth"
-    segmentation = "segmentation"
-    normal = "normal"
-
-
-class Preset(str, Enum):
-    """Light rigs with a background."""
-
-    studio = "studio"
-    plain = "plain"
-    dark = "dark"
-
-
-class View(str, Enum):
-    """Sides to look from."""
-
-    iso = "iso"
-    front = "front"
-    back = "back"
-    left = "left"
-    right = "right"
-    top = "top"
-    bottom = "bottom"
-
-
-class Shader(str, Enum):
-    """SAPIEN's shader packs."""
-
-    default = "default"
-    minimal = "minimal"
-    trivial = "trivial"
-    rt = "rt"
-    shadow_catcher = "shadow_catcher"
+What = Literal["color", "depth", "segmentation", "normal"]
+Preset = Literal["studio", "plain", "dark"]
+View = Literal["iso", "front", "back", "left", "right", "top", "bottom"]
+Shader = Literal["default", "minimal", "trivial", "rt", "shadow_catcher"]
 
 
 def point(text: str | tuple[float, float, float]) -> tuple[float, float, float]:
@@ -170,7 +136,7 @@ PICTURE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "scenes": (Scene, None),
     "grid": (Grid, False),
     "size": (Size, None),
-    "what": (WhatOption, What.color),
+    "what": (WhatOption, "color"),
     "legend": (Legend, False),
     "samples": (Samples, None),
     "shader": (ShaderOption, None),
@@ -192,9 +158,8 @@ def picture_choices(others: dict[str, Any], **further: Any) -> dict[str, Any]:
     """
     from scenecc.render.choices import ChoiceError, check_choices
 
-    given = {name: value.value if isinstance(value, Enum) else value for name, value in others.items()}
-    size = given["size"]
-    choices = {**given, "size": None if size is None else parse_size(size), **further}
+    size = others["size"]
+    choices = {**others, "size": None if size is None else parse_size(size), **further}
     try:
         check_choices(choices)
     except ChoiceError as error:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from scenecc.cli.completion import complete_scene
-from scenecc.cli.options import Format, FormatOption, quote_text, takes_compile_options
+from scenecc.cli.options import FormatOption, quote_text, takes_compile_options
 from scenecc.cli.output import (
     STDOUT,
     end,
@@ -64,7 +64,7 @@ def replay(
     any_version: AnyVersion = False,
     output: Output = None,
     view: View = False,
-    form: FormatOption = Format.text,
+    form: FormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Rebuild one scene from its passport, bit for bit.

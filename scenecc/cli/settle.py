@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from scenecc.cli.check import parse_seconds, parse_seeds, refuse_seed_beside
-from scenecc.cli.options import Format, FormatOption, SceneArgument, takes_compile_options
+from scenecc.cli.options import FormatOption, SceneArgument, takes_compile_options
 from scenecc.cli.output import STDOUT, end, progress, scene_errors, usage_error, write_files
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text
@@ -34,7 +34,7 @@ def settle(
         float,
         typer.Option("--seconds", metavar="SECONDS", parser=parse_seconds, help="Longest time to simulate."),
     ] = 10.0,
-    form: FormatOption = Format.text,
+    form: FormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Simulate scenes until they rest, and write where, as starts.

@@ -14,7 +14,6 @@ from scenecc.cli.completion import complete_scene, one_of
 from scenecc.cli.many_files import parse_shard
 from scenecc.cli.options import (
     Camera,
-    TableFormat,
     TableFormatOption,
     at_least,
     quote_text,
@@ -122,7 +121,7 @@ def sweep(
     shard: Annotated[
         Any, typer.Option("--shard", metavar="I/N", parser=parse_shard, help="Run only part I of N.")
     ] = None,
-    form: TableFormatOption = TableFormat.text,
+    form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
     """Check, build or render many seeds and scenes into one table.

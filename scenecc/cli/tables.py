@@ -45,7 +45,7 @@ def escape_text(text: str) -> str:
     return _COMMAND.sub(r"\\", visible(text))
 
 
-def built(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str:
+def built(rows: Sequence[SummaryRow], *, whole: bool = True) -> str:
     """Returns one line per entity in build order, then one line per constraint, light and camera.
 
     `~` marks what differs between scenes; the first value is shown. `whole`: print all rows; otherwise, beyond 30 rows,
@@ -55,10 +55,10 @@ def built(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str
         (_names(group), _body(group[0]), _shapes(group), _masses(group), _sizes(group), _scenes(group))
         for group in _groups(rows, whole=whole)
     ]
-    return _cut(_BUILT, cells, color=color, whole=whole) + _others(rows, color=color, whole=whole)
+    return _cut(_BUILT, cells, whole=whole) + _others(rows, whole=whole)
 
 
-def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str:
+def planned(rows: Sequence[SummaryRow], *, whole: bool = True) -> str:
     """Returns one line per entity in build order, then one line per field that differs between scenes.
 
     `whole`: as in `built`.
@@ -73,8 +73,8 @@ def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> s
     if not whole and len(fields) > _MOST:
         named = _groups([row for row in rows if row.section == "entities"], whole=False, most=0)
         fields = [line for group in [*named, *others] for line in _field_lines(group)]
-    differing = f"\n{_cut(_FIELDS, fields, color=color, whole=whole)}" if fields else ""
-    return _cut(_PLANNED, cells, color=color, whole=whole) + _others(rows, color=color, whole=whole) + differing
+    differing = f"\n{_cut(_FIELDS, fields, whole=whole)}" if fields else ""
+    return _cut(_PLANNED, cells, whole=whole) + _others(rows, whole=whole) + differing
 
 
 def _groups(rows: Sequence[SummaryRow], *, whole: bool, most: int = _MOST) -> list[list[SummaryRow]]:
@@ -142,7 +142,7 @@ def _range(values: Sequence[float]) -> str:
     return low if low == high else f"{low}–{high}"
 
 
-def _others(rows: Sequence[SummaryRow], *, color: bool, whole: bool) -> str:
+def _others(rows: Sequence[SummaryRow], *, whole: bool) -> str:
     """Returns one line per constraint, light and camera; "" if there are none."""
     cells = [
         (
@@ -155,7 +155,7 @@ def _others(rows: Sequence[SummaryRow], *, color: bool, whole: bool) -> str:
         for row in rows
         if row.section != "entities"
     ]
-    return f"\n{_cut(_OTHERS, cells, color=color, whole=whole)}" if cells else ""
+    return f"\n{_cut(_OTHERS, cells, whole=whole)}" if cells else ""
 
 
 def _body(row: SummaryRow) -> str:
@@ -165,19 +165,19 @@ def _body(row: SummaryRow) -> str:
     return f"{row.body_type}, {row.link_count} link{'s' * (row.link_count != 1)}, {row.dof} dof"
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, color: bool) -> str:
-    """Returns aligned columns under their names. The cells must be escaped with `plain`."""
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Returns aligned columns under their names, bold on a terminal. Cells must be escaped by `escape_text`."""
     cells = [head, *rows]
     widths = [max(len(row[i]) for row in cells) for i in range(len(head))]
     first, *others = ["  ".join(_padded(row, widths, head)).rstrip() for row in cells]
-    return "\n".join([_BOLD.format(first) if color else first, *others]) + "\n"
+    return "\n".join([_BOLD.format(first) if wants_color(sys.stdout) else first, *others]) + "\n"
 
 
-def _cut(head: Sequence[str], rows: Sequence[Sequence[str]], *, color: bool, whole: bool) -> str:
+def _cut(head: Sequence[str], rows: Sequence[Sequence[str]], *, whole: bool) -> str:
     """Returns a table, or its first rows and the number of the others."""
     if whole or len(rows) <= _MOST:
-        return table(head, rows, color=color)
-    return f"{table(head, rows[:_MOST], color=color)}… {len(rows) - _MOST} more rows, which --all shows\n"
+        return table(head, rows)
+    return f"{table(head, rows[:_MOST])}… {len(rows) - _MOST} more rows, which --all shows\n"
 
 
 def stage_times(timings: Mapping[str, float]) -> str:

@@ -10,7 +10,7 @@ import typer
 
 from scenecc.cli.checking import CHECK_OPTIONS, Check, ScenesOnly, run_checks
 from scenecc.cli.corrections import corrected, summary
-from scenecc.cli.options import Format, FormatOption, ScenePaths, takes_compile_options
+from scenecc.cli.options import FormatOption, ScenePaths, takes_compile_options
 from scenecc.cli.output import of_settings, print_err, print_note
 from scenecc.cli.paths import STDIN, find_files, source_of
 from scenecc.simulation.summary import Checked
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def validate(
     paths: ScenePaths,
     *,
-    form: FormatOption = Format.text,
+    form: FormatOption = "text",
     fix: Annotated[bool, typer.Option("--fix", help="Apply safe corrections to the files.")] = False,
     diff: Annotated[bool, typer.Option("--diff", help="Print what --fix would change, on standard error.")] = False,
     scenes_only: ScenesOnly = False,

@@ -89,7 +89,7 @@ def view(
     *,
     index: Scene = 0,
     grid: Grid = False,
-    show: Annotated[Show, typer.Option("--show", help="Shapes to show first.")] = Show.visual,
+    show: Annotated[Show, typer.Option("--show", help="Shapes to show first.")] = "visual",
     shadows: Shadows = True,
     output: Output = None,
     steps: Steps = 0,
@@ -116,9 +116,7 @@ def view(
 
     _check(output, steps, served=open_it or no_token or any(given is not None for given in (host, port, token)))
     source = checked_source(scene, output)
-    shown = scenecc.ViewOptions(
-        index, grid, visual=show is Show.visual, collision=show is Show.collision, shadows=shadows
-    )
+    shown = scenecc.ViewOptions(index, grid, visual=show == "visual", collision=show == "collision", shadows=shadows)
     with scene_errors(options):
         outlive_pipes()  # a browser may disconnect, and the processes that write a page end in any order
         if output is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.diagnostic import Location, Origin, Path
-from scenecc.diagnostics.messages import cut, nearest, suggest
+from scenecc.diagnostics.messages import cut, suggest
 from scenecc.expand.documents import SceneDocument, count_values, has_failed, has_varying, iterate_texts
 from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, ObjectBudget, SourceMark, scoped_name
 from scenecc.expand.params import Param, form_key, varying_misfit
@@ -170,22 +170,20 @@ def _find_declaration(param: Param, argument: ParamArgument, parent: Origin | No
 
 
 def _refuse(wanted: ParamType, argument: ParamArgument, wrong: ParamIssue, sink: Sink) -> None:
-    from scenecc.spec.hints import VALUE_SYNONYMS  # noqa: PLC0415 - needed only after an error
-    from scenecc.spec.value_hints import color_hint, kind_hint  # noqa: PLC0415 - needed only after an error
+    from scenecc.spec.value_hints import choice_hint, color_hint, kind_hint  # noqa: PLC0415 - for errors
 
     code, words = wrong
     related = [("the parameter", wanted.declared, "key")] if wanted.declared is not None else []
     message = f"the parameter `{cut(wanted.name)}` {words}"
     hint, value = None, argument.value
+    is_default = isinstance(argument.place, SourceMark) and argument.place.path[-1:] == ("default",)
+    path = ("default" if is_default else wanted.name,)
     if wanted.kind == "choice" and isinstance(value, str):
-        options = [option for option in wanted.options if isinstance(option, str)]
-        near = next((one for one in VALUE_SYNONYMS.get(value.lower(), ()) if one in options), None)
-        near = near or nearest(value, options)
-        hint = None if near is None else f"did you mean `{near}`?"
+        hint = choice_hint(value, [option for option in wanted.options if isinstance(option, str)])
     elif wanted.kind == "color":
-        hint = color_hint((wanted.name,), value)
+        hint = color_hint(path, value)
     elif code == "SC211":
-        hint = kind_hint(_KINDS.get(wanted.kind, ""), (wanted.name,), value)
+        hint = kind_hint(_KINDS.get(wanted.kind, ""), path, value)
     sink.report(code, message, argument.told, hint=hint, related=related, path=(wanted.name,))  # pyright: ignore[reportArgumentType]
 
 

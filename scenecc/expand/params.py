@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.diagnostic import Origin
-from scenecc.diagnostics.messages import cut, show, suggest
+from scenecc.diagnostics.messages import cut, listed, show
 from scenecc.expand.documents import iterate_texts
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import EXPRESSION_START, is_mapping, is_sequence
@@ -34,28 +34,7 @@ if TYPE_CHECKING:
     from scenecc.spec.params import ParamIssue
 
 
-_KIND_SYNONYMS = {
-    **dict.fromkeys(("float", "double", "real", "num"), "number"),
-    **dict.fromkeys(("int", "whole"), "integer"),
-    **dict.fromkeys(("str", "text"), "string"),
-    **dict.fromkeys(("bool", "flag"), "boolean"),
-    **dict.fromkeys(("vec3", "vector3", "array", "position"), "vector"),
-    **dict.fromkeys(("colour", "rgb", "rgba"), "color"),
-    **dict.fromkeys(("enum", "option"), "choice"),
-    **dict.fromkeys(("path", "mesh"), "file"),
-}
-"""Types of parameters in other notations → the type here."""
-
-_KEY_SYNONYMS = {
-    **dict.fromkeys(("value", "init", "initial"), "default"),
-    **dict.fromkeys(("low", "lower", "minimum"), "min"),
-    **dict.fromkeys(("high", "upper", "maximum"), "max"),
-    **dict.fromkeys(("choices", "values", "enum"), "options"),
-    **dict.fromkeys(("kind", "dtype"), "type"),
-    **dict.fromkeys(("doc", "help", "unit"), "description"),
-}
-
-_PARAM_KEYS = frozenset(("type", "default", "min", "max", "options", "description"))
+_PARAM_KEYS = ("type", "default", "min", "max", "options", "description")
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,25 +85,16 @@ def read_param(
     else:
         at = (*path, "default")
     known = {key: value for key, value in node.items() if not key.startswith(NOTE_PREFIX)}
-    if not known.keys() <= _PARAM_KEYS:
-        key = next(key for key in known if key not in _PARAM_KEYS)
-        frame.report(
-            "SC214",
-            f"a parameter has no `{cut(key)}`",
-            (*path, key),
-            at="key",
-            hint=suggest(_KEY_SYNONYMS.get(key, key), _PARAM_KEYS),
-        )
+    if unknown := next((key for key in known if key not in _PARAM_KEYS), None):
+        hint = _unknown_word_hint(unknown, _PARAM_KEYS)
+        frame.report("SC214", f"a parameter has no `{cut(unknown)}`", (*path, unknown), at="key", hint=hint)
         return None
     default = known.get("default")
     pattern = None if default is None else compiler.pattern(default, at)
     kind = known["type"] if "type" in known else None if pattern is not None else infer_param_kind(default)
     if not (isinstance(kind, str) and kind in PARAM_KINDS) and (kind is not None or pattern is None):
-        hint = (
-            suggest(_KIND_SYNONYMS.get(kind, kind), PARAM_KINDS)
-            if isinstance(kind, str)
-            else "write `type: number`, or another type"
-        )
+        words = "write `type: number`, or another type"
+        hint = _unknown_word_hint(kind, tuple(PARAM_KINDS)) if isinstance(kind, str) else words
         what = f"there is no type {show(kind)}" if kind is not None else f"the type of `{cut(name)}` is missing"
         frame.report("SC214", what, (*path, "type") if kind is not None else path, hint=hint)
         return None
@@ -137,6 +107,15 @@ def read_param(
         name, kind, default, pattern, known.get("min"), known.get("max"), tuple(options), description, part, path, at
     )
     return param if _is_sound(param, frame) else None
+
+
+def _unknown_word_hint(word: str, known: tuple[str, ...]) -> str | None:
+    """Returns a hint for an unknown key or type of a parameter."""
+    from scenecc.spec.key_hints import suggest_key  # noqa: PLC0415 - for errors
+    from scenecc.spec.value_hints import choice_hint  # noqa: PLC0415 - for errors
+
+    near = suggest_key(word, known)
+    return choice_hint(word, known) or (f"did you mean `{near}`?" if near else listed(known, word))
 
 
 def _is_sound(param: Param, frame: ExpansionFrame) -> bool:

@@ -218,7 +218,8 @@ def _explain_brackets(problem: _Problem) -> _Advice:
     if expression is not None:
         text = expression[0]
         message = "unquoted expression: inside brackets, `{` starts a mapping"
-        text += re.match(r"[^\s,\]}:]*", problem.text[before + len(text) :])[0]  # pyright: ignore[reportOptionalSubscript]
+        after = re.match(r"[^\s,\]}:]*", problem.text[before + len(text) :])
+        text += after[0] if after else ""
         return _Advice(message, f'quote it: `"{text}"`', column=before, length=len(text))
     closing = problem.problem.rstrip("'")[-1:]
     what, opening = ("list", "[") if closing == "]" else ("mapping", "{")

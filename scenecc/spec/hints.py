@@ -94,6 +94,12 @@ KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("random", "distributions", "randomness"), ("draws",)),
     **dict.fromkeys(("margin", "clearance", "min_distance"), ("apart",)),
     "title": ("name",),
+    **dict.fromkeys(("value", "init", "initial"), ("default",)),
+    **dict.fromkeys(("low", "lower", "minimum"), ("min",)),
+    **dict.fromkeys(("high", "upper", "maximum"), ("max",)),
+    **dict.fromkeys(("choices", "values", "enum"), ("options",)),
+    **dict.fromkeys(("kind", "dtype"), ("type",)),
+    **dict.fromkeys(("doc", "help", "unit"), ("description",)),
     **dict.fromkeys(("metalness", "metal"), ("metallic",)),
     **dict.fromkeys(("angle", "cone_angle", "spot_angle"), ("outer_fov",)),
     "hfov": ("fovx",),
@@ -107,6 +113,12 @@ KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
     ),
 }
 """Unknown key → the keys here, for names that fuzzy matching would not find."""
+
+PLACES = "p pos xyz translation location position base_position"
+"""Words for the position of a pose."""
+
+ROTATIONS = "q quat quaternion wxyz xyzw orientation rotation rot base_orientation euler euler_deg angles rpy rpy_deg"
+"""Words for the rotation of a pose."""
 
 MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("locked_axes", "type", "write `body_type: static`, or a shape: `shapes: [{type: box, …}]`"),
@@ -168,20 +180,20 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("rpy_deg", "quat quaternion orientation rotation rot",
      "write `q: [w, x, y, z]`, w first, or `rpy_deg: [roll, pitch, yaw]`"),
     ("rpy_deg", "euler angles euler_deg rpy rpy_deg", "write `rpy_deg: [roll, pitch, yaw]`, or `rpy` in radians"),
-    ("pose", "quat quaternion orientation rotation rot q base_orientation euler angles euler_deg rpy rpy_deg",
+    ("pose", ROTATIONS,
      "write it in the pose: `pose: {p: [x, y, z], q: [w, x, y, z]}`, or `rpy_deg: [roll, pitch, yaw]` for `q`"),
-    ("origin", "quat quaternion orientation rotation rot q base_orientation euler angles euler_deg rpy rpy_deg",
+    ("origin", ROTATIONS,
      "write it in the origin: `origin: {p: [x, y, z], rpy_deg: [roll, pitch, yaw]}`"),
     ("rpy_deg", "xyzw", "`q` has w first: `q: [w, x, y, z]`"),
     ("rpy_deg", "eye", "write `p: @`"),
     ("rpy_deg", "target lookat", "write `look_at: @`"),
     ("rpy_deg", "heading", "write `rpy: [0, 0, @]`, or `rpy_deg: [0, 0, @]` in degrees"),
-    ("rpy_deg", "pos xyz translation location position p initial_pose base_position", "write `p: @`"),
-    ("pose", "pos xyz translation location position p initial_pose base_position origin", "did you mean `pose`?"),
+    ("rpy_deg", f"{PLACES} initial_pose", "write `p: @`"),
+    ("pose", f"{PLACES} initial_pose origin", "did you mean `pose`?"),
     ("locked_axes", "scene_idxs repeat if pose", "write it beside `variants`, for all variants"),
     ("children", "pose", "write it as the `origin` of its joint: `joint: {origin: …}`; of the root, beside `root`"),
-    ("origin", "pos xyz translation location position p initial_pose base_position pose", "did you mean `origin`?"),
-    ("com", "pos xyz translation location position p initial_pose base_position origin", "did you mean `com`?"),
+    ("origin", f"{PLACES} initial_pose pose", "did you mean `origin`?"),
+    ("com", f"{PLACES} initial_pose origin", "did you mean `com`?"),
     ("entities", "gravity", "write it under `physics`: `physics: {gravity: [@]}`"),
     ("entities", "timestep dt sim_dt", "write it under `physics`: `physics: {timestep: @}`"),
     ("entities", "contact_offset", "write it under `physics`: `physics: {contact_offset: @}`"),
@@ -278,7 +290,17 @@ VALUE_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("revolute", "hinge"), ("hinge", "revolute")),
     **dict.fromkeys(("prismatic", "slide", "slider"), ("slider", "prismatic")),
     "ground": ("plane",),
-    **dict.fromkeys(("position", "velocity", "torque", "effort"), ("force",)),
+    **dict.fromkeys(("float", "double", "real", "num"), ("number",)),
+    **dict.fromkeys(("int", "whole"), ("integer",)),
+    **dict.fromkeys(("str", "text"), ("string",)),
+    **dict.fromkeys(("bool", "flag"), ("boolean",)),
+    **dict.fromkeys(("vec3", "vector3", "array"), ("vector",)),
+    **dict.fromkeys(("colour", "rgb", "rgba"), ("color",)),
+    **dict.fromkeys(("enum", "option"), ("choice",)),
+    "path": ("file",),
+    "mesh": ("convex_mesh", "file"),
+    "position": ("force", "vector"),
+    **dict.fromkeys(("velocity", "torque", "effort"), ("force",)),
     **dict.fromkeys(("spring", "rope", "cable"), ("distance",)),
 }
 """Unknown value → the values that may be meant."""

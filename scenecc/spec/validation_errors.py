@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from scenecc.diagnostics.messages import LISTS_KEYS, cut, is_slip_of, keyboard_hint, listed, nearest, show, suggest
+from scenecc.diagnostics.messages import LISTS_KEYS, cut, is_slip_of, keyboard_hint, listed, nearest, show
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.source.events import RESERVED_CHARACTER
 from scenecc.spec.base import CUSTOM_ERROR, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
@@ -29,8 +29,6 @@ from scenecc.spec.hints import (
     SHAPE_LIST_HINTS,
     SHARED_ROBOT_KEYS,
     UNSUPPORTED_KEYS,
-    VALUE_HINTS,
-    VALUE_SYNONYMS,
     VARIANTS_HINT,
 )
 from scenecc.spec.key_hints import flow, half_hint, misplaced_hint, numbers, shape_hint, snake_case, suggest_key
@@ -51,7 +49,7 @@ from scenecc.spec.nodes import (
 from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.repetition import RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
-from scenecc.spec.value_hints import MAPPING_OF_NAMES, color_hint, kind_hint, length_hint, name_hint
+from scenecc.spec.value_hints import MAPPING_OF_NAMES, choice_hint, color_hint, kind_hint, length_hint, name_hint
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
@@ -274,7 +272,7 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
         if not isinstance(found, str):
             _report_wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
         elif not _report_unsupported(found, place, sink):
-            hint = _suggest_value(found, choices)
+            hint = choice_hint(found, choices) or listed(choices, found, LISTS_KEYS)
             sink.report("SC105", f"{value_name(path)} cannot be {show(found)}", place, hint=hint)
         return
     tag: Any = found.get("type") if is_mapping(found) else None
@@ -294,31 +292,13 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
         _report_wrong_kind("a text", (*path, "type"), tag, place.child("type"), sink)
     elif not _report_unsupported(tag, place.child("type"), sink):
         choices = _split_words(context["expected_tags"])
-        hint = SHAPE_LIST_HINTS.get(tag) or _suggest_value(tag, choices)
+        hint = SHAPE_LIST_HINTS.get(tag) or choice_hint(tag, choices) or listed(choices, tag, LISTS_KEYS)
         kind = _TYPED_SECTIONS.get(str(path[0]), "shape")
         sink.report("SC105", f"there is no {kind} type {show(tag)} here", place.child("type"), hint=hint)
 
 
 def _split_words(text: str) -> list[str]:
     return [word.strip("'") for word in text.split(", ")]
-
-
-def _suggest_value(found: str, choices: list[str]) -> str | None:
-    """Returns a hint with the word that was probably meant."""
-    word = found.lower()
-    if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
-        return hint
-    meant = next((one for one in (word, *VALUE_SYNONYMS.get(word, ())) if one in choices), None)
-    if meant:
-        return f"did you mean `{meant}`?"
-    if "z" in choices:
-        hint = f"write `{_NEGATIVE_AXES[word]}`" if word in _NEGATIVE_AXES else kind_hint("a list", (), found)
-        if hint:
-            return hint
-    return suggest(found, choices, LISTS_KEYS)
-
-
-_NEGATIVE_AXES = {"-x": "[-1, 0, 0]", "-y": "[0, -1, 0]", "-z": "[0, 0, -1]"}
 
 
 def _report_pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:

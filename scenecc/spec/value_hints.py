@@ -8,21 +8,46 @@ from math import pi
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.messages import cut, keyboard_hint, nearest
-from scenecc.spec.hints import COLORS, FORM_SYNONYMS, LENGTH_HINTS, MISSING_KEY_HINTS, SYNTAX_HINTS
-from scenecc.spec.key_hints import flow, gravity, numbers
+from scenecc.spec.hints import (
+    COLORS,
+    FORM_SYNONYMS,
+    LENGTH_HINTS,
+    MISSING_KEY_HINTS,
+    SYNTAX_HINTS,
+    VALUE_HINTS,
+)
+from scenecc.spec.key_hints import flow, gravity, numbers, synonym
 from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from scenecc.diagnostics.diagnostic import Path
 
-    TextSlip = tuple[re.Pattern[str], str | Callable[[Path, re.Match[str]], str]]
-
+    TextSlip = tuple[str, str, str]
 
 MAPPING_OF_NAMES: Final = "a mapping of names"
 """Expected kind of a mapping whose keys are names, for example of entities. Other mappings have fixed keys."""
+
+
+def choice_hint(found: str, choices: Sequence[str]) -> str | None:
+    """Returns a hint with the one of some words that was probably meant; None if there is none."""
+    word = found.lower()
+    if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
+        return hint
+    near = synonym(word, choices)
+    if near is None and "z" in choices and (hint := _NEGATIVE_AXES.get(word) or kind_hint("a list", (), found)):
+        return hint
+    near = near or nearest(found, choices)
+    return near and f"did you mean `{near}`?"
+
+
+_NEGATIVE_AXES: Final = {
+    "-x": "write `[-1, 0, 0]`",
+    "-y": "write `[0, -1, 0]`",
+    "-z": "write `[0, 0, -1]`",
+}
 
 
 def kind_hint(expected: str, path: Path, found: Any) -> str | None:
@@ -116,8 +141,8 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
     if path[-1:] in {("limits",), ("limits_deg",)}:
         ends = [*numbers(found.get("lower", found.get("min"))), *numbers(found.get("upper", found.get("max")))]
         return f"write `{path[-1]}: {flow(ends) if len(ends) == 2 else '[low, high]'}`"
-    if expected == "a text" and path and len(found) == 1 and isinstance(*found.values(), str):
-        return f"write `{path[-1]}: {flow(*found.values())}`"
+    if expected == "a text" and path and len(found) == 1 and isinstance(only := next(iter(found.values())), str):
+        return f"write `{path[-1]}: {flow(only)}`"
     if path[-1:] == ("com",):
         return "write `com: [x, y, z]`; the axes of an inertia are the `com` of `inertial`"
     if "xyz" in found and "axis" in path[-1:]:
@@ -155,13 +180,12 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  
 
 def _names_hint(path: Path, found: Sequence[Any]) -> str:
     """Returns a hint for a list in place of a mapping of names."""
-    first = found[0] if found else None
-    name = first.get("name") if is_mapping(first) else None
-    if path and isinstance(name, str):
-        named = {one["name"]: {key: x for key, x in one.items() if key != "name"} for one in found if "name" in one}
-        whole = flow(named)
-        body = whole if whole != "…" and len(named) == len(found) else f"{{{cut(name)}: {{…}}}}"
-        return f"the name is the key: `{path[-1]}: {body}`"
+    names = [one.get("name") for one in found if is_mapping(one)]
+    if path and names and isinstance(names[0], str):
+        is_whole = len(names) == len(found) and all(isinstance(name, str) for name in names)
+        bodies = [{key: value for key, value in one.items() if key != "name"} for one in found if is_mapping(one)]
+        body = flow(dict(zip(names, bodies, strict=True))) if is_whole else "…"
+        return f"the name is the key: `{path[-1]}: {f'{{{cut(names[0])}: {{…}}}}' if body == '…' else body}`"
     if path and found and all(is_mapping(one) and len(one) == 1 and is_mapping(*one.values()) for one in found):
         merged = flow({key: one for each in found for key, one in each.items()})
         if merged != "…":
@@ -171,41 +195,41 @@ def _names_hint(path: Path, found: Sequence[Any]) -> str:
 
 def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
     """Returns a hint with the form that an unknown mapping probably means."""
-    near = next((near for key in found if (near := nearest(key, FORM_KEYS))), None)
-    if near is not None:
-        return f"did you mean `{near}`?"
-    other = next((FORM_SYNONYMS[key] for key in found if key in FORM_SYNONYMS), None)
-    if other is not None:
-        ends = next((found[key] for key in found if key in FORM_SYNONYMS), None)
-        if is_sequence(ends):
-            return f"did you mean `{{{other.partition(':')[0]}: {flow(ends)}}}`?"
+    for key, value in found.items():
+        near = nearest(key, FORM_KEYS)
+        form = FORM_SYNONYMS.get(key, near)
+        if near and not is_sequence(value):
+            return f"did you mean `{near}`?"
+        if form is None:
+            continue
         low, high = found.get("min", found.get("low")), found.get("max", found.get("high"))
-        is_range = low is not None and high is not None
-        return f"did you mean `{{{f'uniform: {flow([low, high])}' if is_range else other}}}`?"
+        if is_sequence(value):
+            form = f"{form.partition(':')[0]}: {flow(value)}"
+        elif low is not None and high is not None:
+            form = f"uniform: {flow([low, high])}"
+        return f"did you mean `{{{form}}}`?"
     if expected in {"a number", "a whole number", "true or false"} or expected.startswith("["):
         return "a value that differs from scene to scene is a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"
     return None
 
 
-def _text_hint(expected: str, path: Path, text: str) -> str | None:
+def _text_hint(expected: str, path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case each
     if len(text) > _MAX_LENGTH:
         return None
     if hint := keyboard_hint(text):
         return hint
     is_list = expected == "a list" or expected.startswith("[")
     if is_list or expected in {"a number", "a whole number"}:
-        hint = unit_hint(path, text) or _hint_of(path, text, _LIST_SLIPS if is_list else _NUMBER_SLIPS)
-        if hint:
+        if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
+            return f"write `{path[-2]}: {flow(color)}`"
+        if hint := unit_hint(path, text) or _slip_hint(path, text, _LIST_SLIPS if is_list else _NUMBER_SLIPS):
             return hint
     if expected == "true or false":
-        is_condition = path[-1:] in {("if",), ("that",)}
-        return _expression(path, text) if is_condition else _switch_hint(str(path[-1]) if path else "", text)
-    return _hint_of(path, text, _SLIPS) or _place_hint(path, text)
-
-
-def _hint_of(path: Path, text: str, slips: tuple[TextSlip, ...]) -> str | None:
-    found = ((hint, match) for pattern, hint in slips if (match := pattern.fullmatch(text)))
-    return next((hint if isinstance(hint, str) else hint(path, match) for hint, match in found), None)
+        if path[-1:] in {("if",), ("that",)}:
+            quoted = f'"${{{cut(text)}}}"'
+            return f"an expression is written {_entry(path, quoted)}"
+        return _switch_hint(str(path[-1]) if path else "", text)
+    return _slip_hint(path, text, _TEXT_SLIPS) or _place_hint(path, text)
 
 
 def _place_hint(path: Path, text: str) -> str | None:
@@ -217,7 +241,7 @@ def _place_hint(path: Path, text: str) -> str | None:
     if path[-1:] == ("place",) and (said := _PLACED.fullmatch(text)):
         return f"write `place: {{{said[1]}: {said[2]}}}`"
     if path[-2:-1] == ("repeat",) and (times := _RANGE.fullmatch(text)):
-        return f"write `{path[-1]}: {{count: {times[1]}}}`"
+        return f"write `{path[-1]}: {{count: {times[1] or times[2]}}}`"
     condition = "that: " + json.dumps(shown if shown.startswith("${") else f"${{{shown}}}", ensure_ascii=False)
     if len(path) > 1 and path[-2] == "holds":
         return f"write `- {condition}`"
@@ -320,19 +344,14 @@ _UNITS: Final = {
         for pair in (
             "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 lb=0.45359237 lbs=0.45359237 oz=0.0283495231 kilograms=1 grams=1e-3 "
             "m=1 km=1e3 dm=0.1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 in=0.0254 inch=0.0254 ft=0.3048 meters=1 metres=1 "
-            "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 % =1e-2 "
+            "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 %=1e-2 "
             "N=1 Nm=1 N*m=1 N·m=1 N/m=1 Nm/rad=1 N·m/rad=1 N*m/rad=1 "
             "N*s/m=1 N·s/m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
-            "kg/m3=1 kg/m^3=1 kg/m³=1 g/cm3=1e3 g/cm^3=1e3 g/cm³=1e3 g/cc=1e3 kg/l=1e3 kg*m2=1 kg*m^2=1 kg·m²=1"
-        )
-        .replace(" =", "=")
-        .split()
+            "kg/m3=1 kg/m^3=1 kg/m³=1 g/cm3=1e3 g/cm^3=1e3 g/cm³=1e3 g/cc=1e3 kg/l=1e3 kg*m2=1 kg*m^2=1 kg·m²=1 "
+            f"rad=1 radians=1 rpm={pi / 30} "
+            + " ".join(f"{unit}={pi / 180}" for unit in ("deg", "degs", "degree", "degrees", "°", "deg/s", "°/s"))
+        ).split()
     )
-} | {
-    "rad": 1,
-    "radians": 1,
-    **dict.fromkeys(("deg", "degs", "degree", "degrees", "°", "deg/s", "°/s"), pi / 180),
-    "rpm": pi / 30,
 }
 """Unit after a number → factor to SI."""
 
@@ -360,88 +379,68 @@ def unit_hint(path: Path, text: str) -> str | None:
     return f"write {_entry(path, number * factor)}: {_SI}"
 
 
-def _expression(path: Path, text: str) -> str:
-    quoted = f'"${{{cut(text)}}}"'
-    return f"an expression is written {_entry(path, quoted)}"
-
-
 def _commas(text: str) -> str:
     return ", ".join(text.replace(",", " ").split())
 
 
-def _list(path: Path, text: str) -> str:
-    if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
-        return f"write `{path[-2]}: {flow(color)}`"
-    return f"write commas and brackets: {_entry(path, f'[{_commas(text)}]')}"
+def _slip_hint(path: Path, text: str, slips: Iterable[TextSlip]) -> str | None:
+    """Returns the hint of the first slip that a text is."""
+    for pattern, value, words in slips:
+        if found := re.fullmatch(pattern, text):
+            made = found.expand(value)
+            entry = _entry(path, re.sub(r"\[(.*)\]", lambda items: f"[{_commas(items[1])}]", made))
+            before, at, after = words.partition("@")
+            return f"{found.expand(before)}{entry if at else ''}{found.expand(after)}"
+    return None
 
 
-_SLIPS: tuple[TextSlip, ...] = (
+_FORM_SLIP: Final = (
+    rf"({'|'.join(sorted(FORM_KEYS))})(?:\(| *\[| +)\[?([^()\[\]]*)\]?\)?",
+    r"{\1: [\2]}",
+    "write a form: @",
+)
+
+_TEXT_SLIPS: Final[tuple[TextSlip, ...]] = (
     # Expressions in the syntax of other tools.
     (
-        re.compile(r"\$([A-Za-z_]\w*)|\{ *([A-Za-z_]\w*) *\}|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)"),
-        lambda path, found: _expression(path, next(filter(None, found.groups()))),
+        r"\$([A-Za-z_]\w*)|\{ *([A-Za-z_]\w*) *\}|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)",
+        r'"${\1\2\3\4}"',
+        "an expression is written @",
     ),
-    (
-        re.compile(r"([A-Za-z_]\w*) ?= ?([^=]+)"),
-        lambda _, found: f"write a colon instead of `=`: `{cut(found[1])}: {cut(found[2])}`",
-    ),
+    (r"([A-Za-z_]\w*) ?= ?([^=]+)", "", r"write a colon instead of `=`: `\1: \2`"),
 )
-"""Pattern of a string → hint, for any expected kind."""
+"""Pattern of a text, the value that it means, and a hint with `@` for its entry; for any expected kind."""
 
-_FORM_SLIP: TextSlip = (
-    re.compile(rf"({'|'.join(sorted(FORM_KEYS))})(?:\(| *\[| +)\[?([^()\[\]]*)\]?\)?"),
-    lambda path, found: f"write a form: {_entry(path, f'{{{found[1]}: [{_commas(found[2])}]}}')}",
-)
-
-_NUMERIC_SLIPS: tuple[TextSlip, ...] = (
-    (
-        re.compile(r"\s*\[([-+.\deE, ]*)\]\s*"),
-        lambda path, found: f"write {_entry(path, f'[{_commas(found[1])}]')}, without quotes",
-    ),
-    (re.compile(r"\s*[-+.\d][-+.\deE]*(?:[ ,]+[-+.\d][-+.\deE]*)+\s*"), lambda path, found: _list(path, found[0])),
-    (
-        re.compile(r"[-+]?\d+[eE][-+]?\d+"),
-        lambda path, found: f"write {_entry(path, float(found[0]))}, without quotes; PyYAML takes `1e-5` for text",
-    ),
-    (
-        re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"),
-        lambda path, found: f"write {_entry(path, found[0].strip())}, without quotes",
-    ),
-    (
-        re.compile(r"([-+]?\d[\d.]{0,23}) ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}"),
-        lambda path, found: f"write only the number, {_entry(path, found[1])}: {_SI}",
-    ),
-    (re.compile(r".*random.*"), "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
-    (re.compile(r"None|null|nil|nan", re.IGNORECASE), "remove the key, or write a number"),
-    (
-        re.compile(r"([-+]?)inf(inity)?", re.IGNORECASE),
-        lambda path, found: f"write {_entry(path, f'{found[1]}.inf')}, without quotes",
-    ),
+_NUMERIC_SLIPS: Final[tuple[TextSlip, ...]] = (
+    (r"\s*\[([-+.\deE, ]*)\]\s*", r"[\1]", "write @, without quotes"),
+    (r"\s*[-+.\d][-+.\deE]*(?:[ ,]+[-+.\d][-+.\deE]*)+\s*", r"[\g<0>]", "write commas and brackets: @"),
+    (r"([-+]?\d+)[eE](-\d+)", r"\1.0e\2", "write @, without quotes; PyYAML takes `1e-5` for text"),
+    (r"([-+]?\d+)[eE]\+?(\d+)", r"\1.0e+\2", "write @, without quotes; PyYAML takes `1e5` for text"),
+    (r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*", r"\1", "write @, without quotes"),
+    (r"([-+]?\d[\d.]{0,23}) ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}", r"\1", f"write only the number, @: {_SI}"),
+    (r".*random.*", "", "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
+    (r"(?i:None|null|nil|nan)", "", "remove the key, or write a number"),
+    (r"(?i:([-+]?)inf(?:inity)?)", r"\1.inf", "write @, without quotes"),
 )
 
-_LIST_SLIPS: tuple[TextSlip, ...] = (
+_LIST_SLIPS: Final[tuple[TextSlip, ...]] = (
     _FORM_SLIP,
-    (
-        re.compile(r"(?:[\w.]+)?\(+\[?([-+.\deE, ]+)\]?,?\)+"),
-        lambda path, found: f"write a list in brackets: {_entry(path, f'[{_commas(found[1])}]')}",
-    ),
+    (r"(?:[\w.]+)?\(+\[?([-+.\deE, ]+)\]?,?\)+", r"[\1]", "write a list in brackets: @"),
     *_NUMERIC_SLIPS,
-    *_SLIPS,
+    *_TEXT_SLIPS,
 )
-"""Pattern of a string → hint, where a list of numbers is expected."""
+"""As `_TEXT_SLIPS`, where a list of numbers is expected."""
 
-_NUMBER_SLIPS: tuple[TextSlip, ...] = (
+_NUMBER_SLIPS: Final[tuple[TextSlip, ...]] = (
     _FORM_SLIP,
-    (
-        re.compile(r"[-+]?\d+,\d+"),
-        lambda path, found: f"write {_entry(path, found[0].replace(',', '.'))}, with a decimal point",
-    ),
+    (r"([-+]?\d+),(\d+)", r"\1.\2", "write @, with a decimal point"),
     *_NUMERIC_SLIPS,
-    *_SLIPS,
+    *_TEXT_SLIPS,
     # Arithmetic, a name or a function call.
     (
-        re.compile(r"[-+]?[\w.() ]+(?:[-+*/%]+[\w.() ]+)+|[A-Za-z_]\w*(?:\([\w.+*/ -]+\))?"),
-        lambda path, found: _expression(path, found[0]),
+        r"[-+]?[\w.() ]+(?:[-+*/%]+[\w.() ]+)+|[A-Za-z_]\w*(?:\([\w.+*/ -]+\))?",
+        r'"${\g<0>}"',
+        "an expression is written @",
     ),
 )
-"""Pattern of a string → hint, where a number is expected."""
+"""As `_TEXT_SLIPS`, where a number is expected."""

@@ -61,7 +61,7 @@ def test_parameters_of_included_files_are_listed(run, tmp_path: Path) -> None:
 def test_params_of_a_scene_without_parameters_says_so(run, cube: Path) -> None:
     done = run("params", cube)
     assert (done.returncode, done.stdout) == (0, "no parameters\n")
-    assert json.loads(run("params", cube, "--format", "json").stdout) == {"parameters": []}
+    assert json.loads(run("params", cube, "--format", "json").stdout) == {"parameters": [], "diagnostics": []}
     assert run("params", "-", stdin=CUBE).stdout == "no parameters\n"
     assert run("params", "-", stdin='{"scenecc_plan": 1}').stdout == "no parameters\n", "a plan has none any more"
 

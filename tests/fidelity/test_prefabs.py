@@ -258,5 +258,5 @@ def test_a_maniskill_without_the_mesh_is_an_error_that_boxes_avoid(maniskill: Pa
     maniskill.unlink()
     (found,) = validate(workspace())
     assert found.code == "SC401"
-    assert found.file == "pkg://scenecc/prefabs/parts/table_workspace.yaml"
+    assert found.path == "entities.place.use"
     assert not validate(workspace(visual="boxes"))

@@ -37,7 +37,8 @@ usage; its path is the argument or option (`camera`, `--camera`).
   A last line names what was not checked because of the errors; other formats have it as well, except `gitlab`.
   Coloured on a terminal (see `NO_COLOR` and `FORCE_COLOR`). Control characters are spelled out.
 - `json`, for programs: an object with the command's result, whose `diagnostics` is a list of `code`, `severity`
-  (`error`, `warning` or `note`), `message`, `file`, `line`, `column`, `end_column` (after the last), `path`, `hint` and `related` (a list of
+  (`error`, `warning` or `note`), `message`, `file`, `line`, `column`, `end_column` (after the last), `path`, `hint`
+  and `related` (a list of
   `message`, `file`, `line`, `column` and `end_column`). Unknown values are `null`. ASCII only.
   With `--fix` it also has `corrections`, a list of the corrected findings, each with the written text (`wrote`).
   With `check`, it has `simulated`: for each file `scenes` (with each seed), `seeds`, `seconds` (0: only the first

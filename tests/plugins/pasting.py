@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from typing import Final
+from typing import Any, Final
 
 import yaml
 
@@ -47,12 +47,13 @@ def _paste(text: str, found: Diagnostic) -> str | None:  # noqa: PLR0911 - a ret
     hint, (line, column) = found.hint or "", (found.line or 1, found.column or 1)
     place, new = (line - 1, column - 1), snippet(hint)
     try:
-        top = yaml.compose(text)
+        top: Any = yaml.compose(text)
     except yaml.YAMLError:
         start = sum(map(len, text.splitlines(keepends=True)[: line - 1])) + column - 1
         end = start + (found.location.end_column or column) - column
         return None if new is None else _put(text, new, (start, end))
-    key, value = next((pair for pair in _pairs(top) if _start(pair[0]) == place), (None, None))
+    nothing: tuple[Any, Any] = None, None
+    key, value = next((pair for pair in _pairs(top) if _start(pair[0]) == place), nothing)
     if hint.startswith("remove it") and key is not None:
         return _without(text, *_span(text, key, value))
     if new is None:

@@ -256,7 +256,9 @@ def test_a_robot_has_the_name_of_its_first_body_and_plain_rotations(folder: Path
     assert "\n  hand: {body_type: kinematic, shapes: []}\n" in text
     assert "{type: weld, parent: hand, child: puck/pin,\n" in text
     assert "rpy_deg: [0, 90, 0]" in text
-    assert "  steel: {visual: {base_color: [0.5, 0.5, 0.5], specular: 0.5, roughness: 0.2}}\n" in text
+    assert (
+        "  steel: {visual: {base_color: [0.21404114, 0.21404114, 0.21404114], specular: 0.5, roughness: 0.2}}\n" in text
+    )
     assert "{type: capsule, pose: [0, 0, -0.05], radius: 0.02, half_length: 0.05, axis: z" in " ".join(text.split())
 
 

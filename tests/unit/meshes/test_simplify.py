@@ -16,7 +16,7 @@ from scenecc.meshes.surface import MeshPart, Surface, SurfaceMaterial
 
 def part(subdivisions: int) -> MeshPart:
     ball = trimesh.creation.icosphere(subdivisions, radius=0.1)
-    vertices, normals = np.float32(ball.vertices), np.float32(ball.vertex_normals)
+    vertices, normals = np.asarray(ball.vertices, np.float32), np.asarray(ball.vertex_normals, np.float32)
     return MeshPart(Surface(vertices, np.asarray(ball.faces), normals, vertices[:, :2]), SurfaceMaterial())
 
 

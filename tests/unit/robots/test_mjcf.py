@@ -125,7 +125,7 @@ def test_an_mjcf_error_is_reported_at_its_line(name: str, tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("text", "hint"),
     [
-        ("<robot name='r'><link name='a'/></robot>", "give a URDF with `urdf:`"),
+        ("<robot name='r'><link name='a'/></robot>", "write `urdf: FILE` for a URDF"),
         ("<sdf version='1.9'/>", "make a scene of an SDF with `scenecc import`"),
     ],
 )

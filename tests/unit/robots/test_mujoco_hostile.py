@@ -381,7 +381,7 @@ def test_frictions_and_colours_are_clamped_to_their_ranges(tmp_path: Path) -> No
     assert found is not None, told
     link = found.robots[0].links[1]
     assert (link.collisions[0].friction, link.joint.damping) == ((0, 0, 0), 0)
-    assert link.visuals[0].look.base_color == (0, 1, 0.5, 1)
+    assert link.visuals[0].look.base_color == pytest.approx((0, 1, 0.214041, 1))
 
 
 def test_nonlinear_springs_are_reported(tmp_path: Path) -> None:

@@ -112,7 +112,7 @@ def test_an_error_is_reported_at_its_place_in_the_expression(tmp_path: Path) -> 
     assert [(one.code, one.line, one.column) for one in check_scene(scene)] == [("SC330", 5, 38), ("SC325", 6, 38)]
     scene.write_text("scenecc: 1\nexpect: {holds: [{that: speed('cube') < 1}]}\n")
     (told,) = check_scene(scene)
-    assert (told.code, told.hint) == ("SC103", "an expression is written `\"${speed('cube') < 1}\"`")
+    assert (told.code, told.hint) == ("SC103", "an expression is written `that: \"${speed('cube') < 1}\"`")
 
 
 def test_each_prefab_instance_is_checked_with_its_own_bodies(tmp_path: Path) -> None:

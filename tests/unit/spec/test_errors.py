@@ -144,7 +144,7 @@ def test_structure_never_varies(keys: dict[str, Any], path: str) -> None:
 @pytest.mark.parametrize(
     ("keys", "code", "path", "words"),
     [
-        ({"mass": {"unifrom": [1, 2]}}, "SC103", "mass", "did you mean `uniform`?"),
+        ({"mass": {"unifrom": [1, 2]}}, "SC103", "mass", "did you mean `{uniform: [1, 2]}`?"),
         (
             {"solver_position_iterations": {"uniform": [1, 2]}},
             "SC116",
