@@ -200,12 +200,10 @@ def highest_below(parts: Sequence[Part], surfaces: Sequence[SupportSurface], lev
     """
     count = len(parts[0].there)
     best = np.full(count, -np.inf)
-    fits_each: list[Flags] = []
     for surface in surfaces:
         open_ = surface.there & (surface.z > best)
         if levels is not None:
             open_ &= (surface.z >= levels[:, 0] - _TOLERANCE) & (surface.z <= levels[:, 1] + _TOLERANCE)
-        fits_each.append(open_)
         if surface.corners is not None and open_.any():
             rows = np.flatnonzero(open_)
             fits = np.zeros(count, np.bool_)

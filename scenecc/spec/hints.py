@@ -38,11 +38,19 @@ FORM_SYNONYMS = {
 }
 """Name of a form in other tools → the form here."""
 
-HALVES: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("size", "sizes", "extents", "dimensions", "edges"), ("half_size", "radius")),
-    **dict.fromkeys(("height", "length"), ("half_length",)),
-    **dict.fromkeys(("diameter", "width"), ("radius",)),
-}
+
+def _meanings(words: dict[str, str]) -> dict[str, tuple[str, ...]]:
+    """Returns each word → what it may mean here. `words`: what is meant → the words for it."""
+    return {word: tuple(meant.split()) for meant, those in words.items() for word in those.split()}
+
+
+HALVES = _meanings(
+    {
+        "half_size radius": "size sizes extents dimensions edges",
+        "half_length": "height length",
+        "radius": "diameter width",
+    }
+)
 """Unknown key → keys that take half of its value."""
 
 SYNTAX_HINTS: dict[str, str] = {
@@ -63,55 +71,54 @@ MISSING_KEY_HINTS: dict[str, str] = {
 }
 """Missing key → hint."""
 
-KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("filename", "path", "src", "uri", "mesh_file", "mesh"), ("file",)),
-    **dict.fromkeys(("rgb", "rgba", "colour", "color", "diffuse", "albedo"), ("color", "base_color")),
-    **dict.fromkeys(("texture", "texture_file", "diffuse_texture", "albedo_texture"), ("base_color_texture",)),
-    **dict.fromkeys(("half_extents", "half_extent"), ("half_size",)),
-    **dict.fromkeys(("num_envs", "n_envs", "num_environments"), ("num_scenes",)),
-    **dict.fromkeys(("joint_positions", "joint_pos", "init_qpos", "initial_qpos"), ("qpos",)),
-    **dict.fromkeys(("joint_velocities", "init_qvel"), ("qvel",)),
-    "wxyz": ("q",),
-    **dict.fromkeys(("friction", "mu", "mu1", "lateral_friction"), ("static_friction",)),
-    **dict.fromkeys(("frictionloss", "friction_loss", "coulomb_friction", "dry_friction"), ("friction_force",)),
-    **dict.fromkeys(("linvel", "lin_vel", "velocity"), ("linear_velocity",)),
-    **dict.fromkeys(("angvel", "ang_vel"), ("angular_velocity",)),
-    **dict.fromkeys(("dt", "time_step", "sim_dt"), ("timestep",)),
-    **dict.fromkeys(("kp", "p_gain"), ("stiffness",)),
-    **dict.fromkeys(("kd", "kv", "d_gain"), ("damping",)),
-    **dict.fromkeys(("effort", "max_force", "forcerange"), ("force_limit",)),
-    "drive_mode": ("mode",),
-    "r": ("radius",),
-    **dict.fromkeys(("body1", "body_a", "entity1"), ("parent",)),
-    **dict.fromkeys(("body2", "body_b", "entity2"), ("child",)),
-    **dict.fromkeys(("condition", "check", "expr", "expression", "assert"), ("that",)),
-    **dict.fromkeys(("at", "time", "when"), ("after",)),
-    **dict.fromkeys(("reason", "message", "msg"), ("because",)),
-    **dict.fromkeys(("range", "times", "n", "num"), ("count",)),
-    **dict.fromkeys(("xy", "offset"), ("at",)),
-    **dict.fromkeys(("parent", "frame", "reference", "relative", "parent_frame"), ("relative_to",)),
-    **dict.fromkeys(("sky", "skybox", "hdr", "envmap", "hdri"), ("map",)),
-    **dict.fromkeys(("random", "distributions", "randomness"), ("draws",)),
-    **dict.fromkeys(("margin", "clearance", "min_distance"), ("apart",)),
-    "title": ("name",),
-    **dict.fromkeys(("value", "init", "initial"), ("default",)),
-    **dict.fromkeys(("low", "lower", "minimum"), ("min",)),
-    **dict.fromkeys(("high", "upper", "maximum"), ("max",)),
-    **dict.fromkeys(("choices", "values", "enum"), ("options",)),
-    **dict.fromkeys(("kind", "dtype"), ("type",)),
-    **dict.fromkeys(("doc", "help", "unit"), ("description",)),
-    **dict.fromkeys(("metalness", "metal"), ("metallic",)),
-    **dict.fromkeys(("angle", "cone_angle", "spot_angle"), ("outer_fov",)),
-    "hfov": ("fovx",),
-    "vfov": ("fovy",),
-    "dir": ("direction",),
-    "base_mass": ("mass",),
-    **dict.fromkeys(("import", "imports"), ("include",)),
-    **dict.fromkeys(
-        ("variables", "vars", "constants", "args", "arguments", "parameters", "properties", "params"),
-        ("params", "with"),
-    ),
-}
+KEY_SYNONYMS = _meanings(
+    {
+        "file": "filename path src uri mesh_file mesh",
+        "color base_color": "rgb rgba colour color diffuse albedo",
+        "base_color_texture": "texture texture_file diffuse_texture albedo_texture",
+        "half_size": "half_extents half_extent",
+        "num_scenes": "num_envs n_envs num_environments",
+        "qpos": "joint_positions joint_pos init_qpos initial_qpos",
+        "qvel": "joint_velocities init_qvel",
+        "q": "wxyz",
+        "static_friction": "friction mu mu1 lateral_friction",
+        "friction_force": "frictionloss friction_loss coulomb_friction dry_friction",
+        "linear_velocity": "linvel lin_vel velocity",
+        "angular_velocity": "angvel ang_vel",
+        "timestep": "dt time_step sim_dt",
+        "stiffness": "kp p_gain",
+        "damping": "kd kv d_gain",
+        "force_limit": "effort max_force forcerange",
+        "mode": "drive_mode",
+        "radius": "r",
+        "parent": "body1 body_a entity1",
+        "child": "body2 body_b entity2",
+        "that": "condition check expr expression assert",
+        "after": "at time when",
+        "because": "reason message msg",
+        "count": "range times n num",
+        "at": "xy offset",
+        "relative_to": "parent frame reference relative parent_frame",
+        "map": "sky skybox hdr envmap hdri",
+        "draws": "random distributions randomness",
+        "apart": "margin clearance min_distance",
+        "name": "title",
+        "default": "value init initial",
+        "min": "low lower minimum",
+        "max": "high upper maximum",
+        "options": "choices values enum",
+        "type": "kind dtype",
+        "description": "doc help unit",
+        "metallic": "metalness metal",
+        "outer_fov": "angle cone_angle spot_angle",
+        "fovx": "hfov",
+        "fovy": "vfov",
+        "direction": "dir",
+        "mass": "base_mass",
+        "include": "import imports",
+        "params with": "variables vars constants args arguments parameters params",
+    }
+)
 """Unknown key → the keys here, for names that fuzzy matching would not find."""
 
 PLACES = "p pos xyz translation location position base_position"
@@ -274,35 +281,37 @@ SHAPE_LIST_HINTS: dict[str, str] = {
 }
 """Shape type → hint for a list that does not allow it."""
 
-VALUE_SYNONYMS: dict[str, tuple[str, ...]] = {
-    "fixed": ("static", "weld"),
-    **dict.fromkeys(("immovable", "frozen"), ("static",)),
-    **dict.fromkeys(("rigid", "movable", "free", "active"), ("dynamic",)),
-    **dict.fromkeys(("cube", "cuboid"), ("box",)),
-    "ball": ("sphere", "ball"),
-    "pill": ("capsule",),
-    **dict.fromkeys(("convex", "hull", "convex_hull"), ("convex_mesh",)),
-    **dict.fromkeys(("trimesh", "nonconvex"), ("triangle_mesh",)),
-    **dict.fromkeys(("terrain", "hfield"), ("heightfield",)),
-    "sun": ("directional",),
-    "fixed_joint": ("weld",),
-    **dict.fromkeys(("ball_joint", "spherical", "connect", "socket", "point2point"), ("ball",)),
-    **dict.fromkeys(("revolute", "hinge"), ("hinge", "revolute")),
-    **dict.fromkeys(("prismatic", "slide", "slider"), ("slider", "prismatic")),
-    "ground": ("plane",),
-    **dict.fromkeys(("float", "double", "real", "num"), ("number",)),
-    **dict.fromkeys(("int", "whole"), ("integer",)),
-    **dict.fromkeys(("str", "text"), ("string",)),
-    **dict.fromkeys(("bool", "flag"), ("boolean",)),
-    **dict.fromkeys(("vec3", "vector3", "array"), ("vector",)),
-    **dict.fromkeys(("colour", "rgb", "rgba"), ("color",)),
-    **dict.fromkeys(("enum", "option"), ("choice",)),
-    "path": ("file",),
-    "mesh": ("convex_mesh", "file"),
-    "position": ("force", "vector"),
-    **dict.fromkeys(("velocity", "torque", "effort"), ("force",)),
-    **dict.fromkeys(("spring", "rope", "cable"), ("distance",)),
-}
+VALUE_SYNONYMS = _meanings(
+    {
+        "static weld": "fixed",
+        "static": "immovable frozen",
+        "dynamic": "rigid movable free active",
+        "box": "cube cuboid",
+        "sphere ball": "ball",
+        "capsule": "pill",
+        "convex_mesh": "convex hull convex_hull",
+        "triangle_mesh": "trimesh nonconvex",
+        "heightfield": "terrain hfield",
+        "directional": "sun",
+        "weld": "fixed_joint",
+        "ball": "ball_joint spherical connect socket point2point",
+        "hinge revolute": "revolute hinge",
+        "slider prismatic": "prismatic slide slider",
+        "plane": "ground",
+        "number": "float double real num",
+        "integer": "int whole",
+        "string": "str text",
+        "boolean": "bool flag",
+        "vector": "vec3 vector3 array",
+        "color": "colour rgb rgba",
+        "choice": "enum option",
+        "file": "path",
+        "convex_mesh file": "mesh",
+        "force vector": "position",
+        "force": "velocity torque effort",
+        "distance": "spring rope cable",
+    }
+)
 """Unknown value → the values that may be meant."""
 
 VALUE_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
@@ -337,26 +346,21 @@ LENGTH_HINTS: dict[tuple[str, int], str] = {
 }
 """Key and wrong number of values → hint."""
 
-
-UNSUPPORTED_KEYS: dict[str, str] = {
+_UNSUPPORTED = {
     "tendons": "tendons",
-    "stereo": "stereo depth sensors",
-    "point_clouds": "point clouds",
-    "point_cloud": "point clouds",
-    "vertices": "vertices in the file",
-    "triangles": "vertices in the file",
-    "faces": "vertices in the file",
-    "properties": "render properties by name",
-    "cone": "cone limits (SAPIEN records them and never applies them)",
-    "pyramid": "pyramid limits (SAPIEN records them and never applies them)",
-    "is_trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
-    "trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
-    **dict.fromkeys(
-        (
-            *("soft", "soft_body", "softbody", "soft_bodies", "deformable", "deformables", "deformable_body", "cloth"),
-            *("fabric", "fluid", "liquid", "particle", "particles", "mpm", "fem", "flex", "flexcomp", "tetmesh"),
-            *("youngs_modulus", "young_modulus", "poissons_ratio", "poisson_ratio", "elasticity"),
-        ),
-        "soft bodies, cloth and fluids (SAPIEN simulates rigid bodies; `use: scenecc:rope` is a chain of them)",
+    "stereo depth sensors": "stereo",
+    "point clouds": "point_clouds point_cloud",
+    "vertices in the file": "vertices triangles faces",
+    "render properties by name": "properties",
+    "cone limits (SAPIEN records them and never applies them)": "cone",
+    "pyramid limits (SAPIEN records them and never applies them)": "pyramid",
+    "triggers (SAPIEN records `is_trigger` and never applies it)": "is_trigger trigger",
+    "soft bodies, cloth and fluids (SAPIEN simulates rigid bodies; `use: scenecc:rope` is a chain of them)": (
+        "soft soft_body softbody soft_bodies deformable deformables deformable_body cloth fabric fluid liquid "
+        "particle particles mpm fem flex flexcomp tetmesh youngs_modulus young_modulus poissons_ratio poisson_ratio "
+        "elasticity"
     ),
 }
+
+UNSUPPORTED_KEYS = {word: what for what, words in _UNSUPPORTED.items() for word in words.split()}
+"""Key or value that the language leaves out → what it means."""

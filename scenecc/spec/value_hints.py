@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from math import pi
+from math import isfinite, pi
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.messages import cut, keyboard_hint, nearest
@@ -103,7 +103,7 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
         **dict.fromkeys(("color", "base_color", "ambient_light"), flow([found] * 3)),
     }
     if expected == "a whole number":
-        return f"write {_entry(path, round(found))}"
+        return f"write {_entry(path, round(found))}" if isfinite(found) else None
     if key in meant:
         return f"write `{key}: {meant[key]}`"
     is_list = expected == "a list" or expected.startswith("[")

@@ -22,17 +22,11 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
     [
         ("obj.yaml", "SC103", "", "`{use: obj.yaml}`"),
         ({"uses": "obj.yaml"}, "SC101", ".uses", "`use: obj.yaml`"),
-        ({"repeat": {"i": 4}, **SHAPES}, "SC103", ".repeat.i", "`i: {count: 4}`"),
-        ({"repeat": 4, **SHAPES}, "SC103", ".repeat", "`repeat: {i: {count: 4}}`"),
         ({"variants": [SHAPES]}, "SC102", "", "`pick: {cycle: [0, 1]}`"),
         ({"mass": {"normal": {"mean": 0.1, "std": 0.01}}, **SHAPES}, "SC103", ".mass.normal", ""),
         ({"pose": {"uniform": [[0, 0], [1, 1]]}, **SHAPES}, "SC106", ".pose.uniform", ""),
-        ({"mass": {"range": [0.1, 0.2]}, **SHAPES}, "SC103", ".mass", "`{uniform: [0.1, 0.2]}`"),
         ({"mass": {"randint": [1, 2]}, **SHAPES}, "SC103", ".mass", "`{integers: [1, 2]}`"),
         ({"mass": {"gamma": [1, 2]}, **SHAPES}, "SC103", ".mass", "is a form: `{uniform: [low, high]}`"),
-        ({"mass": "500g", **SHAPES}, "SC103", ".mass", "write `mass: 0.5`: masses are in kg"),
-        ({"mass": "$mass", **SHAPES}, "SC103", ".mass", '"${mass}"'),
-        ({"mass": "{{ mass }}", **SHAPES}, "SC103", ".mass", '"${mass}"'),
         ({"mass": "${1 > 2 ? 3 : 4}", **SHAPES}, "SC118", ".mass", "`a if condition else b`"),
         ({"mass": "${2^3}", **SHAPES}, "SC118", ".mass", "`a ** b`"),
         ({"body_type": {"choice": ["static", "dynamic"]}, **SHAPES}, "SC116", ".body_type", "`variants`"),
@@ -53,7 +47,6 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
             ".disable_self_collisions",
             "`scene_idxs`",
         ),
-        ({"urdf": "a.urdf", "fix_base": True}, "SC101", ".fix_base", "`fix_root_link: true`"),
         ({"urdf": "a.urdf", "static": True}, "SC101", ".static", "`body_type: static`"),
         ({"urdf": "a.urdf", "stiffness": 9}, "SC101", ".stiffness", '`drives: {".*": {stiffness: 9}}`'),
         (
@@ -62,7 +55,6 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
             ".joints.j.stiffness",
             "`drives: {j: {stiffness: 9}}`",
         ),
-        ({"type": "static", **SHAPES}, "SC101", ".type", "`body_type: static`"),
         ({"place": {"on": "a", "beside": "a"}, **SHAPES}, "SC101", ".place.beside", "`next_to: {of: a, side: left"),
         ({"root": {"name": "a", "pose": [0, 0, 1]}}, "SC101", ".root.pose", "beside `root`"),
         (
@@ -72,9 +64,7 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
             "`joint: {origin: …}`",
         ),
         ({"uid": "panda"}, "SC101", ".uid", "`{use: scenecc:table_scene, with: {robot: panda}}`"),
-        ({"position": [0, 0, 1], **SHAPES}, "SC101", ".position", "`pose`"),
         ({"urdf": "a.urdf", "position": [0, 0, 1]}, "SC101", ".position", "`pose`"),
-        ({"pose": {"position": [0, 0, 1]}, **SHAPES}, "SC101", ".pose.position", "`p: [0, 0, 1]`"),
         (
             {"shapes": [{"type": "cylinder", "radius": 1, "half_length": 1, "height": 2}]},
             "SC101",
@@ -95,7 +85,6 @@ def test_a_mistake_in_an_entity_is_told_once(entity: Any, code: str, path: str, 
     ("section", "written", "code", "key", "hint"),
     [
         ("cameras", {"look_at": [0, 0, 0]}, "SC101", "look_at", "`pose: {p: […], look_at: […]}`"),
-        ("cameras", {"fovy": 60}, "SC104", "fovy", "`fovy_deg: 60`"),
         ("cameras", {"fovy": -1}, "SC104", "fovy", ""),
         ("lights", {"type": "spot", "color": [1, 1, 1], "outer_fov": 60}, "SC104", "outer_fov", "`outer_fov_deg: 60`"),
         (
