@@ -10,6 +10,7 @@ import numpy as np
 
 from scenecc.backends.maniskill import compat
 from scenecc.backends.maniskill.compat import BaseEnv, CameraConfig, SceneBuilder, agents_by_uid, gym, look_at, torch
+from scenecc.backends.sapien.engine import release_renderer
 from scenecc.diagnostics import Sink
 from scenecc.maniskill.load import episode_seeds, load_into, sim_config
 from scenecc.options import Options
@@ -175,6 +176,7 @@ class YamlEnv(BaseEnv):
         self.scene_builder = YamlSceneBuilder(self, self.scene_yaml, noise, **self.scene_options)
         uids = robot_uids or self.default_robot_uids
         self._warn_of_lone_robots(uids)
+        release_renderer()
         super().__init__(*args, robot_uids=uids, **kwargs)  # pyright: ignore[reportUnknownMemberType]
         if self.agent is None:
             nothing = gym.spaces.Box(-1.0, 1.0, (0,), np.float32)

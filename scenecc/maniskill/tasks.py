@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from scenecc.backends.maniskill.compat import REGISTERED_ENVS, gym, torch
-from scenecc.backends.sapien.engine import render_problem
+from scenecc.backends.sapien.engine import release_renderer, render_problem
 from scenecc.decompiler.decompile import Decompiled, decompile
 from scenecc.decompiler.record import record
 from scenecc.diagnostics.messages import suggest
@@ -41,6 +41,7 @@ def decompile_task(task: str, *, base: Path, seed: int = 0, num_envs: int = 1, c
     problem = render_problem()
     if problem is not None:
         raise TaskFailure(f"ManiSkill's tasks need a render device: {problem}\n{DRIVER_HINT}")
+    release_renderer()
     where = "gpu" if torch.cuda.is_available() else "cpu"
     envs: list[Any] = []
     with ExitStack() as opened:

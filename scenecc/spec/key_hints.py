@@ -124,7 +124,14 @@ _ENTITY_FORMS: Final = frozenset(("urdf", "mjcf", "root", "use", "variants"))
 
 
 def half_hint(key: str, near: str, value: Any, *, is_shape: bool = True) -> str:
-    """Returns what to write instead of a key of which `near` takes the half. `is_shape`: whether a shape has it."""
+    """Returns what to write instead of a key of which `near` takes the half.
+
+    Args:
+        key: the unknown key.
+        near: the known one.
+        value: its value.
+        is_shape: whether it is a shape's.
+    """
     found = numbers(value)
     if near == "radius" and len(found) == 2 and is_shape:
         return f"write `radius: {flow(found[0])}, half_length: {flow(found[1])}`, as in MuJoCo's `{key}`"
@@ -339,13 +346,14 @@ def _clipping(key: _Key) -> str | None:
     return f"write `near: {flow(found[0])}` and `far: {flow(found[1])}` [m]" if len(found) == 2 else None
 
 
-def _entity(key: _Key) -> str | None:
-    entry = f"{{{key.word}: {flow(key.value)}}}"
-    return f"write it under `entities`: `entities: {entry}`" if is_mapping(key.value) else None
+def _entity_at_top(key: _Key) -> str | None:
+    entity = f"entities: {{{key.word}: {flow(key.value)}}}"
+    return f"write it under `entities`: `{entity}`" if is_mapping(key.value) else None
 
 
-def _positions(key: _Key) -> str | None:
-    return None if len(numbers(key.value)) == 4 else f"write `qpos: {flow(key.value)}`"
+def _joint_positions(key: _Key) -> str | None:
+    """Returns a hint for joint positions that are called `q`."""
+    return None if is_sequence(key.value) and len(key.value) == 4 else f"write `qpos: {flow(key.value)}`"
 
 
 def _resolution(key: _Key) -> str | None:
@@ -355,7 +363,7 @@ def _resolution(key: _Key) -> str | None:
 
 def _limits(key: _Key) -> str | None:
     """Returns a hint for the limits of a joint in the keys of a URDF."""
-    pair = key.value if is_mapping(key.value) else key.owner
+    pair = key.value if key.word == "limit" and is_mapping(key.value) else key.owner
     ends = ("lower", "lower_limit", "min"), ("upper", "upper_limit", "max")
     found = [x for names in ends for one in names if one in pair for x in numbers(pair[one])]
     return f"write `limits: {flow(found)}`" if len(found) == 2 else None
@@ -364,8 +372,8 @@ def _limits(key: _Key) -> str | None:
 _HERTZ: Final = "sim_freq control_freq frequency fps hz"
 
 _MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
-    ("qpos", "q", _positions),
-    ("entities", "robot table cube box arm object", _entity),
+    ("qpos", "q", _joint_positions),
+    ("entities", "robot table cube box arm object", _entity_at_top),
     ("fovy", "clip clipping near_far clip_range", _clipping),
     ("rpy_deg", ROTATIONS, _rotation_in_pose),
     ("matrix", "x y z roll pitch yaw", _coordinates),
@@ -382,11 +390,8 @@ _MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("fovy", "look_at lookat eye target", _look_at),
     ("fovy", "resolution res image_size img_size size", _resolution),
     ("limits", "limit lower upper lower_limit upper_limit min max", _limits),
-    (
-        "locked_axes",
-        "type static fixed freeze locked fix_root_link fix_base fixed_base kinematic dynamic is_dynamic movable",
-        _body_type,
-    ),
+    ("locked_axes", "type static fixed kinematic dynamic is_dynamic movable", _body_type),
+    ("locked_axes", "freeze locked fix_root_link fix_base fixed_base", _body_type),
     ("locked_axes", f"{_SHAPE_WORDS} geometry geom geoms collider", _shape_of_body),
     (
         "material",

@@ -272,7 +272,8 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
         if not isinstance(found, str):
             _report_wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
         elif not _report_unsupported(found, place, sink):
-            hint = choice_hint(found, choices, path) or listed(choices, found, LISTS_KEYS)
+            in_shape = not _SHAPE_LISTS.isdisjoint(path[-3:-2])
+            hint = choice_hint(found, choices, in_shape=in_shape) or listed(choices, found, LISTS_KEYS)
             sink.report("SC105", f"{value_name(path)} cannot be {show(found)}", place, hint=hint)
         return
     tag: Any = found.get("type") if is_mapping(found) else None
@@ -299,6 +300,9 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
 
 def _split_words(text: str) -> list[str]:
     return [word.strip("'") for word in text.split(", ")]
+
+
+_SHAPE_LISTS = frozenset(("shapes", "collisions", "visuals"))
 
 
 def _report_pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:

@@ -8,9 +8,8 @@ import unicodedata
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.diagnostics.messages import cut, keyboard_hint, nearest
+from scenecc.diagnostics.messages import cut, keyboard_hint, listed, nearest
 from scenecc.spec.hints import (
-    COLORS,
     FORM_SYNONYMS,
     LENGTH_HINTS,
     MISSING_KEY_HINTS,
@@ -32,31 +31,27 @@ MAPPING_OF_NAMES: Final = "a mapping of names"
 """Expected kind of a mapping whose keys are names, for example of entities. Other mappings have fixed keys."""
 
 
-def choice_hint(found: str, choices: Sequence[str], path: Path = ()) -> str | None:
-    """Returns a hint with the one of some words that was probably meant; None if there is none. `path`: of the word."""
+def choice_hint(found: str, choices: Sequence[str], *, in_shape: bool = False) -> str | None:
+    """Returns a hint with the one of some words that was probably meant; None if there is none. `in_shape`: an axis has
+    no direction.
+    """
     word = found.lower()
     if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
         return hint
     near = synonym(word, choices)
-    if near is None and word in _NEGATIVE_AXES and not _SHAPE_LISTS.isdisjoint(path[-3:-2]):
-        return f"write `{word[1]}`; a `pose` turns the shape"
-    if near is None and "z" in choices and (hint := _NEGATIVE_AXES.get(word) or kind_hint("a list", (), found)):
-        return hint
-    if near is None and "z" in choices and word in _TURNS:
-        return f"write `{'r' if 'rx' in choices else ''}{_TURNS[word]}`"
-    if near is None and "z" in choices and "rx" not in choices:
-        return None  # letters do not resemble each other
+    if near is None and "z" in choices:
+        if word in _TURNS:
+            return f"write `{'r' if 'rx' in choices else ''}{_TURNS[word]}`"
+        if word in {"-x", "-y", "-z"}:
+            return f"write `{word[1]}`; a `pose` turns the shape" if in_shape else f"write `{_NORMALS[word]}`"
+        hint = kind_hint("a list", (), found) or (None if "rx" in choices else listed(choices))
+        if hint is not None:
+            return hint
     near = near or nearest(found, choices)
     return near and f"did you mean `{near}`?"
 
 
-_SHAPE_LISTS: Final = frozenset(("shapes", "collisions", "visuals"))
 _TURNS: Final = {"up": "z", "vertical": "z", "yaw": "z", "roll": "x", "pitch": "y", "forward": "x"}
-_NEGATIVE_AXES: Final = {
-    "-x": "write `[-1, 0, 0]`",
-    "-y": "write `[0, -1, 0]`",
-    "-z": "write `[0, 0, -1]`",
-}
 
 
 def kind_hint(expected: str, path: Path, found: Any) -> str | None:
@@ -174,7 +169,7 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
     return _form_hint(expected, found)
 
 
-_AXES: Final = (("x", "y", "z"), ("roll", "pitch", "yaw"))
+_AXES: Final = (("x", "y", "z"), ("roll", "pitch", "yaw"), ("r", "g", "b"))
 """Names of the parts of a vector in other tools."""
 
 
@@ -234,9 +229,7 @@ def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
     """Returns a hint with the form that an unknown mapping probably means."""
     for key, value in found.items():
         near = nearest(key, FORM_KEYS)
-        form = FORM_SYNONYMS.get(key, near)
-        if near and form == near and not is_sequence(value):
-            return f"did you mean `{near}`?"
+        form = FORM_SYNONYMS.get(key, f"{near}: {flow(value)}" if near else None)
         if form is None:
             continue
         low, high = found.get("min", found.get("low")), found.get("max", found.get("high"))
@@ -264,7 +257,7 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:  # noqa: PLR
             return hint
     if expected == "true or false":
         if path[-1:] in {("if",), ("that",)} and text.lower() not in _ON | _OFF:
-            quoted = f'"${{{cut(text)}}}"'
+            quoted = f'"${{{cut(_MODULES.sub("", text))}}}"'
             return f"an expression is written {_entry(path, quoted)}"
         return _switch_hint(str(path[-1]) if path else "", text)
     hint = _slip_hint(path, text, _TEXT_SLIPS) or _place_hint(path, text)
@@ -285,15 +278,13 @@ _NORMALS: Final = {
     **dict.fromkeys(("z", "+z", "up"), "[0, 0, 1]"),
     "-x": "[-1, 0, 0]",
     "-y": "[0, -1, 0]",
-    "-z": "[0, 0, -1]",
-    "down": "[0, 0, -1]",
+    **dict.fromkeys(("-z", "down"), "[0, 0, -1]"),
 }
 """Word for a direction → its vector."""
 
 
 def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case each
     """Returns a hint for a string by its path."""
-    last = str(path[-1]) if path else ""
     shown = cut(text)
     lists = {"shapes", "collisions", "visuals"}
     if not lists.isdisjoint(map(str, path[-2:])):
@@ -301,23 +292,24 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
     if path[-1:] == ("place",) and (said := _PLACED.fullmatch(text)):
         return f"write `place: {{{said[1]}: {said[2]}}}`"
     if path[-2:-1] == ("repeat",) and (times := _RANGE.fullmatch(text)):
-        return f"write `{last}: {{count: {times[1] or times[2]}}}`"
+        return f"write `{path[-1]}: {{count: {times[1] or times[2]}}}`"
     condition = "that: " + json.dumps(shown if shown.startswith("${") else f"${{{shown}}}", ensure_ascii=False)
     if len(path) > 1 and path[-2] == "holds":
         return f"write `- {condition}`"
     if len(path) == 2 and path[0] == "entities":
         robot = {"urdf": "urdf", "xml": "mjcf", "mjcf": "mjcf"}.get(text.rpartition(".")[2].lower())
         if robot:
-            return f"write `{last}: {{{robot}: {shown}}}`"
+            return f"write `{path[-1]}: {{{robot}: {shown}}}`"
         return f"to use another scene file write `{{use: {shown}}}`"
-    if (path[-2:-1] == ("materials",) or path[-1:] == ("visual",)) and (color := color_of(text)):
+    if path and (color := color_of(text)) and (path[-2:-1] == ("materials",) or path[-1:] == ("visual",)):
         named = f'{{base_color: "{color}"}}' if isinstance(color, str) else f"{{base_color: {flow(color)}}}"
-        return f"write `{last}: {named if last == 'visual' else f'{{visual: {named}}}'}`"
+        return f"write `{path[-1]}: {named if path[-1] == 'visual' else f'{{visual: {named}}}'}`"
     hints = {
         "joint": f"write `joint: {{type: {shown}}}`",
         "near": f"write `near: {{{shown}: [0, 0.1]}}`",
         "at": "write `at: [0, 0]`" if text in {"center", "centre", "middle"} else None,
-        **dict.fromkeys(("normal", "direction"), f"write `{last}: {_NORMALS[text]}`" if text in _NORMALS else None),
+        "normal": f"write `normal: {_NORMALS[text]}`" if text in _NORMALS else None,
+        "direction": f"write `direction: {_NORMALS[text]}`" if text in _NORMALS else None,
         "look_at": f"write a point: `look_at: [x, y, z]`; `relative_to: {shown}` makes it one of that frame",
         "lights": "write `environment: {ambient_light: [0.3, 0.3, 0.3]}`" if text == "ambient" else None,
         "place": f"write `place: {{on: {shown}}}`",
@@ -328,7 +320,7 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
         "repeat": SYNTAX_HINTS["repeat"],
         "holds": f"write `holds: [{{{condition}}}]`",
     }
-    return hints.get(last)
+    return hints.get(str(path[-1])) if path else None
 
 
 def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case each
@@ -390,15 +382,17 @@ _LEAST_BYTE: Final = 5
 
 
 def color_of(found: Any) -> str | list[float] | None:  # noqa: PLR0911 - a case each
-    """Returns the colour here for one in another notation; None if it is not known."""
+    """Returns the colour here for one in another notation, or a CSS name; None if it is not known."""
+    from PIL import ImageColor
+
     if isinstance(found, str) and len(found) <= _LONGEST_NAME:
         word = found.strip().lower().replace(" ", "").replace("_", "")
         if short := re.fullmatch(r"#?([0-9a-f])([0-9a-f])([0-9a-f])", word):
             return "#" + "".join(2 * digit for digit in short.groups())
         if whole := re.fullmatch(r"(?:#|0x)?((?:[0-9a-f]{2}){3,4})", word):
             return f"#{whole[1]}"
-        if name := COLORS.get(word) or COLORS.get(nearest(word, COLORS, 0.75) or ""):
-            return name
+        if name := nearest(word, ImageColor.colormap, 0.75):
+            return "#" + bytes(ImageColor.getrgb(name)[:3]).hex()
         listed = re.fullmatch(r"(?:rgba?)?[(\[]?([\d.,]+)[)\]]?", word)
         found = listed[1].split(",") if listed else []
     parts = numbers(found)
@@ -469,21 +463,19 @@ def _commas(text: str) -> str:
     return ", ".join(text.replace(",", " ").split())
 
 
-_MODULES: Final = re.compile(r"\b(?:np|numpy|math)\.(?=(?:pi|sqrt|sin|cos|tan|radians|degrees|floor|ceil|hypot)\b)")
-"""Python's modules before functions that expressions have without them."""
-
-
 def _slip_hint(path: Path, text: str, slips: Iterable[TextSlip]) -> str | None:
     """Returns the hint of the first slip that a text is."""
-    text = _MODULES.sub("", text)
     for pattern, value, words in slips:
         if found := re.fullmatch(pattern, text):
-            made = found.expand(value)
+            made = _MODULES.sub("", found.expand(value))
             entry = _entry(path, re.sub(r"\[(.*)\]", lambda items: f"[{_commas(items[1])}]", made))
             before, at, after = words.partition("@")
             return f"{found.expand(before)}{entry if at else ''}{found.expand(after)}"
     return None
 
+
+_MODULES: Final = re.compile(r"\b(?:np|numpy|math|torch)\.(?=[a-z])")
+"""Python's modules of functions, which expressions have without a prefix."""
 
 _FORM_SLIP: Final = (
     rf"({'|'.join(sorted(FORM_KEYS))})(?:\(| *\[| +)\[?([^()\[\]]*)\]?\)?",

@@ -35,6 +35,15 @@ def test_a_decompiled_task_equals_the_task() -> None:
         assert task["lines"] <= TASKS[task["task"]], task
 
 
+@pytest.mark.render
+@pytest.mark.timeout(300)
+def test_a_task_is_built_after_scenecc_asked_for_a_render_device() -> None:
+    command = [sys.executable, "-m", "scenecc", "decompile", "PickCube-v1", "--no-check"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=290)
+    assert done.returncode == 0, done.stderr
+    assert "name: PickCube-v1" in done.stdout
+
+
 @pytest.mark.parametrize("task", ["PickCube", "pickcube-v1"])
 def test_an_unknown_task_is_an_error_with_the_nearest_name(task: str, tmp_path: Path) -> None:
     from scenecc.maniskill import tasks

@@ -65,6 +65,11 @@ def _keep_renderer() -> Any:
     return render.RenderSystem()
 
 
+def release_renderer() -> None:
+    """Discards the kept renderer. SAPIEN has one for a process, so that ManiSkill could make none on another device."""
+    _keep_renderer.cache_clear()
+
+
 atexit.register(_keep_renderer.cache_clear)
 os.register_at_fork(before=_keep_renderer.cache_clear)
 
