@@ -124,7 +124,14 @@ _ENTITY_FORMS: Final = frozenset(("urdf", "mjcf", "root", "use", "variants"))
 
 
 def half_hint(key: str, near: str, value: Any, *, is_shape: bool = True) -> str:
-    """Returns what to write instead of a key of which `near` takes the half. `is_shape`: whether a shape has it."""
+    """Returns what to write instead of a key of which `near` takes the half.
+
+    Args:
+        key: the unknown key.
+        near: the known one.
+        value: its value.
+        is_shape: whether it is a shape's.
+    """
     found = numbers(value)
     if near == "radius" and len(found) == 2 and is_shape:
         return f"write `radius: {flow(found[0])}, half_length: {flow(found[1])}`, as in MuJoCo's `{key}`"
