@@ -173,7 +173,7 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
     return _form_hint(expected, found)
 
 
-_AXES: Final = (("x", "y", "z"), ("roll", "pitch", "yaw"), ("r", "g", "b"))
+_AXES: Final = (("x", "y", "z"), ("roll", "pitch", "yaw"))
 """Names of the parts of a vector in other tools."""
 
 
@@ -292,6 +292,7 @@ _NORMALS: Final = {
 
 def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case each
     """Returns a hint for a string by its path."""
+    last = str(path[-1]) if path else ""
     shown = cut(text)
     lists = {"shapes", "collisions", "visuals"}
     if not lists.isdisjoint(map(str, path[-2:])):
@@ -299,24 +300,23 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
     if path[-1:] == ("place",) and (said := _PLACED.fullmatch(text)):
         return f"write `place: {{{said[1]}: {said[2]}}}`"
     if path[-2:-1] == ("repeat",) and (times := _RANGE.fullmatch(text)):
-        return f"write `{path[-1]}: {{count: {times[1] or times[2]}}}`"
+        return f"write `{last}: {{count: {times[1] or times[2]}}}`"
     condition = "that: " + json.dumps(shown if shown.startswith("${") else f"${{{shown}}}", ensure_ascii=False)
     if len(path) > 1 and path[-2] == "holds":
         return f"write `- {condition}`"
     if len(path) == 2 and path[0] == "entities":
         robot = {"urdf": "urdf", "xml": "mjcf", "mjcf": "mjcf"}.get(text.rpartition(".")[2].lower())
         if robot:
-            return f"write `{path[-1]}: {{{robot}: {shown}}}`"
+            return f"write `{last}: {{{robot}: {shown}}}`"
         return f"to use another scene file write `{{use: {shown}}}`"
     if (path[-2:-1] == ("materials",) or path[-1:] == ("visual",)) and (color := color_of(text)):
         named = f'{{base_color: "{color}"}}' if isinstance(color, str) else f"{{base_color: {flow(color)}}}"
-        return f"write `{path[-1]}: {named if path[-1] == 'visual' else f'{{visual: {named}}}'}`"
+        return f"write `{last}: {named if last == 'visual' else f'{{visual: {named}}}'}`"
     hints = {
         "joint": f"write `joint: {{type: {shown}}}`",
         "near": f"write `near: {{{shown}: [0, 0.1]}}`",
         "at": "write `at: [0, 0]`" if text in {"center", "centre", "middle"} else None,
-        "normal": f"write `normal: {_NORMALS[text]}`" if text in _NORMALS else None,
-        "direction": f"write `direction: {_NORMALS[text]}`" if text in _NORMALS else None,
+        **dict.fromkeys(("normal", "direction"), f"write `{last}: {_NORMALS[text]}`" if text in _NORMALS else None),
         "look_at": f"write a point: `look_at: [x, y, z]`; `relative_to: {shown}` makes it one of that frame",
         "lights": "write `environment: {ambient_light: [0.3, 0.3, 0.3]}`" if text == "ambient" else None,
         "place": f"write `place: {{on: {shown}}}`",
@@ -327,7 +327,7 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
         "repeat": SYNTAX_HINTS["repeat"],
         "holds": f"write `holds: [{{{condition}}}]`",
     }
-    return hints.get(str(path[-1])) if path else None
+    return hints.get(last)
 
 
 def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case each
@@ -470,8 +470,13 @@ def _commas(text: str) -> str:
     return ", ".join(text.replace(",", " ").split())
 
 
+_MODULES: Final = re.compile(r"\b(?:np|numpy|math)\.(?=(?:pi|sqrt|sin|cos|tan|radians|degrees|floor|ceil|hypot)\b)")
+"""Python's modules before functions that expressions have without them."""
+
+
 def _slip_hint(path: Path, text: str, slips: Iterable[TextSlip]) -> str | None:
     """Returns the hint of the first slip that a text is."""
+    text = _MODULES.sub("", text)
     for pattern, value, words in slips:
         if found := re.fullmatch(pattern, text):
             made = found.expand(value)
