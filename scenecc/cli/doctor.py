@@ -147,7 +147,8 @@ def _assets() -> list[DoctorCheck]:
     """Returns what ManiSkill has downloaded to its assets folder."""
     if find_spec("mani_skill") is None:
         return []
-    folder = Path(os.environ.get("MS_ASSET_DIR", Path.home() / ".maniskill")) / "data"
+    base = os.environ.get("MS_ASSET_DIR") or os.path.expanduser("~/.maniskill")  # noqa: PTH111 - fails without a home
+    folder = Path(base) / "data"
     hint = "`python -m mani_skill.utils.download_asset NAME` downloads what a task or robot needs"
     try:
         names = sorted(f"{one.parent.name}/{one.name}" for one in folder.glob("*/*") if one.is_dir())
@@ -165,5 +166,9 @@ def _cache() -> DoctorCheck:
         with suppress(OSError):  # another process has removed it
             files += [file.stat().st_size] if file.is_file() else []
     found = f"{folder}: {len(files)} files, {sum(files) / 1e6:.1f} MB" if files else f"{folder}: empty"
+    exists = next(one for one in (folder, *folder.parents) if one.exists())
+    if not (exists.is_dir() and os.access(exists, os.W_OK)):
+        hint = "set XDG_CACHE_HOME to a folder that can be written; without it, every command computes again"
+        return DoctorCheck("cache", "missing", f"{folder} cannot be written", hint)
     hint = f"`rm -r {shlex.quote(str(folder))}` clears it; scenecc computes again what it needs" if files else None
     return DoctorCheck("cache", "ok", found, hint)

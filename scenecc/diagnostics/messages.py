@@ -55,7 +55,16 @@ def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
     known = tuple(known)
     near = difflib.get_close_matches(word, known, n=1, cutoff=cutoff)
     near = near or difflib.get_close_matches(word.lower(), known, n=1, cutoff=cutoff)
+    # Two words of another beginning resemble each other by chance: `free` and `repeat`, `units` and `entities`.
+    starts = word[:1].lower() == near[0][:1].lower() if near else False
+    by_chance = near and not starts and word.lower() not in near[0] and near[0] not in word.lower()
+    if by_chance and not difflib.get_close_matches(word.lower(), near, n=1, cutoff=max(cutoff, _ALIKE)):
+        return None
     return near[0] if near else None
+
+
+_ALIKE: Final = 0.7
+"""Similarity of two words that do not begin alike and do not contain each other, from which one may be meant."""
 
 
 def is_slip_of(word: str, known: Iterable[str]) -> bool:

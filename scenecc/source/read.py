@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import yaml
 from yaml.events import (
@@ -78,6 +78,10 @@ def _around(lines: TextLines, event: NodeEvent) -> str:
     """Returns the part of a line around an event."""
     column = event.start_mark.column
     return lines.line(event.start_mark.line)[max(column - _NEAR, 0) : column + _NEAR]
+
+
+_NAMES_DEPTH: Final = 2
+"""Number of keys above which a mapping is a section or names things."""
 
 
 def _is_key_at(line: str, column: int) -> bool:
@@ -288,12 +292,14 @@ class _Reader:
                 elif isinstance(under, str) and line[end.column - len(under) - 1 :].startswith(f"{{{under}}}"):
                     owner = self._path()[-1:]
                     hint = f'an expression is written `{"".join(f"{one}: " for one in owner)}"${{{under}}}"`'
-                elif isinstance(under, str) and _is_key_at(below, key_event.start_mark.column):
-                    hint = f"indent the lines below `{under}` by two more spaces, or remove the key"
-                elif below.lstrip().startswith("-{"):
-                    hint = "write a space after the `-` of each item: `- {…}`"
                 elif colour := _COMMENTED_COLOUR.match(lines.line(end.line)[end.column :]):
                     hint = f'`#` starts a comment, so quote it: `{under}: "{colour[1]}"`'
+                elif isinstance(under, str) and _is_key_at(below, key_event.start_mark.column):
+                    more = f"indent the lines below `{under}` by two more spaces"
+                    is_inside = len(self._path()) >= _NAMES_DEPTH
+                    hint = f"give it a value, or {more}" if is_inside else f"{more}, or remove the key"
+                elif below.lstrip().startswith("-{"):
+                    hint = "write a space after the `-` of each item: `- {…}`"
                 self._faults.at("SC006", f"{subject} has no value", key_event, path=self._path(under), hint=hint)
         if event.anchor is not None:
             self._aliases.define(event.anchor, value)

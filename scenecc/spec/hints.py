@@ -33,7 +33,7 @@ FORM_SYNONYMS = {
     **dict.fromkeys(("range", "random", "rand", "between", "min", "low"), "uniform: [low, high]"),
     **dict.fromkeys(("randint", "integer", "int"), "integers: [low, high]"),
     **dict.fromkeys(("gauss", "gaussian", "mean"), "normal: [mean, std]"),
-    **dict.fromkeys(("one_of", "any_of", "options", "random_choice"), "choice: [a, b]"),
+    **dict.fromkeys(("one_of", "oneof", "any_of", "options", "choices", "random_choice", "sample"), "choice: [a, b]"),
     **dict.fromkeys(("values", "list"), "per_scene: [a, b]"),
 }
 """Name of a form in other tools → the form here."""
@@ -47,8 +47,8 @@ def _meanings(words: dict[str, str]) -> dict[str, tuple[str, ...]]:
 HALVES = _meanings(
     {
         "half_size radius": "size sizes extents dimensions edges",
-        "half_length": "height length",
-        "radius": "diameter width",
+        "half_length": "height length h",
+        "radius": "diameter width d",
     }
 )
 """Unknown key → keys that take half of its value."""
@@ -64,7 +64,7 @@ MISSING_KEY_HINTS: dict[str, str] = {
     "inertia": "write `inertia: [ixx, iyy, izz]`, along the axes of `com`",
     "radius": "write `radius: …` [m]",
     "half_size": "write `half_size: [x, y, z]`, from the centre to its faces [m]",
-    "side": "write `side: left`, or right, front or behind",
+    "side": "write `side: left`, or right, front or back",
     "of": "write `of: NAME`, the entity beside it",
     "half_length": "write `half_length: …`, half of its straight part [m], and turn it by `axis` or `pose`",
     "pick": "it selects the variant of each scene: `pick: {cycle: [0, 1]}`, or any form over their indices",
@@ -77,22 +77,22 @@ KEY_SYNONYMS = _meanings(
         "color base_color": "rgb rgba colour color diffuse albedo",
         "base_color_texture": "texture texture_file diffuse_texture albedo_texture",
         "half_size": "half_extents half_extent",
-        "num_scenes": "num_envs n_envs num_environments",
+        "num_scenes": "num_envs n_envs num_environments batch_size",
         "qpos": "joint_positions joint_pos init_qpos initial_qpos",
         "qvel": "joint_velocities init_qvel",
         "q": "wxyz",
         "static_friction": "friction mu mu1 lateral_friction",
         "friction_force": "frictionloss friction_loss coulomb_friction dry_friction",
-        "linear_velocity": "linvel lin_vel velocity",
-        "angular_velocity": "angvel ang_vel",
+        "linear_velocity velocity_target": "linvel lin_vel velocity vel",
+        "angular_velocity": "angvel ang_vel angular_vel",
         "timestep": "dt time_step sim_dt",
-        "stiffness": "kp p_gain",
-        "damping": "kd kv d_gain",
+        "stiffness": "kp p_gain p",
+        "damping": "kd kv d_gain d",
         "force_limit": "effort max_force forcerange",
         "mode": "drive_mode",
         "radius": "r",
-        "parent": "body1 body_a entity1",
-        "child": "body2 body_b entity2",
+        "parent": "body1 body_a entity1 a",
+        "child": "body2 body_b entity2 b to",
         "that": "condition check expr expression assert",
         "after": "at time when",
         "because": "reason message msg",
@@ -100,7 +100,7 @@ KEY_SYNONYMS = _meanings(
         "at": "xy offset",
         "relative_to": "parent frame reference relative parent_frame",
         "map": "sky skybox hdr envmap hdri",
-        "draws": "random distributions randomness",
+        "draws": "random distributions randomness draw",
         "apart": "margin clearance min_distance",
         "name": "title",
         "default": "value init initial",
@@ -114,9 +114,26 @@ KEY_SYNONYMS = _meanings(
         "fovx": "hfov",
         "fovy": "vfov",
         "direction": "dir",
-        "mass": "base_mass",
+        "mass": "base_mass weight mass_kg",
         "include": "import imports",
         "params with": "variables vars constants args arguments parameters params",
+        "restitution": "bounce bounciness",
+        "region": "area bounds",
+        "inside": "into",
+        "on": "ontop on_top on_top_of onto surface",
+        "environment scene_idxs": "env envs",
+        "enabled": "active is_enabled",
+        "use": "extends template inherit",
+        "use parent": "from",
+        "pose": "transform",
+        "orthographic": "ortho orthogonal",
+        "intrinsic": "k intrinsics camera_matrix",
+        "enable_ccd": "ccd",
+        "enable_tgs": "tgs",
+        "target": "target_position position_target setpoint",
+        "velocity_target": "target_velocity",
+        "width": "w",
+        "height": "h",
     }
 )
 """Unknown key → the keys here, for names that fuzzy matching would not find."""
@@ -148,7 +165,6 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "a body has no joints: connect two with `constraints`, or write an articulation `root: {name: …, children: […]}`"),
     ("entities", "joint joints equality welds", "did you mean `constraints`?"),
     ("mount", "parent attached_to attach_to attach parent_link link", "did you mean `mount`?"),
-    ("fovy", "clip clipping near_far", "write `near: 0.01` and `far: 100` [m]"),
     ("fovy", "type kind", "remove it: every camera takes colour, depth and segmentation"),
     ("locked_axes fix_root_link", "parent attached_to parent_link mount",
      "write `pose: {relative_to: @}`, or connect them: `constraints: {NAME: {type: weld, …}}`"),
@@ -156,6 +172,10 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "write `pose_in_child: @`, the place in the frame of the child; that in the parent follows from it"),
     ("pose_in_child", "parent attached_to parent_link child child_link",
      "write the link in the `children` of its parent, without this key"),
+    ("pose_in_child", "lock locked fixed_axes", "equal limits lock an axis: `limits: {x: [0, 0]}`"),
+    ("pose_in_child", "motor stiffness damping spring_constant k", "write it under `drive`: `drive: {@here: @}`"),
+    ("children", "parent parent_link attached_to", "write the link in the `children` of its parent, without this key"),
+    ("children", "type joint_type", "write it in the joint: `joint: {type: @}`"),
     ("locked_axes", "freejoint free_joint", "remove it: a body with `body_type: dynamic` moves freely"),
     ("locked_axes", "inertia", "write `inertial: {mass: 1, inertia: @}`, with its mass [kg]"),
     ("com", "center_of_mass cog center_of_gravity com_offset",
@@ -178,10 +198,15 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("fix_root_link", "static immovable is_static",
      "write `fix_root_link: true`, or `body_type: static` if its joints never move either"),
     ("fix_root_link", "kinematic is_kinematic", "write `body_type: kinematic`: its joints then never move"),
-    ("next_to", "beside adjacent left_of right_of behind in_front_of",
-     "write `next_to: {of: @, side: left, gap: 0.02}`"),
+    ("next_to", "beside adjacent left_of", "write `next_to: {of: @, side: left, gap: 0.02}`"),
+    ("next_to", "right_of", "write `next_to: {of: @, side: right, gap: 0.02}`"),
+    ("next_to", "behind", "write `next_to: {of: @, side: back, gap: 0.02}`"),
+    ("next_to", "in_front_of", "write `next_to: {of: @, side: front, gap: 0.02}`"),
+    ("next_to", "position pos xyz location p center", "write `at: [x, y]`; the height follows from `on`"),
+    ("next_to", "rotate rotation heading orientation", "write `yaw: …` [rad] or `yaw_deg: …`"),
     ("material", "body_type", "write `@key: @` beside `shapes`: it is a property of the body"),
-    ("locked_axes", "static immovable is_static fixed fix", "write `body_type: static`"),
+    ("locked_axes", "static immovable is_static fixed fix freeze frozen locked fix_root_link fix_base fixed_base",
+     "write `body_type: static`"),
     ("locked_axes", "kinematic is_kinematic", "write `body_type: kinematic`"),
     ("locked_axes", "dynamic is_dynamic movable", "`body_type` is one of dynamic, kinematic and static"),
     ("rpy_deg", "quat quaternion orientation rotation rot",
@@ -211,6 +236,17 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "write `entities: {robot: {use: scenecc:table_scene, with: {robot: @}}}`, or give its file: `{urdf: …}`"),
     ("entities", "option sim simulation sim_config physics_config", "did you mean `physics`?"),
     ("entities", "ambient", "write it under `environment`: `environment: {ambient_light: @}`"),
+    ("entities", "unit units length_unit up_axis coordinate_system", "remove it: units are SI, and z is up"),
+    ("entities", "agent agents",
+     "write `entities: {robot: {urdf: …}}`, or `{use: scenecc:table_scene, with: {robot: panda}}`"),
+    ("entities", "render renderer viewer camera_config",
+     "remove it: `scenecc render` and `scenecc view` have options for this"),
+    ("entities", "solver iterations", "write it under `physics`: `physics: {solver_position_iterations: 10}`"),
+    ("entities", "task reward success goal", "a scene has no task: write the conditions that must hold under `expect`"),
+    ("timestep", "friction default_friction restitution",
+     "write `default_material: {static_friction: 0.5, dynamic_friction: 0.5, restitution: 0.1}`"),
+    ("timestep", "iterations solver_iterations num_iterations", "write `solver_position_iterations: @`"),
+    ("timestep", "gpu cuda device backend", "remove it: thousands of scenes run on a GPU through ManiSkill"),
     ("entities", "metadata meta author tags", "remove it, or write a comment: `# …`; `description` takes a text"),
     ("timestep entities", "substeps", "PhysX has no substeps: write a smaller `timestep`"),
     ("entities", "asset assets meshes textures",
@@ -229,6 +265,13 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("locked_axes", "uses using prefab instance", "write `use: @`"),
     ("locked_axes", "pick", "write it beside `variants`: `{variants: [{…}, {…}], pick: @}`"),
     ("visibility", "visible", "write `visibility: 0`, or 1 for what is visible"),
+    ("front_face", "visible visual visualize render",
+     "write `collisions` instead of `shapes` for shapes that are not visible"),
+    ("color base_color", "opacity alpha transparency transparent",
+     "it is the fourth number of a colour: `color: [r, g, b, 0.5]`"),
+    ("collision_bits", "collision_mask collision_filter layer layers mask",
+     "write a `collision_group`, which is named under `collision_groups`"),
+    ("front_face patch_radius", "offset", "write `pose: @`"),
     ("locked_axes", "urdf mjcf root",
      "`variants` takes bodies only; the file of a robot can vary: `urdf: {cycle: [a.urdf, b.urdf]}`"),
     ("fix_root_link", "urdf mjcf root", "an articulation has one of `urdf`, `mjcf` and `root`"),
@@ -250,7 +293,10 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("fix_root_link", "keyframe", "only `mjcf` has keyframes: write `qpos: […]`"),
     ("fix_root_link", "controller control_mode controllers",
      'a scene has drives, not controllers: `drives: {".*": {stiffness: 1000, damping: 100}}`'),
-    ("limits", "lower upper", "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
+    ("armature", "position pos init initial init_pos start angle qpos target",
+     "write it beside `joints` or `root`, at the articulation: `qpos: {@name: @}`"),
+    ("limits", "lower upper lower_limit upper_limit min max",
+     "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
     ("limits", "range limit", "write `limits: @` in radians or metres, or `limits_deg: @`"),
     ("armature", "effort max_force forcerange", "set it on the drive: `drives: {@name: {force_limit: @}}`"),
     ("limits", "length distance", "write `limits: [@, @]`"),
@@ -285,7 +331,8 @@ VALUE_SYNONYMS = _meanings(
     {
         "static weld": "fixed",
         "static": "immovable frozen",
-        "dynamic": "rigid movable free active",
+        "dynamic weld fixed": "rigid",
+        "dynamic": "movable free active actor",
         "box": "cube cuboid",
         "sphere ball": "ball",
         "capsule": "pill",
@@ -293,11 +340,11 @@ VALUE_SYNONYMS = _meanings(
         "triangle_mesh": "trimesh nonconvex",
         "heightfield": "terrain hfield",
         "directional": "sun",
-        "weld": "fixed_joint",
+        "weld fixed static": "fixed_joint fix weld glue",
         "ball": "ball_joint spherical connect socket point2point",
-        "hinge revolute": "revolute hinge",
-        "slider prismatic": "prismatic slide slider",
-        "plane": "ground",
+        "hinge revolute": "revolute hinge rotary rotational",
+        "slider prismatic": "prismatic slide slider sliding linear translational",
+        "plane": "ground floor",
         "number": "float double real num",
         "integer": "int whole",
         "string": "str text",
@@ -306,10 +353,15 @@ VALUE_SYNONYMS = _meanings(
         "color": "colour rgb rgba",
         "choice": "enum option",
         "file": "path",
-        "convex_mesh file": "mesh",
+        "convex_mesh mesh file": "mesh obj stl glb",
         "force vector": "position",
         "force": "velocity torque effort",
         "distance": "spring rope cable",
+        "ring": "tube pipe hollow_cylinder",
+        "convex_parts coacd": "coacd convex_decomposition decomposition vhacd",
+        "point": "omni lamp bulb omnidirectional",
+        "rt": "raytracing raytraced path_tracing rt-fast rt-med",
+        "back": "behind rear",
     }
 )
 """Unknown value → the values that may be meant."""
@@ -322,23 +374,13 @@ VALUE_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     **dict.fromkeys(("floating", "free"), (("continuous", "for a free robot write `fix_root_link: false`"),)),
     "ellipsoid": (("sphere", "write a `sphere`, or a `convex_mesh` with a file of that shape"),),
+    **dict.fromkeys(
+        ("hdri", "skybox", "environment", "sky"),
+        (("directional", "remove the light, and write `environment: {map: FILE}`"),),
+    ),
     "ambient": (("directional", "remove the light, and write `environment: {ambient_light: [0.3, 0.3, 0.3]}`"),),
 }
 """Unknown value → pairs of a value and a hint. The hint applies where that value is allowed."""
-
-_COLORS = (
-    "red=ff0000 green=008000 blue=0000ff white=ffffff black=000000 yellow=ffff00 orange=ffa500 gray=808080 "
-    "grey=808080 brown=a52a2a purple=800080 pink=ffc0cb cyan=00ffff aqua=00ffff magenta=ff00ff fuchsia=ff00ff "
-    "lime=00ff00 maroon=800000 navy=000080 olive=808000 teal=008080 silver=c0c0c0 gold=ffd700 beige=f5f5dc "
-    "tan=d2b48c wood=deb887 violet=ee82ee indigo=4b0082 turquoise=40e0d0 coral=ff7f50 salmon=fa8072 "
-    "khaki=f0e68c crimson=dc143c chocolate=d2691e ivory=fffff0 lightgray=d3d3d3 lightgrey=d3d3d3 "
-    "darkgray=a9a9a9 darkgrey=a9a9a9 lightblue=add8e6 darkblue=00008b lightgreen=90ee90 darkgreen=006400 "
-    "darkred=8b0000 skyblue=87ceeb steelblue=4682b4 royalblue=4169e1 tomato=ff6347 firebrick=b22222 "
-    "darkorange=ff8c00 slategray=708090 dimgray=696969 whitesmoke=f5f5f5 forestgreen=228b22"
-)
-
-COLORS: dict[str, str] = {name: f"#{value}" for name, value in (pair.split("=") for pair in _COLORS.split())}
-"""CSS colour name → value."""
 
 LENGTH_HINTS: dict[tuple[str, int], str] = {
     ("pose", 4): "a matrix is {matrix: [[…], […], […], […]]}, a rotation {q: [w, x, y, z]}",

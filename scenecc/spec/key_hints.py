@@ -103,6 +103,8 @@ def misplaced_hint(key: str, owner: Mapping[str, Any], known: Sequence[str], nam
     word, value = snake_case(key), owner.get(key)
     if word != key and word in known:
         return None
+    if word != key and "locked_axes" in known and word in _ENTITY_FORMS:
+        return f"did you mean `{word}`?"
     unknown = _Key(word, value, owner)
     for beside, words, make in _MAKERS:
         if beside in known and word in words.split() and (hint := make(unknown)):
@@ -117,14 +119,25 @@ def misplaced_hint(key: str, owner: Mapping[str, Any], known: Sequence[str], nam
     return hint.replace("@key", key).replace("[@]", listed).replace("@", flow(value))
 
 
-def half_hint(key: str, near: str, value: Any) -> str:
-    """Returns what to write instead of a key of which `near` takes the half."""
+_ENTITY_FORMS: Final = frozenset(("urdf", "mjcf", "root", "use", "variants"))
+"""Keys that make an entity something other than a body."""
+
+
+def half_hint(key: str, near: str, value: Any, *, is_shape: bool = True) -> str:
+    """Returns what to write instead of a key of which `near` takes the half.
+
+    Args:
+        key: the unknown key.
+        near: the known one.
+        value: its value.
+        is_shape: whether it is a shape's.
+    """
     found = numbers(value)
-    if near == "radius" and len(found) == 2:
+    if near == "radius" and len(found) == 2 and is_shape:
         return f"write `radius: {flow(found[0])}, half_length: {flow(found[1])}`, as in MuJoCo's `{key}`"
     if near == "half_size" and len(found) == 1:
         found *= 3
-    if not found or len(found) != (3 if near == "half_size" else 1):
+    if not found or len(found) not in ({2, 3} if near == "half_size" else {1}):
         return f"did you mean `{near}`? it is half of that"
     halves = [one / 2 for one in found]
     note = " (in MuJoCo, `size` is already half)" if key == "size" else ""
@@ -328,6 +341,20 @@ def _look_at(key: _Key) -> str | None:
     return f"write it in the pose: `pose: {{p: {flow(eye)}, look_at: {flow(target)}}}`"
 
 
+def _clipping(key: _Key) -> str | None:
+    found = numbers(key.value)
+    return f"write `near: {flow(found[0])}` and `far: {flow(found[1])}` [m]" if len(found) == 2 else None
+
+
+def _entity(key: _Key) -> str | None:
+    entry = f"{{{key.word}: {flow(key.value)}}}"
+    return f"write it under `entities`: `entities: {entry}`" if is_mapping(key.value) else None
+
+
+def _positions(key: _Key) -> str | None:
+    return None if len(numbers(key.value)) == 4 else f"write `qpos: {flow(key.value)}`"
+
+
 def _resolution(key: _Key) -> str | None:
     found = numbers(key.value)
     return f"write `width: {flow(found[0])}` and `height: {flow(found[-1])}` [px]" if len(found) in {1, 2} else None
@@ -336,13 +363,17 @@ def _resolution(key: _Key) -> str | None:
 def _limits(key: _Key) -> str | None:
     """Returns a hint for the limits of a joint in the keys of a URDF."""
     pair = key.value if is_mapping(key.value) else key.owner
-    found = [*numbers(pair.get("lower")), *numbers(pair.get("upper"))]
+    ends = ("lower", "lower_limit", "min"), ("upper", "upper_limit", "max")
+    found = [x for names in ends for one in names if one in pair for x in numbers(pair[one])]
     return f"write `limits: {flow(found)}`" if len(found) == 2 else None
 
 
 _HERTZ: Final = "sim_freq control_freq frequency fps hz"
 
 _MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
+    ("qpos", "q", _positions),
+    ("entities", "robot table cube box arm object", _entity),
+    ("fovy", "clip clipping near_far clip_range", _clipping),
     ("rpy_deg", ROTATIONS, _rotation_in_pose),
     ("matrix", "x y z roll pitch yaw", _coordinates),
     ("pose", ROTATIONS, partial(_rotation_beside, "pose")),
@@ -356,9 +387,13 @@ _MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("entities", _HERTZ, _frequency),
     ("color", "intensity power energy brightness", _brightness),
     ("fovy", "look_at lookat eye target", _look_at),
-    ("fovy", "resolution image_size size", _resolution),
-    ("limits", "limit lower upper", _limits),
-    ("locked_axes", "type static fixed kinematic dynamic is_dynamic movable", _body_type),
+    ("fovy", "resolution res image_size img_size size", _resolution),
+    ("limits", "limit lower upper lower_limit upper_limit min max", _limits),
+    (
+        "locked_axes",
+        "type static fixed freeze locked fix_root_link fix_base fixed_base kinematic dynamic is_dynamic movable",
+        _body_type,
+    ),
     ("locked_axes", f"{_SHAPE_WORDS} geometry geom geoms collider", _shape_of_body),
     (
         "material",

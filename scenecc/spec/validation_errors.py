@@ -200,7 +200,7 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         near = suggest_key(key, known, free)
         hint = f"did you mean `{near}`?" if near else listed(free, key, LISTS_KEYS)
         if near in HALVES.get(word, ()):
-            hint = half_hint(word, near, owner[key])
+            hint = half_hint(word, near, owner[key], is_shape="type" in owner)
         # No fix for a synonym with another convention (`quat` may be [x, y, z, w]), only for another spelling.
         is_synonym = word in {*KEY_SYNONYMS, *HALVES}
         if near in free and is_slip_of(key, free) and (not is_synonym or nearest(word, (near,), _SAME_WORD)):
@@ -272,7 +272,7 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, si
         if not isinstance(found, str):
             _report_wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
         elif not _report_unsupported(found, place, sink):
-            hint = choice_hint(found, choices) or listed(choices, found, LISTS_KEYS)
+            hint = choice_hint(found, choices, path) or listed(choices, found, LISTS_KEYS)
             sink.report("SC105", f"{value_name(path)} cannot be {show(found)}", place, hint=hint)
         return
     tag: Any = found.get("type") if is_mapping(found) else None

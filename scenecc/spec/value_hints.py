@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+import unicodedata
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.messages import cut, keyboard_hint, nearest
 from scenecc.spec.hints import (
-    COLORS,
     FORM_SYNONYMS,
     LENGTH_HINTS,
     MISSING_KEY_HINTS,
@@ -31,18 +31,26 @@ MAPPING_OF_NAMES: Final = "a mapping of names"
 """Expected kind of a mapping whose keys are names, for example of entities. Other mappings have fixed keys."""
 
 
-def choice_hint(found: str, choices: Sequence[str]) -> str | None:
-    """Returns a hint with the one of some words that was probably meant; None if there is none."""
+def choice_hint(found: str, choices: Sequence[str], path: Path = ()) -> str | None:
+    """Returns a hint with the one of some words that was probably meant; None if there is none. `path`: of the word."""
     word = found.lower()
     if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
         return hint
     near = synonym(word, choices)
+    if near is None and word in _NEGATIVE_AXES and not _SHAPE_LISTS.isdisjoint(path[-3:-2]):
+        return f"write `{word[1]}`; a `pose` turns the shape"
     if near is None and "z" in choices and (hint := _NEGATIVE_AXES.get(word) or kind_hint("a list", (), found)):
         return hint
+    if near is None and "z" in choices and word in _TURNS:
+        return f"write `{'r' if 'rx' in choices else ''}{_TURNS[word]}`"
+    if near is None and "z" in choices and "rx" not in choices:
+        return None  # letters do not resemble each other
     near = near or nearest(found, choices)
     return near and f"did you mean `{near}`?"
 
 
+_SHAPE_LISTS: Final = frozenset(("shapes", "collisions", "visuals"))
+_TURNS: Final = {"up": "z", "vertical": "z", "yaw": "z", "roll": "x", "pitch": "y", "forward": "x"}
 _NEGATIVE_AXES: Final = {
     "-x": "write `[-1, 0, 0]`",
     "-y": "write `[0, -1, 0]`",
@@ -73,6 +81,8 @@ def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:  # noqa: 
     if expected == "a mapping" and (plain := _PARTS.get(str(owner))):
         if key in plain:
             return f'name them first: `{owner}: {{".*": {{{key}: {flow(found)}}}}}`'
+        if owner == "joints":
+            return f"write its position at the articulation: `qpos: {{{key}: {flow(found)}}}`"
         return f"write `{key}: {{{plain[0]}: {flow(found)}}}`"
     if found is True and key in {"settled", "no_overlap"}:
         return f"write `{key}: {{}}`, or its keys in the braces"
@@ -93,10 +103,15 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
     """Returns a hint for a number in place of something else."""
     key, one = str(path[-1]), flow(found)
     if key.endswith("color") and isinstance(found, int) and found > _BYTE:
-        return f'write `{key}: "#{found:06x}"`'
+        # Six digits are a colour without its `#`; YAML reads `0xff0000` as a number of more.
+        digits = str(found) if len(str(found)) == _HEX_DIGITS else f"{found:06x}"
+        return f'write `{key}: "#{digits}"`'
     meant = {
         **dict.fromkeys(("scene_idxs", "qpos", "qvel"), f"[{one}]"),
-        "limits": flow([-abs(found), abs(found)]),
+        "limits": flow([0, found] if path[:1] == ("constraints",) else [-abs(found), abs(found)]),
+        "limits_deg": flow([-abs(found), abs(found)]),
+        "height": f"[{one}, {one}]",
+        **(dict.fromkeys(path[-1:], f"[0, {one}]") if path[-2:-1] == ("near",) else {}),
         **(dict.fromkeys("xyz", f"[{one}, {one}]") if path[-2:-1] == ("limits",) else {}),
         "half_size": flow([found] * 3),
         "physical": f"{{static_friction: {one}, dynamic_friction: {one}}}",
@@ -111,13 +126,14 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
 
 
 _BYTE: Final = 255
+_HEX_DIGITS: Final = 6
 
 _VECTORS: Final = frozenset(("pose", "p", "com", "linear_velocity", "angular_velocity", "position", "direction"))
 
 
 def _switch_hint(key: str, found: Any) -> str | None:
     """Returns a hint for a value in place of true or false."""
-    if key == "gravity" and (vector := gravity(found)):
+    if key == "gravity" and found != 0 and (vector := gravity(found)):
         return f"write `gravity: true`; the vector is `physics: {{gravity: {vector}}}`"
     word = str(found).strip().lower()
     if word in _ON | _OFF:
@@ -149,9 +165,16 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
         return f"write `axis: {flow(found['xyz'])}`"
     if {"x", "y", "z"} <= found.keys() and path:
         return f"write `{path[-1]}: {flow([found[one] for one in 'xyz'])}`"
+    axes = next((axes for axes in _AXES if found and found.keys() <= {*axes}), None)
+    if axes and path and path[-1] != "limits" and (expected == "a list" or expected.startswith("[")):
+        return f"write `{path[-1]}: {flow([found.get(axis, 0) for axis in axes])}`"
     if expected == "a list" and FORM_KEYS.isdisjoint(found) and path:
         return f"write it in brackets, `{path[-1]}: [{flow(found)}]`, or begin each item with `- `"
     return _form_hint(expected, found)
+
+
+_AXES: Final = (("x", "y", "z"), ("roll", "pitch", "yaw"), ("r", "g", "b"))
+"""Names of the parts of a vector in other tools."""
 
 
 def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  # noqa: PLR0911 - a case each
@@ -162,19 +185,32 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  
     if expected == "a mapping" and path[:-1] == ("frames",) and len(numbers(found)) == 3:
         return f"write `{path[-1]}: {{pose: {flow(found)}}}`"
     if expected == "a mapping":
-        return "remove the `-` before each item: this is a mapping, `key: value`"
+        return _keys_hint(path, numbers(found)) or "remove the `-` before each item: this is a mapping, `key: value`"
+    if expected == "true or false" and path[-1:] == ("gravity",):
+        return _switch_hint("gravity", found)
     if expected == "one of x, y, z" and sorted(found, key=str) == [0, 0, 1]:
         return f"write `axis: {'xyz'[list(found).index(1)]}`"
     if "friction" in str(path[-1:]) and expected == "a number" and found:
         return f"write {_entry(path, found[0])}: PhysX has no torsional and no rolling friction"
     if expected == "a number" and path and isinstance(path[-1], str):
-        if len(found) > 1 and len({*numbers(found)}) == 1:
+        if len({*numbers(found)}) == 1:
             return f"write `{path[-1]}: {flow(found[0])}`"
-        if len(found) == 2 and all(isinstance(one, int) and one >= 0 for one in found):
-            return f"write `{path[-1]}: {found[0]}.{found[1]}`, with a decimal point"
+        if len(numbers(found)) == 2:
+            return f"write one number; a drawn one is `{path[-1]}: {{uniform: {flow(sorted(numbers(found)))}}}`"
         return f"write one number; one for each scene is `{path[-1]}: {{per_scene: {flow(found)}}}`"
     if expected == "a text" and len(found) == 1:
         return f"write {_entry(path, flow(found[0]))}"
+    return None
+
+
+def _keys_hint(path: Path, found: list[float]) -> str | None:
+    """Returns a hint for numbers in a list in place of a mapping of keys."""
+    if path[-1:] == ("axis_angle",) and len(found) == 4:
+        angle = "angle_deg" if abs(found[3]) > 2 * pi else "angle"
+        return f"write `axis_angle: {{axis: {flow(found[:3])}, {angle}: {flow(found[3])}}}`"
+    if path[-1:] == ("intrinsic",) and len(found) == 4:
+        keys = ", ".join(f"{key}: {flow(one)}" for key, one in zip(("fx", "fy", "cx", "cy"), found, strict=True))
+        return f"write `intrinsic: {{{keys}}}` [px]"
     return None
 
 
@@ -198,7 +234,7 @@ def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
     for key, value in found.items():
         near = nearest(key, FORM_KEYS)
         form = FORM_SYNONYMS.get(key, near)
-        if near and not is_sequence(value):
+        if near and form == near and not is_sequence(value):
             return f"did you mean `{near}`?"
         if form is None:
             continue
@@ -220,19 +256,41 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:  # noqa: PLR
         return hint
     is_list = expected == "a list" or expected.startswith("[")
     if is_list or expected in {"a number", "a whole number"}:
-        if path[-1:] == (0,) and str(path[-2]).endswith("color") and (color := color_of(_commas(text))):
+        is_first_color = path[-1:] == (0,) and str(path[-2]).endswith("color") and not text.strip().isdecimal()
+        if is_first_color and (color := color_of(_commas(text))):
             return f"write `{path[-2]}: {flow(color)}`"
         if hint := unit_hint(path, text) or _slip_hint(path, text, _LIST_SLIPS if is_list else _NUMBER_SLIPS):
             return hint
     if expected == "true or false":
-        if path[-1:] in {("if",), ("that",)}:
+        if path[-1:] in {("if",), ("that",)} and text.lower() not in _ON | _OFF:
             quoted = f'"${{{cut(text)}}}"'
             return f"an expression is written {_entry(path, quoted)}"
         return _switch_hint(str(path[-1]) if path else "", text)
-    return _slip_hint(path, text, _TEXT_SLIPS) or _place_hint(path, text)
+    hint = _slip_hint(path, text, _TEXT_SLIPS) or _place_hint(path, text)
+    if hint is None and path and path[-1] in _NAME_LISTS and _WORDS.fullmatch(text):
+        words = ", ".join(text) if path[-1] == "locked_axes" and {*text} <= {*"xyz"} else _commas(text)
+        return f"write it in brackets: {_entry(path, f'[{words}]')}"
+    return hint
 
 
-def _place_hint(path: Path, text: str) -> str | None:
+_WORDS: Final = re.compile(r"[A-Za-z_][\w./-]*(?:[ ,]+[A-Za-z_][\w./-]*)*")
+
+_NAME_LISTS: Final = frozenset(("ignore", "except", "locked_axes", "include", "repair"))
+"""Keys of lists of names."""
+
+_NORMALS: Final = {
+    **dict.fromkeys(("x", "+x", "forward"), "[1, 0, 0]"),
+    **dict.fromkeys(("y", "+y", "left"), "[0, 1, 0]"),
+    **dict.fromkeys(("z", "+z", "up"), "[0, 0, 1]"),
+    "-x": "[-1, 0, 0]",
+    "-y": "[0, -1, 0]",
+    "-z": "[0, 0, -1]",
+    "down": "[0, 0, -1]",
+}
+"""Word for a direction → its vector."""
+
+
+def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case each
     """Returns a hint for a string by its path."""
     shown = cut(text)
     lists = {"shapes", "collisions", "visuals"}
@@ -246,8 +304,20 @@ def _place_hint(path: Path, text: str) -> str | None:
     if len(path) > 1 and path[-2] == "holds":
         return f"write `- {condition}`"
     if len(path) == 2 and path[0] == "entities":
+        robot = {"urdf": "urdf", "xml": "mjcf", "mjcf": "mjcf"}.get(text.rpartition(".")[2].lower())
+        if robot:
+            return f"write `{path[-1]}: {{{robot}: {shown}}}`"
         return f"to use another scene file write `{{use: {shown}}}`"
+    if (path[-2:-1] == ("materials",) or path[-1:] == ("visual",)) and (color := color_of(text)):
+        named = f'{{base_color: "{color}"}}' if isinstance(color, str) else f"{{base_color: {flow(color)}}}"
+        return f"write `{path[-1]}: {named if path[-1] == 'visual' else f'{{visual: {named}}}'}`"
     hints = {
+        "joint": f"write `joint: {{type: {shown}}}`",
+        "near": f"write `near: {{{shown}: [0, 0.1]}}`",
+        "at": "write `at: [0, 0]`" if text in {"center", "centre", "middle"} else None,
+        "normal": f"write `normal: {_NORMALS[text]}`" if text in _NORMALS else None,
+        "direction": f"write `direction: {_NORMALS[text]}`" if text in _NORMALS else None,
+        "look_at": f"write a point: `look_at: [x, y, z]`; `relative_to: {shown}` makes it one of that frame",
         "lights": "write `environment: {ambient_light: [0.3, 0.3, 0.3]}`" if text == "ambient" else None,
         "place": f"write `place: {{on: {shown}}}`",
         "next_to": f"write `next_to: {{of: {shown}, side: right}}`",
@@ -290,7 +360,12 @@ _CALL: Final = re.compile(r"(?:\w+\.)*(uniform|normal|choice)\(([^()]*)\)")
 
 def name_hint(found: str) -> str:
     """Returns a name that resembles a text that is not one, for the start of a hint; "" if there is none."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", found[:_LONGEST_NAME]).strip("_")
+    if variable := re.fullmatch(r"([\w.-]*)(?:\{(\w+)\}|\$(\w+))([\w.-]*)", found):
+        before, one, other, after = variable.groups()
+        return f'write `"{before}${{{one or other}}}{after}"`: '
+    plain = unicodedata.normalize("NFKD", found[:_LONGEST_NAME]).encode("ascii", "ignore").decode()
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", plain or "_").strip("_")
+    name = re.sub(r"[.-]", "_", name) if name == found else name
     name = name if name[:1].isalpha() else f"_{name}"
     return f"write `{name}`: " if re.fullmatch(r"[A-Za-z_][\w.-]*", name) and len(name) > 1 else ""
 
@@ -309,16 +384,22 @@ def color_hint(path: Path, found: Any) -> str:
     return f"write {_entry(path, quoted)}"
 
 
-def color_of(found: Any) -> str | list[float] | None:
-    """Returns the colour here for one in another notation; None if it is not known."""
+_LEAST_BYTE: Final = 5
+"""A colour whose largest number is below this is not in bytes."""
+
+
+def color_of(found: Any) -> str | list[float] | None:  # noqa: PLR0911 - a case each
+    """Returns the colour here for one in another notation, or a CSS name; None if it is not known."""
+    from PIL import ImageColor
+
     if isinstance(found, str) and len(found) <= _LONGEST_NAME:
         word = found.strip().lower().replace(" ", "").replace("_", "")
         if short := re.fullmatch(r"#?([0-9a-f])([0-9a-f])([0-9a-f])", word):
             return "#" + "".join(2 * digit for digit in short.groups())
         if whole := re.fullmatch(r"(?:#|0x)?((?:[0-9a-f]{2}){3,4})", word):
             return f"#{whole[1]}"
-        if name := COLORS.get(word) or COLORS.get(nearest(word, COLORS, 0.75) or ""):
-            return name
+        if name := nearest(word, ImageColor.colormap, 0.75):
+            return "#" + bytes(ImageColor.getrgb(name)[:3]).hex()
         listed = re.fullmatch(r"(?:rgba?)?[(\[]?([\d.,]+)[)\]]?", word)
         found = listed[1].split(",") if listed else []
     parts = numbers(found)
@@ -326,6 +407,8 @@ def color_of(found: Any) -> str | list[float] | None:
         return None
     if max(parts) <= 1:
         return parts
+    if max(parts) < _LEAST_BYTE or any(one != int(one) for one in parts[:3]):
+        return None  # brighter than white, not bytes
     alpha = [one if one > 1 else one * _BYTE for one in parts[3:]]
     # Bytes are sRGB, as in a text; a list would be linear.
     return "#" + "".join(f"{round(one):02x}" for one in (*parts[:3], *alpha))
@@ -342,8 +425,12 @@ _UNITS: Final = {
     for unit, factor in (
         pair.split("=")
         for pair in (
-            "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 lb=0.45359237 lbs=0.45359237 oz=0.0283495231 kilograms=1 grams=1e-3 "
-            "m=1 km=1e3 dm=0.1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 in=0.0254 inch=0.0254 ft=0.3048 meters=1 metres=1 "
+            "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 tonnes=1e3 tons=1e3 lb=0.45359237 lbs=0.45359237 pound=0.45359237 "
+            "pounds=0.45359237 oz=0.0283495231 ounces=0.0283495231 kilograms=1 grams=1e-3 "
+            "m=1 km=1e3 dm=0.1 cm=1e-2 cms=1e-2 mm=1e-3 mms=1e-3 um=1e-6 µm=1e-6 meter=1 meters=1 metre=1 metres=1 "
+            "centimeters=1e-2 centimetres=1e-2 millimeters=1e-3 millimetres=1e-3 "
+            "in=0.0254 inch=0.0254 inches=0.0254 ft=0.3048 foot=0.3048 feet=0.3048 yd=0.9144 "
+            "km/h=0.277777777778 kph=0.277777777778 mph=0.44704 milliseconds=1e-3 minutes=60 "
             "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 %=1e-2 "
             "N=1 Nm=1 N*m=1 N·m=1 N/m=1 Nm/rad=1 N·m/rad=1 N*m/rad=1 "
             "N*s/m=1 N·s/m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
@@ -419,7 +506,7 @@ _NUMERIC_SLIPS: Final[tuple[TextSlip, ...]] = (
     (r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*", r"\1", "write @, without quotes"),
     (r"([-+]?\d[\d.]{0,23}) ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}", r"\1", f"write only the number, @: {_SI}"),
     (r".*random.*", "", "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
-    (r"(?i:None|null|nil|nan)", "", "remove the key, or write a number"),
+    (r"(?i:None|null|nil|nan)", "", "remove the key to get its default"),
     (r"(?i:([-+]?)inf(?:inity)?)", r"\1.inf", "write @, without quotes"),
 )
 
@@ -434,9 +521,12 @@ _LIST_SLIPS: Final[tuple[TextSlip, ...]] = (
 _NUMBER_SLIPS: Final[tuple[TextSlip, ...]] = (
     _FORM_SLIP,
     (r"([-+]?\d+),(\d+)", r"\1.\2", "write @, with a decimal point"),
+    (r"(-?[\d.]+?) ?(?:to|\.\.+|…) ?(-?[\d.]+)", r"{uniform: [\1, \2]}", "write a form: @"),
+    (r"(\d[\d.]*) ?[-–] ?(\d[\d.]*)", r"{uniform: [\1, \2]}", 'write a form: @; arithmetic is `"${a - b}"`'),
     *_NUMERIC_SLIPS,
     *_TEXT_SLIPS,
-    # Arithmetic, a name or a function call.
+    (r"[A-Za-z_]\w*", r'"${\g<0>}"', "write a number; a parameter is read by @"),
+    # Arithmetic, or a function call.
     (
         r"[-+]?[\w.() ]+(?:[-+*/%]+[\w.() ]+)+|[A-Za-z_]\w*(?:\([\w.+*/ -]+\))?",
         r'"${\g<0>}"',

@@ -14,6 +14,8 @@ import typer
 
 from scenecc import extras
 from scenecc.cli import doctor
+from scenecc.cli.doctor import _assets as assets_check  # pyright: ignore[reportPrivateUsage]
+from scenecc.cli.doctor import _cache as cache_check  # pyright: ignore[reportPrivateUsage]
 from scenecc.extras import EXTRAS, Extra, install_hint
 from scenecc.files import cache_folder
 
@@ -98,3 +100,21 @@ def test_the_install_hint_in_a_clone_is_editable(monkeypatch: pytest.MonkeyPatch
     (tmp_path / "pyproject.toml").touch()
     (tmp_path / ".git").mkdir()
     assert install_hint("maniskill", "torch") == f"run `pip install torch -e '{tmp_path}[maniskill]'`"
+
+
+def test_without_a_home_and_with_a_cache_that_cannot_be_written_doctor_says_so(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    cache = cache_check()
+    assert (cache.state, cache.found) == ("missing", f"{tmp_path / 'file' / 'scenecc'} cannot be written")
+
+    def homeless(_: type[Path]) -> Path:
+        raise RuntimeError
+
+    monkeypatch.setattr(Path, "home", classmethod(homeless))
+    monkeypatch.setenv("MS_ASSET_DIR", str(tmp_path))
+    assert all(str(tmp_path) in one.found for one in assets_check())
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    assert cache_check().state == "missing"
