@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import sapien
 import trimesh
+import trimesh.visual
 from PIL import Image
 
 from scenecc import load_scene, render_scene
