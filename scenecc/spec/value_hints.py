@@ -470,11 +470,15 @@ def _commas(text: str) -> str:
     return ", ".join(text.replace(",", " ").split())
 
 
+_MODULES: Final = re.compile(r"\b(?:np|numpy|math)\.(?=[a-z])")
+"""Python's modules of functions, which expressions have without a prefix."""
+
+
 def _slip_hint(path: Path, text: str, slips: Iterable[TextSlip]) -> str | None:
     """Returns the hint of the first slip that a text is."""
     for pattern, value, words in slips:
         if found := re.fullmatch(pattern, text):
-            made = found.expand(value)
+            made = _MODULES.sub("", found.expand(value))
             entry = _entry(path, re.sub(r"\[(.*)\]", lambda items: f"[{_commas(items[1])}]", made))
             before, at, after = words.partition("@")
             return f"{found.expand(before)}{entry if at else ''}{found.expand(after)}"
