@@ -19,6 +19,7 @@ from scenecc.cli.output import (
     write_output,
 )
 from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.tables import escape_text
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -99,4 +100,4 @@ def _text(manifest: Manifest, output: str | None, content: bytes | None) -> str:
     if content is not None:
         return f"{output}: {len(manifest.files)} file{'s' * (len(manifest.files) != 1)}, {len(content)} bytes\n"
     names = [manifest.entry, *(name for name in manifest.files if name != manifest.entry)]
-    return "".join(f"{manifest.files[name]}  {name}\n" for name in names)
+    return "".join(f"{manifest.files[name]}  {escape_text(name)}\n" for name in names)
