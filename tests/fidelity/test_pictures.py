@@ -334,7 +334,7 @@ def test_each_scene_is_seen_by_its_own_camera() -> None:
                 assert np.array_equal(pictures, [by_hand[index][kind] for index in seen]), (name, scene_idxs, kind)
         with pytest.raises(KeyError, match="is not in scene 1"):
             eye.capture("depth", [1])
-        with pytest.raises(ValueError, match="no picture 'colour'; there are color, depth"):
+        with pytest.raises(ValueError, match="no picture 'colour'; did you mean `color`"):
             eye.capture("colour")
 
 
