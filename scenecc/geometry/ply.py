@@ -34,7 +34,7 @@ def encode_ply(vertices: Any, triangles: Any, normals: Any = None, uvs: Any = No
         rows[name] = column
     faces = np.empty(len(triangles), [("count", "u1"), ("indices", "<i4", 3)])
     faces["count"], faces["indices"] = 3, triangles
-    properties = [f"property {'uchar' if kind == 'u1' else 'float'} {name}" for name, kind in columns]
+    properties = [f"property {'uchar' if k == 'u1' else 'float'} {name}" for name, k in columns]
     header = [
         *("ply", "format binary_little_endian 1.0", f"element vertex {len(rows)}", *properties),
         *(f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header\n"),

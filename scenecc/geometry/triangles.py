@@ -14,5 +14,5 @@ def join_parts(parts: list[tuple[Any, Any]]) -> tuple[Any, Any]:
         ValueError: there are no parts.
     """
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
-    faces = [np.asarray(indices) + start for (_, indices), start in zip(parts, starts, strict=False)]
+    faces = [np.asarray(face) + start for (_, face), start in zip(parts, starts, strict=False)]
     return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(faces)

@@ -49,7 +49,7 @@ def test_sweep_prints_the_path_of_the_table(run, scene: Path, tmp_path: Path) ->
     assert done.stderr == "2 of 2 units done; table in out/table.parquet\n"
     assert [(row["seed"], row["scene"]) for row in rows(tmp_path / "out")] == [(s, k) for s in (0, 1) for k in range(3)]
     part = run("sweep", "scene.yaml", *SMALL, "-o", "part", "--shard", "2/2", "--format", "json")
-    assert json.loads(part.stdout) == {"table": None, "units": 2, "done": 1, "statistics": []}
+    assert json.loads(part.stdout) == {"table": None, "units": 2, "done": 1, "statistics": [], "diagnostics": []}
 
 
 def test_sweep_has_the_exit_status_of_check(run, scene: Path, tmp_path: Path) -> None:

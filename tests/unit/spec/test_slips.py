@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import shutil
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,8 @@ def test_the_first_line_says_what_to_write_and_it_can_be_pasted(slip: Slip, fold
     assert line.endswith(f"; {slip.hint}") or len(first.message) + len(slip.hint) > 140
     (told,) = json.loads(render([first], "json"))["diagnostics"]
     assert told["hint"] == slip.hint
+    if "robot: panda" in (slip.fixed or "") and find_spec("mani_skill") is None:
+        pytest.skip("the robot's files are in ManiSkill's package")
     result = pasted(text, findings)
     if result is not None:
         assert changed_lines(text, result) == slip.fixed

@@ -83,7 +83,7 @@ def test_a_row_describes_its_scene(scene: Path) -> None:
         draws = json.loads(row["draws"])
         assert np.allclose(draws["cube.pose"], poses[row["scene"]])
         assert draws["cube.shapes[0].material.base_color"] in ([1, 0, 0, 1], [0, 1, 0, 1])
-        assert len(draws) == 3
+        assert len(draws) == 2
 
 
 def test_draws_have_the_names_of_the_file() -> None:
