@@ -205,8 +205,9 @@ _COMPILED: Final = set[str]()
 
 
 def _tell_compiling(setup: RenderSetup) -> None:
-    from scenecc.backends.sapien.engine import cpu_renderer
+    from scenecc.backends.sapien.engine import cpu_renderer, keep_renderer
 
+    keep_renderer()
     shader = setup.choices.get("shader") or (setup.camera and setup.camera.shader) or "default"
     compiling = setup.choices.get("compiling")
     if shader not in _COMPILED and compiling is not None and (device := cpu_renderer()) is not None:

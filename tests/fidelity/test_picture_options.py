@@ -103,12 +103,12 @@ def test_a_cpu_that_compiles_shaders_is_told_of_once(monkeypatch: pytest.MonkeyP
 
 def test_the_renderer_is_kept_with_its_shaders_until_the_process_forks() -> None:
     seen(scene(box=box(0, 0, 0)))
-    assert engine._keep_renderer.cache_info().currsize == 1
+    assert engine.keep_renderer.cache_info().currsize == 1
     child = os.fork()
     if child == 0:
         os._exit(0)
     os.waitpid(child, 0)
-    assert engine._keep_renderer.cache_info().currsize == 0, "a child could not use it"
+    assert engine.keep_renderer.cache_info().currsize == 0, "a child could not use it"
 
 
 def test_a_view_shows_one_side_and_a_zoom_magnifies_it() -> None:

@@ -52,26 +52,25 @@ def engine_refusal(what: str, error: Exception, origin: Origin | None) -> Engine
 
 def new_render_system() -> Any:
     """Returns a `sapien.render.RenderSystem`. Raises RuntimeError without a render device."""
-    _keep_renderer()
     return render.RenderSystem()
 
 
 @cache
-def _keep_renderer() -> Any:
-    """Keeps the renderer until the process ends or forks. Without one, SAPIEN discards its compiled shaders.
+def keep_renderer() -> Any:
+    """Keeps the renderer until the process ends or forks: without one, SAPIEN discards its compiled shaders.
 
-    A forked process could not use it.
+    A forked process could not use it. Raises RuntimeError without a render device.
     """
     return render.RenderSystem()
 
 
 def release_renderer() -> None:
     """Discards the kept renderer. SAPIEN has one for a process, so that ManiSkill could make none on another device."""
-    _keep_renderer.cache_clear()
+    keep_renderer.cache_clear()
 
 
-atexit.register(_keep_renderer.cache_clear)
-os.register_at_fork(before=_keep_renderer.cache_clear)
+atexit.register(keep_renderer.cache_clear)
+os.register_at_fork(before=keep_renderer.cache_clear)
 
 
 @cache
