@@ -130,7 +130,7 @@ def page_of_source(
 @contextmanager
 def _serve(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
     from scenecc.interrupt import interrupts_wait
-    from scenecc.viewer.page import close_server
+    from scenecc.viewer.server import close_server
 
     server: viser.ViserServer | None = None
     try:
@@ -145,7 +145,7 @@ def _serve(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
 
 def _open_server(place: PageAddress, label: str) -> viser.ViserServer:
     """Opens a server. Raises SceneError if the address or port is not available."""
-    from scenecc.viewer.page import open_server
+    from scenecc.viewer.server import open_server
 
     try:
         return open_server(place, label)

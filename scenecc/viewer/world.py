@@ -25,7 +25,8 @@ from scenecc.selection_link import Place
 from scenecc.source.paths import PathCache
 from scenecc.viewer.cameras import camera_views, first_view
 from scenecc.viewer.nodes import SurfaceFiles, page_content
-from scenecc.viewer.page import Page, bounds, titled
+from scenecc.viewer.page import Page, bounds
+from scenecc.viewer.server import titled
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 @pytest.fixture
 def server() -> Iterator[viser.ViserServer]:
     from scenecc import PageAddress
-    from scenecc.viewer.page import close_server, open_server
+    from scenecc.viewer.server import close_server, open_server
 
     made = open_server(PageAddress(port=0), "test")
     yield made

@@ -22,7 +22,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from scenecc import PageAddress
-from scenecc.viewer.page import close_server, open_server
+from scenecc.viewer.server import close_server, open_server
 from scenecc.viewer.view import page_url
 
 
@@ -98,7 +98,7 @@ def test_a_port_in_use_and_an_unknown_host_are_refused(server: viser.ViserServer
 def test_without_a_port_the_first_free_one_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         first = taken.getsockname()[1]
-        monkeypatch.setattr("scenecc.viewer.page._FIRST", first)
+        monkeypatch.setattr("scenecc.viewer.server._FIRST", first)
         made = open_server(PageAddress(), "")
         assert first < made.get_port() < first + 100
         close_server(made)
