@@ -1,33 +1,39 @@
-"""The server of a page, and access control."""
+"""The server of a page, and access control.
+
+viser has no access control, so it listens where nothing can guess it, on a random loopback address. Browsers connect
+to a server in front of it, which checks each request and relays the messages.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import gzip
-import io
 import logging
 import re
 import socket
-import threading
-from contextlib import contextmanager, redirect_stdout, suppress
-from functools import partial
+from concurrent.futures import TimeoutError as FutureTimeoutError
+from contextlib import suppress
+from functools import cached_property
 from html import escape
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
-from secrets import compare_digest
+from pathlib import Path
+from secrets import compare_digest, randbelow
 from typing import TYPE_CHECKING, Any, Final
-from unittest.mock import patch
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 import viser
-import websockets.asyncio.server as below
+from websockets.asyncio.client import connect
+from websockets.asyncio.server import serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Response
 
 from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from websockets.asyncio.server import ServerConnection
+    from websockets.asyncio.connection import Connection
+    from websockets.asyncio.server import Server, ServerConnection
     from websockets.http11 import Request
 
     from scenecc.viewer.options import PageAddress
@@ -36,83 +42,96 @@ if TYPE_CHECKING:
 _FIRST: Final = 8080
 """The default port of a page."""
 
-_OPENING: Final = threading.Lock()
-"""Serializes server starts, which patch and redirect global state."""
-
 _OWN_PAGE: Final = re.compile(r"https?://(localhost|127\.[0-9]+\.[0-9]+\.[0-9]+|\[::1\])(:[0-9]+)?")
 """Origins of pages from this machine, on any port, because a tunnel has another port."""
 
+_LARGEST: Final = 50 << 20
+"""Maximum size of a message of a browser [bytes]."""
 
-def open_server(place: PageAddress, label: str) -> viser.ViserServer:
-    """Returns a server that listens.
+_GOODBYE: Final = 1.0
+"""Maximum time to disconnect a browser [s]."""
 
-    Raises:
-        OSError: the address or port is not available.
-    """
-    port = _free_port(place)
-    with _OPENING, _quiet(), patch.object(below, "serve", _Guard(place, label)):
-        server = viser.ViserServer(place.host, port, label, verbose=False)
-    # Any page may ask viser to publish itself through a server on the internet.
-    server.request_share_url = _refuse
-    server.gui.configure_theme(show_logo=False, show_share_button=False)
-    return server
+_QUIET: Final = logging.getLogger("scenecc.viewer.server")
+"""A browser may send anything. Invalid messages need no traceback."""
 
+_QUIET.disabled = True
 
-def close_server(server: viser.ViserServer) -> None:
-    """Stops the server without viser's message."""
-    with interrupts_wait(), _quiet():
-        server.stop()
+_BELOW: Final = logging.getLogger("websockets.server")
+"""Where viser's server logs."""
 
 
-def _refuse(verbose: bool = True) -> None:  # noqa: FBT001, FBT002 - viser's own signature
-    del verbose
+class PageServer:
+    """A server for browsers.
 
-
-def _free_port(place: PageAddress) -> int:
-    """Returns a free port. viser itself would try a thousand ports, and hang for a wrong address."""
-    wanted = range(_FIRST, _FIRST + 100) if place.port is None else (place.port,)
-    for port in wanted[:-1]:
-        with suppress(OSError):
-            return _bound(place.host, port)
-    return _bound(place.host, wanted[-1])
-
-
-def _bound(host: str, port: int) -> int:
-    """Returns the port that is bound when this one is requested. Raises OSError."""
-    try:
-        host.encode("idna")
-    except UnicodeError as error:
-        raise OSError(f"it cannot be a host name: {error}") from error
-    with socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
-        return int(probe.getsockname()[1])
-
-
-class _Guard:
-    """Wraps viser's WebSocket library to restrict access.
-
-    viser has no access control, but the library below it does.
+    Attributes:
+        viser: the server of the page's content.
+        port: the port that browsers connect to.
     """
 
-    def __init__(self, place: PageAddress, title: str) -> None:
-        self._place = place
-        self._title = title
-        self._pages: dict[str, bytes] = {}
-        self._serve: Any = below.serve
+    def __init__(self, place: PageAddress, label: str) -> None:
+        """Starts to listen. Raises OSError if the address or port is not available."""
+        import rich
 
-    def __call__(self, *given: Any, process_request: Any, **options: Any) -> Any:
-        # A browser may send anything. Invalid messages need no traceback.
-        asyncio.get_running_loop().set_exception_handler(_log)
-        logger = logging.getLogger("scenecc.viewer.page")
-        logger.disabled = True
-        # Pages of other sites in the same browser must not reach a loopback address. Programs send no origin.
-        origins = [_OWN_PAGE, None] if self._place.is_local else None
-        handler = partial(self._process, process_request)
-        return self._serve(*given, process_request=handler, origins=origins, logger=logger, **options)
+        host, listener = _hidden_host(), _listener(place)
+        self.port = int(listener.getsockname()[1])
+        self._place, self._label = place, label
+        # viser prints on rich's console, whatever it is told. A capture holds for one thread: this one, then viser's.
+        console = rich.get_console()
+        with console.capture():
+            self.viser = _Viser(host, 0, label, verbose=False)
+        loop = self.viser.get_event_loop()
+        loop.call_soon_threadsafe(console.begin_capture)
+        loop.call_soon_threadsafe(loop.set_exception_handler, _log)
+        _BELOW.addFilter(self._is_foreign)
+        self.viser.gui.configure_theme(show_logo=False, show_share_button=False)
+        self._front: Server = asyncio.run_coroutine_threadsafe(self._serve(listener), loop).result()
 
-    def _process(self, process: Any, connection: ServerConnection, request: Request) -> Any:
+    @interrupts_wait()
+    def close(self) -> None:
+        """Disconnects browsers, and stops."""
+        with suppress(FutureTimeoutError):
+            asyncio.run_coroutine_threadsafe(self._end(), self.viser.get_event_loop()).result(_GOODBYE)
+        self.viser.stop()
+        _BELOW.removeFilter(self._is_foreign)
+
+    async def _serve(self, listener: socket.socket) -> Server:
+        return await serve(
+            self._relay,
+            sock=listener,
+            # Pages of other sites in the same browser must not reach a loopback address. Programs send no origin.
+            origins=[_OWN_PAGE, None] if self._place.is_local else None,
+            process_request=self._process,
+            select_subprotocol=lambda _, offered: next(iter(offered), None),
+            compression=None,
+            max_size=_LARGEST,
+            close_timeout=_GOODBYE,
+            logger=_QUIET,
+        )
+
+    async def _end(self) -> None:
+        self._front.close()
+        await self._front.wait_closed()
+
+    async def _relay(self, browser: ServerConnection) -> None:
+        """Relays messages in both directions until one side closes its connection."""
+        below = connect(
+            f"ws://{self.viser.get_host()}:{self.viser.get_port()}",
+            subprotocols=browser.subprotocol and [browser.subprotocol],
+            compression=None,
+            max_size=None,
+            max_queue=1,  # for a slow browser, viser merges what it has not sent yet
+            proxy=None,
+            close_timeout=_GOODBYE,
+            logger=_QUIET,
+        )
+        async with below as server:
+            await asyncio.gather(_pass_on(browser, server), _pass_on(server, browser))
+
+    def _process(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answers a request, or returns None to open its WebSocket. A page returns its token as a cookie."""
-        token, name = self._place.token, f"scenecc-{connection.local_address[1]}"
-        given = parse_qs(urlsplit(request.path).query).get("token", [""])[0]
+        token, name = self._place.token, f"scenecc-{self.port}"
+        url = urlsplit(request.path)
+        given = parse_qs(url.query).get("token", [""])[0]
         if token is not None:
             cookies = SimpleCookie()
             with suppress(CookieError):
@@ -121,23 +140,45 @@ class _Guard:
             # Compare in constant time.
             if not compare_digest(token.encode(), sent.encode(errors="replace")):
                 return connection.respond(HTTPStatus.FORBIDDEN, "This page needs a token: /?token=...\n")
-        response = process(connection, request)
-        if response is not None and response.headers.get("Content-Type", "").startswith("text/html"):
-            self._entitle(response)
-        if token is not None and response is not None and given:
+        if request.headers.get("Upgrade", "").lower() == "websocket":
+            return None
+        if url.path not in {"/", "/index.html"}:
+            return connection.respond(HTTPStatus.NOT_FOUND, "There is only one page here: /\n")
+        zipped = "gzip" in request.headers.get("Accept-Encoding", "")
+        headers = Headers(
+            {
+                "Content-Type": "text/html; charset=utf-8",
+                "Content-Encoding": "gzip" if zipped else "identity",
+                "Content-Length": str(len(self._zipped if zipped else self._page)),
+                "Connection": "close",
+            }
+        )
+        response = Response(HTTPStatus.OK, "OK", headers, self._zipped if zipped else self._page)
+        if token is not None and given:
             response.headers["Set-Cookie"] = f"{name}={quote(token, safe='')}; HttpOnly; SameSite=Strict; Path=/"
         return response
 
-    def _entitle(self, response: Any) -> None:
-        """Sets the page's title; viser has no option for it."""
-        encoding = response.headers["Content-Encoding"]
-        if encoding not in self._pages:
-            zipped = encoding == "gzip"
-            body = titled((gzip.decompress(response.body) if zipped else response.body).decode(), self._title).encode()
-            self._pages[encoding] = gzip.compress(body, 1) if zipped else body
-        response.body = self._pages[encoding]
-        del response.headers["Content-Length"]
-        response.headers["Content-Length"] = str(len(response.body))
+    @cached_property
+    def _page(self) -> bytes:
+        """Viser's page under its title."""
+        page = Path(viser.__file__).with_name("client") / "build" / "index.html"
+        return titled(page.read_text("utf-8"), self._label).encode()
+
+    @cached_property
+    def _zipped(self) -> bytes:
+        return gzip.compress(self._page, 1)
+
+    def _is_foreign(self, record: logging.LogRecord) -> bool:
+        """Returns whether a record is not of a connection to this server."""
+        connection: Any = getattr(record, "websocket", None)
+        return connection is None or connection.local_address[:1] != (self.viser.get_host(),)
+
+
+class _Viser(viser.ViserServer):
+    """Any page may ask viser to publish itself through a server on the internet."""
+
+    def request_share_url(self, verbose: bool = True) -> None:  # noqa: FBT001, FBT002 - viser's own signature
+        del verbose
 
 
 def titled(page: str, title: str) -> str:
@@ -145,16 +186,43 @@ def titled(page: str, title: str) -> str:
     return page.replace("<title>Viser</title>", f"<title>{escape(title)}</title>{_NO_FADE}", 1)
 
 
+_NO_FADE: Final = "<style>canvas{opacity:1!important}</style>"
+
+
+async def _pass_on(source: Connection, target: Connection) -> None:
+    """Sends the messages of one connection to another, and then closes that."""
+    with suppress(ConnectionClosed):
+        async for message in source:
+            await target.send(message)
+    known = source.close_code is not None and source.close_code not in {1005, 1006}
+    await target.close(source.close_code if known else 1000, source.close_reason or "")
+
+
+def _listener(place: PageAddress) -> socket.socket:
+    """Returns a socket that listens. Raises OSError."""
+    wanted = range(_FIRST, _FIRST + 100) if place.port is None else (place.port,)
+    for port in wanted[:-1]:
+        with suppress(OSError):
+            return _bound(place.host, port)
+    return _bound(place.host, wanted[-1])
+
+
+def _bound(host: str, port: int) -> socket.socket:
+    """Returns a socket at a port. Raises OSError."""
+    try:
+        host.encode("idna")
+    except UnicodeError as error:
+        raise OSError(f"it cannot be a host name: {error}") from error
+    return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+
+
+def _hidden_host() -> str:
+    """Returns a random one of 16 million loopback addresses. Raises OSError if this system does not have it."""
+    host = ".".join(["127", *(str(1 + randbelow(254)) for _ in range(3))])
+    with socket.create_server((host, 0)):  # viser would hang if it cannot listen there
+        return host
+
+
 def _log(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
     del loop
     logging.getLogger("scenecc.viewing").debug(context["message"], exc_info=context.get("exception"))
-
-
-@contextmanager
-def _quiet() -> Generator[None]:
-    """Suppresses viser's messages on standard output."""
-    with redirect_stdout(io.StringIO()):
-        yield
-
-
-_NO_FADE: Final = "<style>canvas{opacity:1!important}</style>"

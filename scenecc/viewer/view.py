@@ -24,10 +24,9 @@ from scenecc.viewer.options import ARGUMENT_TYPES, PageAddress, ViewOptions
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
 
-    import viser
-
     from scenecc.diagnostics import Diagnostic
     from scenecc.pipeline import Source
+    from scenecc.viewer.server import PageServer
 
 
 def view_scene(
@@ -68,9 +67,9 @@ def view_scene(
     around: Any = {"path": path, "report": on_diagnostics or _ignore, "links": address.is_local, "writes": writes}
     with (
         _serve(address, label) as server,
-        closing(Session(server, _again(source), compile_options, options, **around)) as session,
+        closing(Session(server.viser, _again(source), compile_options, options, **around)) as session,
     ):
-        session.serve(lambda: (on_ready or _ignore)(page_url(address, server.get_port())))
+        session.serve(lambda: (on_ready or _ignore)(page_url(address, server.port)))
 
 
 @frozen
@@ -121,18 +120,17 @@ def page_of_source(
     try:
         # viser exports a page from a running server; this one is never announced.
         with _serve(PageAddress(port=0), loading.loaded.plan.name) as server:
-            page = record_page(server, world, shown, steps, progress)
+            page = record_page(server.viser, world, shown, steps, progress)
     finally:
         world.close()
     return ScenePage(page, loading.loaded.sink.diagnostics())
 
 
 @contextmanager
-def _serve(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
+def _serve(place: PageAddress, label: str) -> Generator[PageServer]:
     from scenecc.interrupt import interrupts_wait
-    from scenecc.viewer.server import close_server
 
-    server: viser.ViserServer | None = None
+    server: PageServer | None = None
     try:
         # A half-started server cannot be stopped.
         with interrupts_wait():
@@ -140,15 +138,15 @@ def _serve(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
         yield server
     finally:
         if server is not None:
-            close_server(server)
+            server.close()
 
 
-def _open_server(place: PageAddress, label: str) -> viser.ViserServer:
+def _open_server(place: PageAddress, label: str) -> PageServer:
     """Opens a server. Raises SceneError if the address or port is not available."""
-    from scenecc.viewer.server import open_server
+    from scenecc.viewer.server import PageServer
 
     try:
-        return open_server(place, label)
+        return PageServer(place, label)
     except OSError as error:
         where = place.host if place.port is None else f"{place.host}, port {place.port}"
         # For an unknown host name, the error number is not a system error.

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 @pytest.fixture
 def server() -> Iterator[viser.ViserServer]:
     from scenecc import PageAddress
-    from scenecc.viewer.server import close_server, open_server
+    from scenecc.viewer.server import PageServer
 
-    made = open_server(PageAddress(port=0), "test")
-    yield made
-    close_server(made)
+    made = PageServer(PageAddress(port=0), "test")
+    yield made.viser
+    made.close()
 
 
 @pytest.fixture

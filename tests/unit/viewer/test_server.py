@@ -22,22 +22,22 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from scenecc import PageAddress
-from scenecc.viewer.server import close_server, open_server
+from scenecc.viewer.server import PageServer
 from scenecc.viewer.view import page_url
 
 
 @pytest.fixture
-def server() -> Iterator[viser.ViserServer]:
-    made = open_server(PageAddress(port=0), "a label")
+def server() -> Iterator[PageServer]:
+    made = PageServer(PageAddress(port=0), "a label")
     yield made
-    close_server(made)
+    made.close()
 
 
-def opened(server: viser.ViserServer, origin: str | None, headers: dict[str, str] | None = None) -> Any:
+def opened(server: PageServer, origin: str | None, headers: dict[str, str] | None = None) -> Any:
     protocols: Any = [f"viser-v{viser.__version__}"]
     where: Any = origin
     return connect(
-        f"ws://127.0.0.1:{server.get_port()}",
+        f"ws://127.0.0.1:{server.port}",
         origin=where,
         subprotocols=protocols,
         compression=None,
@@ -49,8 +49,8 @@ def opened(server: viser.ViserServer, origin: str | None, headers: dict[str, str
     "origin",
     [None, "http://127.0.0.1:{port}", "http://localhost:{port}", "http://localhost:9", "https://[::1]"],
 )
-def test_a_page_of_this_machine_may_connect(server: viser.ViserServer, origin: str | None) -> None:
-    where = None if origin is None else origin.format(port=server.get_port())
+def test_a_page_of_this_machine_may_connect(server: PageServer, origin: str | None) -> None:
+    where = None if origin is None else origin.format(port=server.port)
     with opened(server, where) as page:
         assert page.recv(10)
 
@@ -59,7 +59,7 @@ def test_a_page_of_this_machine_may_connect(server: viser.ViserServer, origin: s
     "origin",
     ["https://example.org", "http://127.0.0.1.example.org", "http://localhost.example.org:80", "null", "file://"],
 )
-def test_a_page_of_another_site_may_not_connect(server: viser.ViserServer, origin: str) -> None:
+def test_a_page_of_another_site_may_not_connect(server: PageServer, origin: str) -> None:
     with pytest.raises(InvalidStatus) as caught:
         opened(server, origin)
     assert caught.value.response.status_code == 403
@@ -80,32 +80,32 @@ def test_an_empty_host_is_refused(host: str) -> None:
         PageAddress(host=host)
 
 
-def test_a_page_cannot_publish_the_server(server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_cannot_publish_the_server(server: PageServer, monkeypatch: pytest.MonkeyPatch) -> None:
     def never(*given: object) -> None:
         raise AssertionError(f"a tunnel was asked for: {given}")
 
     monkeypatch.setattr("viser._viser.ViserTunnel", never)
-    assert server.request_share_url() is None
+    assert server.viser.request_share_url() is None
 
 
-def test_a_port_in_use_and_an_unknown_host_are_refused(server: viser.ViserServer) -> None:
+def test_a_port_in_use_and_an_unknown_host_are_refused(server: PageServer) -> None:
     with pytest.raises(OSError, match="in use"):
-        open_server(PageAddress(port=server.get_port()), "")
+        PageServer(PageAddress(port=server.port), "")
     with pytest.raises(OSError, match="assign"):
-        open_server(PageAddress(host="192.0.2.1", port=0), "")
+        PageServer(PageAddress(host="192.0.2.1", port=0), "")
 
 
 def test_without_a_port_the_first_free_one_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         first = taken.getsockname()[1]
         monkeypatch.setattr("scenecc.viewer.server._FIRST", first)
-        made = open_server(PageAddress(), "")
-        assert first < made.get_port() < first + 100
-        close_server(made)
+        made = PageServer(PageAddress(), "")
+        assert first < made.port < first + 100
+        made.close()
 
 
 def test_the_viewer_library_prints_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    close_server(open_server(PageAddress(port=0), ""))
+    PageServer(PageAddress(port=0), "").close()
     assert capsys.readouterr() == ("", "")
 
 
@@ -125,9 +125,9 @@ def test_the_address_of_a_public_page_is_one_of_this_machine(host: str, nowhere:
         pass  # nobody else has this address
 
 
-def asked(server: viser.ViserServer, path: str, **headers: str) -> tuple[int, str]:
+def asked(server: PageServer, path: str, **headers: str) -> tuple[int, str]:
     """Status and cookie of an answer."""
-    request = Request(f"http://127.0.0.1:{server.get_port()}{path}", headers=headers)
+    request = Request(f"http://127.0.0.1:{server.port}{path}", headers=headers)
     try:
         with urlopen(request, timeout=20) as answer:
             return answer.status, answer.headers.get("Set-Cookie", "")
@@ -137,12 +137,12 @@ def asked(server: viser.ViserServer, path: str, **headers: str) -> tuple[int, st
 
 
 def test_a_token_grants_access_to_the_page() -> None:
-    server = open_server(PageAddress(port=0, token="a/b c"), "")
+    server = PageServer(PageAddress(port=0, token="a/b c"), "")
     try:
         for path in ("/", "/?token=", "/?token=a/b", "/?token=%F0%9F%98%80", "/index.html", "/?other=a/b c"):
             assert asked(server, quote(path, safe="/?=&%")) == (403, "")
         status, cookie = asked(server, "/?token=a%2Fb%20c")
-        name = f"scenecc-{server.get_port()}"
+        name = f"scenecc-{server.port}"
         assert (status, cookie) == (200, f"{name}=a%2Fb%20c; HttpOnly; SameSite=Strict; Path=/")
         held = cookie.partition(";")[0]
         assert asked(server, "/", Cookie=held) == (200, "")
@@ -154,7 +154,7 @@ def test_a_token_grants_access_to_the_page() -> None:
         with opened(server, None, {"Cookie": f"other=1; {held}"}) as page:
             assert page.recv(10)
     finally:
-        close_server(server)
+        server.close()
 
 
 @pytest.mark.parametrize("token", ["", "schlüssel"])
@@ -166,13 +166,13 @@ def test_a_token_that_does_not_fit_in_an_address_is_refused(token: str) -> None:
 @pytest.mark.parametrize("host", ["x" * 64 + ".invalid", "..", "a\udcff"])
 def test_an_invalid_host_name_is_an_unknown_host(host: str) -> None:
     with pytest.raises(OSError, match=r".+"):
-        open_server(PageAddress(host, 0), "")
+        PageServer(PageAddress(host, 0), "")
 
 
 def test_invalid_messages_close_their_connection_silently(
-    server: viser.ViserServer, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+    server: PageServer, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:
-    box = server.gui.add_number("a number", initial_value=1.0)
+    box = server.viser.gui.add_number("a number", initial_value=1.0)
     updates = [{"value": "x"}, {"nothing": 1}, [1], None]
     known = [{"type": "GuiUpdateMessage", "uuid": box._impl.uuid, "updates": update} for update in updates]
     others: list[Any] = [{}, [], 3, {"type": "Nothing"}, {"type": 3}, {"type": "GuiUpdateMessage"}]
@@ -182,7 +182,7 @@ def test_invalid_messages_close_their_connection_silently(
             with suppress(TimeoutError):
                 while True:
                     page.recv(0.2)
-    with socket.create_connection(("127.0.0.1", server.get_port())) as plain:
+    with socket.create_connection(("127.0.0.1", server.port)) as plain:
         plain.sendall(b"\x00\xff" * 1000)
     gc.collect()  # of a task whose error nobody took, Python tells when it is freed
     with opened(server, None) as page:
