@@ -11,7 +11,6 @@ import socket
 import threading
 from contextlib import contextmanager, redirect_stdout, suppress
 from functools import partial
-from html import escape
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
 from itertools import combinations, product
@@ -28,6 +27,7 @@ from scenecc.geometry.rotations import to_pose, to_vector
 from scenecc.interrupt import interrupts_wait
 from scenecc.plan.rendering import FRAMING_DIRECTION
 from scenecc.viewer.cameras import BrowserView
+from scenecc.viewer.head import titled
 from scenecc.viewer.nodes import BodyPoses, Frame, Instances, SurfaceNode
 
 if TYPE_CHECKING:
@@ -149,11 +149,6 @@ class _Guard:
         response.headers["Content-Length"] = str(len(response.body))
 
 
-def titled(page: str, title: str) -> str:
-    """Returns viser's page with another title, and without the fade-in that every loop of a recording begins again."""
-    return page.replace("<title>Viser</title>", f"<title>{escape(title)}</title>{_NO_FADE}", 1)
-
-
 def _log(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
     del loop
     logging.getLogger("scenecc.viewing").debug(context["message"], exc_info=context.get("exception"))
@@ -165,8 +160,6 @@ def _quiet() -> Generator[None]:
     with redirect_stdout(io.StringIO()):
         yield
 
-
-_NO_FADE: Final = "<style>canvas{opacity:1!important}</style>"
 
 _AXES_LENGTH, _AXES_RADIUS = 0.1, 0.003
 """Size of the axes of a body [m]."""
