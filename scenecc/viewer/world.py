@@ -24,9 +24,9 @@ from scenecc.plan import ArticulationStructure
 from scenecc.selection_link import Place
 from scenecc.source.paths import PathCache
 from scenecc.viewer.cameras import camera_views, first_view
+from scenecc.viewer.head import titled
 from scenecc.viewer.nodes import SurfaceFiles, page_content
 from scenecc.viewer.page import Page, bounds
-from scenecc.viewer.server import titled
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
