@@ -39,6 +39,7 @@ COMMANDS: Final = (
     "schema",
     "explain",
     "lsp",
+    "mcp",
     "doctor",
 )
 """All commands in the order of `scenecc --help`. Each is a function in the module of the same name."""
