@@ -12,7 +12,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, cast
 
 import anyio
 from anyio.abc import Process
@@ -210,11 +210,12 @@ def shorten(document: Mapping[str, Any], most: int) -> Document:
     cut = dict(document)
     omitted: dict[str, int] = {}
     while (length := len(json.dumps(cut))) > most:
-        lists = {name: value for name, value in cut.items() if isinstance(value, list) and len(value) > 1}  # pyright: ignore[reportUnknownArgumentType]
+        lists = {name: cast("list[Any]", value) for name, value in cut.items() if isinstance(value, list)}
+        lists = {name: rows for name, rows in lists.items() if len(rows) > 1}
         if not lists:
             raise CallRefused(f"the result has {length} characters; {most} are allowed", "ask for fewer scenes")
         name = max(lists, key=lambda name: len(json.dumps(lists[name])))
-        rows: list[Any] = lists[name]
+        rows = lists[name]
         if name == "diagnostics" and name not in omitted:
             rows = sorted(rows, key=lambda row: _SEVERITIES.index(row["severity"]))
         kept = max(1, min(len(rows) - 1, len(rows) * most // length))
