@@ -25,6 +25,7 @@ COMMANDS: Final = (
     "sweep",
     "settle",
     "inspect",
+    "patch",
     "draws",
     "render",
     "view",
