@@ -12,7 +12,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, TypeAlias, cast
+from typing import Any, Final, TypeAlias
 
 import anyio
 from anyio.abc import Process
@@ -201,8 +201,8 @@ _SEVERITIES: Final = ("error", "warning", "note")
 
 
 def shorten(document: Mapping[str, Any], most: int) -> Document:
-    """Returns a document whose JSON has at most so many characters: its longest lists are cut, and `omitted` counts
-    the rest. Findings are sorted by severity before they are cut.
+    """Returns a document whose JSON has at most about so many characters: its longest lists and texts are cut, and
+    `omitted` counts the rest. Findings are sorted by severity before they are cut.
 
     Raises:
         CallRefused: it is too long even so.
@@ -210,16 +210,14 @@ def shorten(document: Mapping[str, Any], most: int) -> Document:
     cut = dict(document)
     omitted: dict[str, int] = {}
     while (length := len(json.dumps(cut))) > most:
-        lists = {name: cast("list[Any]", value) for name, value in cut.items() if isinstance(value, list)}
-        lists = {name: rows for name, rows in lists.items() if len(rows) > 1}
-        if not lists:
+        cuttable = [name for name in cut if isinstance(cut[name], list | str) and len(cut[name]) > 1]
+        if not cuttable:
             raise CallRefused(f"the result has {length} characters; {most} are allowed", "ask for fewer scenes")
-        name = max(lists, key=lambda name: len(json.dumps(lists[name])))
-        rows = lists[name]
+        name = max(cuttable, key=lambda name: len(json.dumps(cut[name])))
+        rows = cut[name]
         if name == "diagnostics" and name not in omitted:
             rows = sorted(rows, key=lambda row: _SEVERITIES.index(row["severity"]))
         kept = max(1, min(len(rows) - 1, len(rows) * most // length))
         omitted[name] = omitted.get(name, 0) + len(rows) - kept
-        cut[name] = rows[:kept]
-        cut["omitted"] = omitted
+        cut |= {name: rows[:kept], "omitted": omitted}
     return cut

@@ -49,6 +49,10 @@ _READS: Final = ToolAnnotations(
     read_only_hint=True, destructive_hint=False, idempotent_hint=True, open_world_hint=False
 )
 
+_WRITES: Final = ToolAnnotations(
+    read_only_hint=False, destructive_hint=True, idempotent_hint=False, open_world_hint=False
+)
+
 
 class SceneTools:
     """The tools. Their docstrings are descriptions for models.
@@ -59,6 +63,7 @@ class SceneTools:
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
+        self._editing = anyio.Lock()
 
     async def validate(
         self,
@@ -73,7 +78,7 @@ class SceneTools:
         none has the severity `error`. `unchecked` lists what could not be checked because of errors.
         Example: {"file": "scenes/table.yaml"}
         """
-        return await self._run(context, "validate", file, text, _settings(params), successes=(0, 1))
+        return await self._run(context, "validate", file, text, _settings(params), worst=1)
 
     async def check(
         self,
@@ -97,7 +102,33 @@ class SceneTools:
             *_choice(seeds=seeds, scene=scenes, num_scenes=num_scenes or None),
             *_settings(params),
         ]
-        return await self._run(context, "check", file, text, options, successes=(0, 1))
+        return await self._run(context, "check", file, text, options, worst=1)
+
+    async def patch(
+        self,
+        context: Context[Any, Any],
+        file: File,
+        edits: Annotated[
+            list[dict[str, Any]],
+            Field(
+                description="Operations of JSON Patch (RFC 6902): add, remove, replace, move, copy, test. `path` is a "
+                'JSON Pointer into the file as it is written; `/-` appends to a list. Example: [{"op": "replace", '
+                '"path": "/entities/cube/pose/0", "value": 0.2}]'
+            ),
+        ],
+        dry_run: Annotated[bool, Field(description="Return the change, but do not write the file")] = False,
+        allow_errors: Annotated[bool, Field(description="Write the file even if the scene has new errors")] = False,
+    ) -> CallToolResult:
+        """Edit a scene file. Comments and layout are kept; all operations apply, or none.
+
+        The result is validated first: if it has errors that the file did not have, the file stays unchanged. Returns
+        `written`, the change as `diff`, and the `diagnostics` of the result.
+        """
+        options = [*self._workspace.options, *(["--dry-run"] * dry_run), *(["--allow-errors"] * allow_errors)]
+        arguments = [*options, "--", self._workspace.check_file(file), "-"]
+        async with self._editing:  # two edits of one file at once would lose one
+            status, document = await self._document(context, "patch", arguments, json.dumps(edits))
+        return _result(document, failed=status > 1 or (status == 1 and not document["written"] and not dry_run))
 
     async def draws(
         self,
@@ -156,43 +187,49 @@ class SceneTools:
         self, context: Context[Any, Any], code: Annotated[str, Field(description="A code, such as SC101")]
     ) -> CallToolResult:
         """Explain the code of a finding: its cause, an example, and how to fix it."""
-        return await self._command(context, "explain", ["--", code], "")
+        status, document = await self._document(context, "explain", ["--", code], "")
+        return _result(document, failed=status > 0)
+
+    async def prefabs(self) -> str:
+        """Prefabs that ship with scenecc, with their parameters."""
+        _, document = await self._workspace.run("prefabs", [], "", _ignore)
+        return json.dumps(document)
 
     async def _run(
-        self,
-        context: Context[Any, Any],
-        command: str,
-        file: str,
-        text: str,
-        options: list[str],
-        *,
-        successes: tuple[int, ...] = (0,),
+        self, context: Context[Any, Any], command: str, file: str, text: str, options: list[str], *, worst: int = 0
     ) -> CallToolResult:
-        """Runs a command on a scene, which is a file or a text."""
+        """Runs a command on a scene, which is a file or a text. `worst`: highest exit status that is not an error."""
         if bool(file) == bool(text):
             raise CallRefused("give either `file` or `text`", 'for example {"file": "scenes/table.yaml"}')
         if len(text) > _MOST_TEXT:
             raise CallRefused(f"`text` has {len(text)} characters; {_MOST_TEXT} are allowed", "write it to a file")
         scene = self._workspace.check_file(file) if file else "-"
         arguments = [*self._workspace.options, *options, "--", scene]
-        return await self._command(context, command, arguments, text, successes=successes)
+        status, document = await self._document(context, command, arguments, text)
+        return _result(document, failed=status > worst)
 
-    async def _command(
-        self,
-        context: Context[Any, Any],
-        command: str,
-        arguments: list[str],
-        text: str,
-        *,
-        successes: tuple[int, ...] = (0,),
-    ) -> CallToolResult:
+    async def _document(
+        self, context: Context[Any, Any], command: str, arguments: list[str], text: str
+    ) -> tuple[int, Document]:
+        """Runs a command. Returns its exit status and its document, shortened."""
+
         async def progress(seconds: float) -> None:
             await context.report_progress(seconds, message=f"{command}: {seconds:.0f} s")
 
         if any("\0" in argument for argument in arguments):
             raise CallRefused("an argument contains the character NUL", "remove it")
         status, document = await self._workspace.run(command, arguments, text, progress)
-        return _result(shorten(document, MOST_CHARACTERS), failed=status not in successes)
+        return status, shorten(document, MOST_CHARACTERS)
+
+
+async def _ignore(seconds: float) -> None:
+    del seconds
+
+
+def _language() -> str:
+    """The language on two pages, with examples and frequent mistakes."""
+    packaged = Path(__file__).with_name("SKILL.md")  # in a wheel; in a clone it is in the documentation
+    return (packaged if packaged.exists() else Path(__file__).parents[2] / "docs/skill/SKILL.md").read_text("utf-8")
 
 
 def _settings(params: dict[str, Any]) -> list[str]:
@@ -239,11 +276,14 @@ class SceneServer(MCPServer[Any]):
 
 
 def make_server(workspace: Workspace) -> SceneServer:
-    """Returns a server with all tools."""
+    """Returns a server with all tools and resources."""
     server = SceneServer("scenecc", instructions=_INSTRUCTIONS, version=VERSION, log_level="WARNING")
     tools = SceneTools(workspace)
     for tool in (tools.validate, tools.check, tools.draws, tools.render, tools.explain):
         server.add_tool(tool, description=getdoc(tool), annotations=_READS, structured_output=False)
+    server.add_tool(tools.patch, description=getdoc(tools.patch), annotations=_WRITES, structured_output=False)
+    for name, read, form in (("language", _language, "text/markdown"), ("prefabs", tools.prefabs, "application/json")):
+        server.resource(f"scenecc://{name}", name=name, description=getdoc(read), mime_type=form)(read)
     return server
 
 

@@ -163,6 +163,50 @@ def test_an_unknown_method_is_a_protocol_error(client):
     assert client.ask("tools/destroy")["code"] == -32601
 
 
+def test_resources_describe_the_language_and_the_prefabs(client, root):
+    listed = client.ask("resources/list")["resources"]
+    assert {one["uri"] for one in listed} == {"scenecc://language", "scenecc://prefabs"}
+    assert all(one["description"] for one in listed)
+    (language,) = client.ask("resources/read", {"uri": "scenecc://language"})["contents"]
+    assert language["text"].startswith("---\nname: scenecc\n")
+    (prefabs,) = client.ask("resources/read", {"uri": "scenecc://prefabs"})["contents"]
+    assert json.loads(prefabs["text"]) == plain(root, "prefabs")
+    assert client.ask("resources/read", {"uri": "file:///etc/passwd"})["code"] < 0
+
+
+SCENE = """\
+scenecc: 1
+entities:
+  cube:    # red
+    pose: [0, 0, 0.1]
+    shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]
+"""
+
+
+def test_patches_of_one_file_at_once_are_all_kept(client, root):
+    (root / "edited.yaml").write_text(SCENE)
+    edits = [
+        {"op": "add", "path": f"/entities/{name}", "value": {"shapes": [{"type": "sphere", "radius": 0.1}]}}
+        for name in "abc"
+    ]
+    numbers = [client.begin_call("patch", file="edited.yaml", edits=[edit]) for edit in edits]
+    assert not [one for one in map(client.answer, numbers) if one["isError"]]
+    text = (root / "edited.yaml").read_text()
+    assert text.startswith(SCENE.rstrip("\n"))
+    assert [f"  {name}:" in text for name in "abc"] == [True] * 3
+
+
+def test_a_patch_with_new_errors_is_refused(client, root):
+    (root / "kept.yaml").write_text(SCENE)
+    edit = {"op": "replace", "path": "/entities/cube/pose", "value": "high"}
+    assert client.refusal("patch", file="kept.yaml", edits=[edit])["written"] is False
+    assert client.call("patch", file="kept.yaml", edits=[edit], dry_run=True)["diff"]
+    assert client.refusal("patch", file="kept.yaml", edits=[{"op": "replace"}])["diagnostics"]
+    assert "outside" in client.refusal("patch", file="link.yaml", edits=[edit])["error"]
+    assert (root / "kept.yaml").read_text() == SCENE
+    assert client.call("patch", file="kept.yaml", edits=[edit], allow_errors=True)["written"] is True
+
+
 def test_long_results_are_cut_and_counted(client):
     lines = "".join(f"  a{number}: {{shapes: [{{type: box, half_size: [1, 1, -1]}}]}}\n" for number in range(300))
     said = client.call("validate", text=f"scenecc: 1\nentities:\n{lines}")
