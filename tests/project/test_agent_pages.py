@@ -12,7 +12,7 @@ import pytest
 import yaml
 from walkthrough import steps
 
-from scenecc import validate
+from scenecc import check_scene, validate
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -21,7 +21,7 @@ PAGE = DOCS / "how-to/agents.md"
 CONFIGURATIONS = [json.loads(step.text) for step in steps(PAGE) if step.language == "json"]
 BOX = "shapes: [{type: box, half_size: [0.05, 0.05, 0.05]}]"
 
-OF_CHECK = {"SC534", "SC850"}
+OF_CHECK = {"SC533", "SC534", "SC850"}
 """Codes that only `scenecc check` reports."""
 
 
@@ -56,13 +56,13 @@ def test_a_frequent_mistake_has_its_code(written: str, code: str, tmp_path: Path
         assert not [one for one in validate(scene) if one.severity == "error"]
 
 
-def test_check_reports_the_other_mistakes(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("written", "code"), [row[:2] for row in rows("Frequent mistakes") if row[1] in OF_CHECK])
+def test_check_reports_a_frequent_mistake(written: str, code: str, tmp_path: Path) -> None:
     scene = tmp_path / "scene.yaml"
-    ground = "  ground: {use: scenecc:ground}\n"
-    shapes = [row[0].strip("`") for row in rows("Frequent mistakes") if row[1] == "SC534"]
-    for body, code in [(*shapes, "SC534"), (f"{BOX}", "SC850")]:
-        scene.write_text(f"scenecc: 1\nentities:\n{ground}  cube: {{{body}}}\n")
-        assert code in [one.code for one in check_scene(scene).diagnostics]
+    keys = written.partition("` on the ground")[0].strip("`")
+    body = keys if keys.startswith("shapes:") else f"{keys}, {BOX}"
+    scene.write_text(f"scenecc: 1\nentities:\n  ground: {{use: scenecc:ground}}\n  cube: {{{body}}}\n")
+    assert code in [one.code for one in check_scene(scene)]
 
 
 def test_each_key_in_the_skill_is_in_the_schema() -> None:
