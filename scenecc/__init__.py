@@ -62,6 +62,8 @@ if TYPE_CHECKING:
     from scenecc.scene_file.patch import Patched as Patched
     from scenecc.scene_file.patch import patch_scene as patch_scene
     from scenecc.simulation.check import check_scene as check_scene
+    from scenecc.simulation.description import SceneDescription as SceneDescription
+    from scenecc.simulation.description import describe_scene as describe_scene
     from scenecc.simulation.freeze import SettledScenes as SettledScenes
     from scenecc.simulation.freeze import settle_scene as settle_scene
     from scenecc.sweeps.sweep import Sweep as Sweep
@@ -116,6 +118,7 @@ _MODULES = {
     ),
     "scene_file.patch": ("Patched", "patch_scene"),
     "simulation.check": ("check_scene",),
+    "simulation.description": ("SceneDescription", "describe_scene"),
     "simulation.freeze": ("SettledScenes", "settle_scene"),
     "sweeps.sweep": ("Sweep", "sweep"),
     "inspect": ("Item", "SummaryRow"),

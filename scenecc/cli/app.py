@@ -25,6 +25,7 @@ COMMANDS: Final = (
     "sweep",
     "settle",
     "inspect",
+    "describe",
     "patch",
     "draws",
     "render",
