@@ -53,13 +53,18 @@ def on_page_markdown(markdown: str, *, page: Page, config: MkDocsConfig, files: 
     return LINK.sub(led, markdown)
 
 
-def on_post_page(output: str, *, page: Page, config: MkDocsConfig) -> str:
-    """Stops the build at a page that would load a script, a font or a picture from another host."""
-    del config
+def on_post_page(output: str, *, page: Page, config: MkDocsConfig | None) -> str:
+    """Writes the page's Markdown beside it, for llms.txt. Stops the build at a page that would load a script, a font or
+    a picture from another host.
+    """
     if found := LOADED.search(output):
         from mkdocs.exceptions import PluginError  # noqa: PLC0415
 
         raise PluginError(f"{page.file.src_uri} would load from elsewhere: {found[0]}")
+    if config is not None:
+        source = Path(config.site_dir, page.file.src_uri)
+        source.parent.mkdir(parents=True, exist_ok=True)
+        source.write_text(page.markdown or "", encoding="utf-8")
     return output
 
 

@@ -59,7 +59,11 @@ if TYPE_CHECKING:
     from scenecc.scene import plan_text as plan_text
     from scenecc.scene import scene_draws as scene_draws
     from scenecc.scene import validate as validate
+    from scenecc.scene_file.patch import Patched as Patched
+    from scenecc.scene_file.patch import patch_scene as patch_scene
     from scenecc.simulation.check import check_scene as check_scene
+    from scenecc.simulation.description import SceneDescription as SceneDescription
+    from scenecc.simulation.description import describe_scene as describe_scene
     from scenecc.simulation.freeze import SettledScenes as SettledScenes
     from scenecc.simulation.freeze import settle_scene as settle_scene
     from scenecc.sweeps.sweep import Sweep as Sweep
@@ -112,7 +116,9 @@ _MODULES = {
         "scene_draws",
         "validate",
     ),
+    "scene_file.patch": ("Patched", "patch_scene"),
     "simulation.check": ("check_scene",),
+    "simulation.description": ("SceneDescription", "describe_scene"),
     "simulation.freeze": ("SettledScenes", "settle_scene"),
     "sweeps.sweep": ("Sweep", "sweep"),
     "inspect": ("Item", "SummaryRow"),

@@ -32,6 +32,7 @@ EXTRAS: Final[dict[str, Extra]] = {
     "pictures": Extra("videos in MP4", ("imageio_ffmpeg",)),
     "view": Extra("the viewer in the browser", ("viser", "watchfiles")),
     "lsp": Extra("the language server for editors", ("pygls",)),
+    "mcp": Extra("the server for agents", ("mcp",)),
     "gymnasium": Extra("vector environments of Gymnasium", ("gymnasium",)),
     "sweep": Extra("sweeps over many seeds, as a Parquet table", ("pyarrow",)),
     "ray": Extra("sweeps on a cluster", ("ray", "pyarrow")),

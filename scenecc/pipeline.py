@@ -115,7 +115,7 @@ def read_input(source: Source, limits: Limits, sink: Sink) -> Input | None:
     if isinstance(source, Mapping):
         document = read_dict(source, sink, limits)
         return document and _input(document, None)
-    if isinstance(source, str) and _is_plan_json(source):
+    if isinstance(source, str) and is_plan_json(source):
         name, content = "<plan>", source
     elif isinstance(source, str | PathLike):
         name, path = fspath(source), Path(source).absolute()
@@ -137,7 +137,7 @@ def read_input(source: Source, limits: Limits, sink: Sink) -> Input | None:
     text = None if content is None else decode_text(content, name, sink, limits)
     if text is None:
         return None
-    if _is_plan_json(text):
+    if is_plan_json(text):
         return Input(Document(name, path, {}, TextLines(name, text)), text, pack)
     document = read_text(text, name, sink, limits, path)
     return document and _input(document, pack)
@@ -153,7 +153,7 @@ def _input(document: Document, pack: Pack | None) -> Input:
     return Input(document, json.dumps(document.data, ensure_ascii=False) if is_plan else None, pack)
 
 
-def _is_plan_json(text: str) -> bool:
+def is_plan_json(text: str) -> bool:
     """Returns whether JSON has the key of a plan at its top level. Text without that key is not parsed."""
     if _PLAN_TEXT.match(text):
         return True

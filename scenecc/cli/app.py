@@ -25,6 +25,8 @@ COMMANDS: Final = (
     "sweep",
     "settle",
     "inspect",
+    "describe",
+    "patch",
     "draws",
     "render",
     "view",
@@ -39,6 +41,7 @@ COMMANDS: Final = (
     "schema",
     "explain",
     "lsp",
+    "mcp",
     "doctor",
 )
 """All commands in the order of `scenecc --help`. Each is a function in the module of the same name."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from scenecc.cli.output import refusal, usage_error, write_output
 from scenecc.diagnostics.fixing import is_better, with_fix
 from scenecc.diagnostics.messages import cut
 from scenecc.files import open_regular
+from scenecc.source.edits import text_diff
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -35,9 +35,7 @@ class Corrected:
 
     def diff(self) -> str:
         """Returns the change in the format of `diff -u`."""
-        before, after = (text.splitlines(keepends=True) for text in (self.before, self.after))
-        lines = difflib.unified_diff(before, after, self.file, self.file)
-        return "".join(line if line.endswith("\n") else line + "\n" for line in lines)
+        return text_diff(self.before, self.after, self.file)
 
     def write(self) -> Diagnostic | None:
         """Writes the file completely or not at all. Returns a diagnostic if that failed, or if the file changed

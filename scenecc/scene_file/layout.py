@@ -14,6 +14,7 @@ from typing import Any, Final, TypeGuard, cast
 
 import numpy as np
 
+from scenecc.source.edits import Style
 from scenecc.source.events import SCENE_KEYED_FIELD, resolve_scalar
 
 WIDTH: Final = 100
@@ -117,9 +118,44 @@ def scene_text(document: Mapping[str, Any], *, comments: Comments | None = None)
     return "\n".join(lines) + "\n"
 
 
+def value_text(
+    value: Any, path: tuple[str | int, ...], column: int, style: Style, *, step: int = 2
+) -> str | Sequence[str]:
+    """Returns a value for a place in a document, as one text, or as lines indented to a column.
+
+    Args:
+        value: as in the document of `scene_text`.
+        path: path of the place.
+        column: column of the lines.
+        style: how it is written. Lists of single values are always in brackets.
+        step: number of blanks by which nested mappings are indented.
+
+    Raises:
+        TypeError: a value has another type.
+    """
+    if style == "json":
+        return _ESCAPED.sub(_escape, json.dumps(value, ensure_ascii=False))
+    if style == "flow" or _is_scalar(value) or not value:
+        return _flow(value, path, inside=style == "flow")
+    inline = _flow(value, path, inside=False)
+    numbers = not _is_mapping(value) and all(map(_is_scalar, value))
+    if numbers or (style == "any" and column + len(inline) <= WIDTH and _depth(value) <= _MAX_FLOW_DEPTH):
+        return inline
+    return list(_Writer({}, step).block(value, path, column))
+
+
+def key_text(name: str, path: tuple[str | int, ...]) -> str:
+    """Returns a key as YAML. `path`: its path, which ends with the key."""
+    by_scene = len(path) > 1 and path[-2] == SCENE_KEYED_FIELD
+    if (by_scene and name.isdecimal() and name.isascii()) or (_PLAIN_KEY(name) and resolve_scalar(name) == name):
+        return name
+    return _quoted(name)
+
+
 class _Writer:
-    def __init__(self, comments: Comments) -> None:
+    def __init__(self, comments: Comments, step: int = 2) -> None:
         self._comments = comments
+        self._step = step
         self._within = {path[:end] for path in comments for end in range(len(path))}
 
     def comment(self, path: tuple[str | int, ...], indent: str) -> Iterator[str]:
@@ -130,7 +166,7 @@ class _Writer:
         """Yields the lines of `name: value`, indented to a column."""
         indent = " " * column
         yield from self.comment(path, indent)
-        head = f"{indent}{_key_text(name, path)}:"
+        head = f"{indent}{key_text(name, path)}:"
         section = len(path) == 1 and name in _SECTIONS and bool(value)
         if isinstance(value, str) and "\n" in value and _LITERAL(value):
             yield f"{head} {'|' if value.endswith(chr(10)) else '|-'}"
@@ -141,7 +177,7 @@ class _Writer:
             yield from lines
         else:
             yield head
-            yield from self.block(value, path, column + 2)
+            yield from self.block(value, path, column + self._step)
 
     def block(self, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
         """Yields the entries of a mapping or the items of a list, each on separate lines."""
@@ -236,7 +272,7 @@ def _flow(value: Any, path: tuple[str | int, ...], *, inside: bool) -> str:
 def _flow_items(value: Any, path: tuple[str | int, ...]) -> list[str]:
     if _is_mapping(value):
         entries = [(name, inner, (*path, name)) for name, inner in _order_entries(value, path[-1] if path else "")]
-        return [f"{_key_text(name, here)}: {_flow(inner, here, inside=True)}" for name, inner, here in entries]
+        return [f"{key_text(name, here)}: {_flow(inner, here, inside=True)}" for name, inner, here in entries]
     items = cast("Sequence[Any]", value)
     if not isinstance(items, list | tuple):
         raise TypeError(f"a scene document cannot hold a {type(items).__name__}, at {path}")
@@ -275,13 +311,6 @@ def number_text(value: Any) -> str:
     return scientific if not -4 < exponent < 6 and short else plain
 
 
-def _key_text(name: str, path: tuple[str | int, ...]) -> str:
-    by_scene = len(path) > 1 and path[-2] == SCENE_KEYED_FIELD
-    if (by_scene and name.isdecimal() and name.isascii()) or (_PLAIN_KEY(name) and resolve_scalar(name) == name):
-        return name
-    return _quoted(name)
-
-
 def _text(text: str, *, inside: bool) -> str:
     plain = (_PLAIN_INSIDE if inside else _PLAIN_OUTSIDE)(text)
     return text if plain and _is_plain_text(text) else _quoted(text)
@@ -295,4 +324,8 @@ def _is_plain_text(text: str) -> bool:
 
 
 def _quoted(text: str) -> str:
-    return _ESCAPED.sub(lambda match: f"\\u{ord(match[0]):04x}", json.dumps(text, ensure_ascii=False))
+    return _ESCAPED.sub(_escape, json.dumps(text, ensure_ascii=False))
+
+
+def _escape(match: re.Match[str]) -> str:
+    return f"\\u{ord(match[0]):04x}"

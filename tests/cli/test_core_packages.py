@@ -18,6 +18,7 @@ START = f"import sys; sys.modules.update(dict.fromkeys({sorted(ABSENT)})); from 
 NEEDY = {
     "view {scenes}/tabletop.yaml": install_hint("view"),
     "lsp": install_hint("lsp"),
+    "mcp": install_hint("mcp"),
     "emit {scenes}/tabletop.yaml --to usd -o tabletop.usda": install_hint("export"),
     "import world.usda -o world.yaml": install_hint("import"),
     "draws {scenes}/draws.yaml -o draws.parquet": install_hint("sweep"),

@@ -1,0 +1,386 @@
+"""JSON Patch (RFC 6902) on the text of a scene file: comments and everything that no operation names stay."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, cast
+
+import numpy as np
+
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.messages import cut, suggest
+from scenecc.files import unique_keys
+from scenecc.scene_file.layout import key_text, value_text
+from scenecc.source import read_text
+from scenecc.source.edits import EditError, Style, TextEdits
+from scenecc.source.events import describe_type
+
+if TYPE_CHECKING:
+
+    from scenecc.diagnostics.diagnostic import Path
+    from scenecc.source import Limits
+    from scenecc.source.edits import Write
+
+_MEMBERS: Final = {
+    "add": ("path", "value"),
+    "remove": ("path",),
+    "replace": ("path", "value"),
+    "move": ("from", "path"),
+    "copy": ("from", "path"),
+    "test": ("path", "value"),
+}
+"""The members that each operation must have."""
+
+_INDEX: Final = re.compile(r"0|[1-9][0-9]{0,17}").fullmatch
+
+_SURROGATE: Final = re.compile("[\ud800-\udfff]").search
+
+
+class PatchError(Exception):
+    """A patch is malformed or cannot be applied; the message names the operation.
+
+    Attributes:
+        path: the deepest existing node of the document on the way to where the operation failed.
+        hint: how to correct the patch.
+    """
+
+    def __init__(self, message: str, path: Path = (), hint: str | None = None) -> None:
+        self.path = path
+        self.hint = hint
+        super().__init__(message)
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """An operation of a patch. `path` and `source` are the tokens of its JSON Pointers; `value` is plain data."""
+
+    op: str
+    path: tuple[str, ...]
+    source: tuple[str, ...] = ()
+    value: Any = None
+
+
+def parse_patch(text: str) -> list[Any]:
+    """Returns the operations in the text of a patch. Raises PatchError if it is not a JSON list."""
+
+    def refuse(word: str) -> None:
+        raise PatchError(f"the patch contains {word}, which JSON cannot hold")
+
+    try:
+        patch = json.loads(text, parse_constant=refuse, object_pairs_hook=unique_keys)
+    except json.JSONDecodeError as error:
+        raise PatchError(f"the patch is not JSON: {error.msg}, line {error.lineno} column {error.colno}") from None
+    except (ValueError, RecursionError) as error:
+        raise PatchError(f"the patch is not JSON: {error}") from None
+    if not isinstance(patch, list):
+        raise PatchError(f"the patch is {describe_type(patch)}, not a list of operations", hint=_EXAMPLE)
+    return cast("list[Any]", patch)
+
+
+_EXAMPLE: Final = 'for example `[{"op": "replace", "path": "/entities/cube/mass", "value": 0.2}]`'
+
+
+def patch_text(text: str, operations: Sequence[Any], limits: Limits) -> str:
+    """Returns a text with all operations of a patch applied in order.
+
+    After each, the text is read again and must hold what RFC 6902 says, so no edit through an anchor changes two places.
+
+    Args:
+        text: a scene file that can be read.
+        operations: the patch, as from `json.loads`.
+        limits: limits of the text.
+
+    Raises:
+        PatchError: an operation is malformed or cannot be applied.
+    """
+    parsed = [_parse(one, f"operation {number} of {len(operations)}") for number, one in enumerate(operations, 1)]
+    data = _read(text, limits)
+    assert data is not None, "the caller has read it"
+    for number, one in enumerate(parsed, 1):
+        name = f"operation {number} of {len(parsed)} (`{one.op}` at {cut(pointer(one.path))})"
+        try:
+            text, data = _apply(text, data, one, limits)
+        except (PatchError, EditError) as error:
+            path, hint = (error.path, error.hint) if isinstance(error, PatchError) else ((), None)
+            raise PatchError(f"{name}: {error}", path, hint) from None
+    return text
+
+
+def _read(text: str, limits: Limits) -> dict[str, Any] | None:
+    """Returns the data of a text, without shared parts; None if it is invalid."""
+    document = read_text(text, None, Sink(), limits)
+    return None if document is None else _unshared(document.data)
+
+
+def _unshared(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _unshared(one) for key, one in cast("dict[str, Any]", value).items()}
+    return [_unshared(one) for one in cast("list[Any]", value)] if isinstance(value, list) else value
+
+
+def _parse(written: Any, name: str) -> Operation:
+    """Checks an operation. Raises PatchError."""
+    if not isinstance(written, Mapping):
+        raise PatchError(f"{name} is {describe_type(written)}, not a mapping", hint=_EXAMPLE)
+    given = cast("Mapping[str, Any]", written)
+    op = given.get("op")
+    if not isinstance(op, str) or op not in _MEMBERS:
+        what = "has no `op`" if op is None else f"has the unknown `op` {cut(str(op))}"
+        raise PatchError(f"{name} {what}", hint=suggest(str(op), _MEMBERS) if op else f"known: {', '.join(_MEMBERS)}")
+    for member in _MEMBERS[op]:
+        if member not in given:
+            near = suggest(member, [one for one in given if one not in {"op", *_MEMBERS[op]}])
+            raise PatchError(f"{name} (`{op}`) has no `{member}`", hint=near)
+    path, source = (_tokens(given[one], one, name) if one in _MEMBERS[op] else () for one in ("path", "from"))
+    value = given.get("value")
+    if "value" in _MEMBERS[op] and (fault := _fault(value)):
+        raise PatchError(f"{name} (`{op}` at {cut(pointer(path))}): the value contains {fault}")
+    if op == "move" and len(path) > len(source) and path[: len(source)] == source:
+        raise PatchError(f"{name} (`move`): {cut(pointer(path))} is inside of {cut(pointer(source))}")
+    return Operation(op, path, source, value)
+
+
+def _tokens(text: Any, member: str, name: str) -> tuple[str, ...]:
+    if not isinstance(text, str):
+        raise PatchError(f"{name}: `{member}` is {describe_type(text)}, not a JSON Pointer such as /entities/cube")
+    if text and not text.startswith("/"):
+        hint = f"write `/{text.replace('.', '/')}`"
+        raise PatchError(f"{name}: `{member}` {cut(text)} must begin with a slash", hint=hint)
+    if re.search(r"~(?![01])", text):
+        raise PatchError(f"{name}: in `{member}` {cut(text)}, `~` must be written as `~0`")
+    return tuple(one.replace("~1", "/").replace("~0", "~") for one in text.split("/")[1:])
+
+
+def pointer(path: Sequence[str | int]) -> str:
+    """Returns a path as a JSON Pointer."""
+    return "".join(f"/{str(one).replace('~', '~0').replace('/', '~1')}" for one in path)
+
+
+def _fault(value: Any) -> str | None:
+    """Returns what a scene file cannot hold in a value; None: it can."""
+    if isinstance(value, Mapping):
+        for key, inner in cast("Mapping[Any, Any]", value).items():
+            if fault := "a key that is not a string" if not isinstance(key, str) else _fault(key) or _fault(inner):
+                return fault
+        return None
+    if isinstance(value, list | tuple):
+        return next(filter(None, map(_fault, cast("Sequence[Any]", value))), None)
+    if value is None:
+        return "null: a scene file has no null; `remove` the key instead"
+    if isinstance(value, str):
+        return "half of a character (a lone surrogate)" if _SURROGATE(value) else None
+    if isinstance(value, float):
+        return None if math.isfinite(value) else f"{value}, which is not a finite number"
+    return None if isinstance(value, int) else f"{type(value).__name__}, which is not JSON"
+
+
+def _apply(text: str, data: dict[str, Any], one: Operation, limits: Limits) -> tuple[str, dict[str, Any]]:
+    """Returns text and data after an operation. Raises PatchError or EditError."""
+    if one.op == "test":
+        _, found = _look_up(data, one.path)
+        if not equal(found, one.value):
+            shown = cut(json.dumps(found, ensure_ascii=False))
+            raise PatchError(f"the value is {shown}, not {cut(json.dumps(one.value))}", _steps(data, one.path))
+        return text, data
+    if not one.path:
+        raise PatchError("the whole document cannot be replaced: write the file")
+    wanted = deepcopy(data)
+    if one.op == "remove":
+        path, _ = _look_up(wanted, one.path)
+        _remove(wanted, path)
+        return _checked([lambda edits: edits.remove(path)], text, wanted, path, limits)
+    if one.op == "replace":
+        path = _place(wanted, one.path)
+        if _is_new_key(wanted, one.path):
+            fault = _missing(wanted, one.path[-1], path[:-1])
+            raise PatchError(f"{fault}; `add` adds a key", path[:-1], fault.hint)
+        path, _ = _look_up(wanted, one.path)
+        _put(wanted, path, one.value, is_new=False)
+        return _checked([lambda edits: _set(edits, path, one.value)], text, wanted, path, limits)
+    if one.op == "add":
+        path = _place(wanted, one.path)
+        return _added(text, wanted, path, one.value, [], limits)
+    start, value = _look_up(wanted, one.source)
+    if not start:
+        raise PatchError("the whole document cannot be copied into itself")
+    value = deepcopy(value)
+    as_written = TextEdits(text).source(start)
+    if one.op == "move":
+        if one.source == one.path:
+            return text, data
+        if start[:-1] == _steps(data, one.path[:-1]) and _is_new_key(wanted, one.path):
+            path = (*start[:-1], one.path[-1])
+            above = _at(wanted, start[:-1])
+            renamed = [(one.path[-1] if key == start[-1] else key, inner) for key, inner in above.items()]
+            above.clear()
+            above.update(renamed)
+            return _checked(
+                [lambda edits: edits.rename(start, key_text(one.path[-1], path))], text, wanted, path, limits
+            )
+        _remove(wanted, start)
+        text, wanted = _checked([lambda edits: edits.remove(start)], text, wanted, start, limits)
+        wanted = deepcopy(wanted)
+    path = _place(wanted, one.path)
+    return _added(text, wanted, path, value, [] if as_written is None else [as_written], limits)
+
+
+def _added(
+    text: str, wanted: dict[str, Any], path: Path, value: Any, first: list[Write], limits: Limits
+) -> tuple[str, dict[str, Any]]:
+    """Adds a value that is not there, or replaces that of a key. `first`: how to write it, if it reads back so."""
+    above = _at(wanted, path[:-1])
+    is_there = isinstance(above, dict) and path[-1] in above
+    _put(wanted, path, value, is_new=True)
+
+    def edit(edits: TextEdits, write: Write) -> None:
+        if is_there:
+            _set(edits, path, value, write)
+        else:
+            edits.insert(path[:-1], path[-1], key_text(str(path[-1]), path), write)
+
+    made = [lambda edits, write=write: edit(edits, write) for write in first]
+    made.append(lambda edits: edit(edits, _writer(value, path, edits.step)))
+    return _checked(made, text, wanted, path, limits)
+
+
+def _set(edits: TextEdits, path: Path, value: Any, write: Write | None = None) -> None:
+    """Replaces a value; adds the key to a mapping that has it from a merge key."""
+    write = write or _writer(value, path, edits.step)
+    if edits.has(path):
+        edits.replace(path, write)
+    else:
+        edits.insert(path[:-1], path[-1], key_text(str(path[-1]), path), write)
+
+
+def _writer(value: Any, path: Path, step: int) -> Write:
+    def write(column: int, style: Style) -> str | Sequence[str]:
+        return value_text(value, path, column, style, step=step)
+
+    return write
+
+
+def _checked(
+    edits: Sequence[Any], text: str, wanted: dict[str, Any], path: Path, limits: Limits
+) -> tuple[str, dict[str, Any]]:
+    """Returns the text after the first edit that makes it read as wanted, and that data.
+
+    Raises:
+        EditError: the place is written elsewhere, or the edit would also change another place.
+    """
+    fault: EditError | None = None
+    for edit in edits:
+        made = TextEdits(text)
+        try:
+            edit(made)
+        except EditError as error:
+            fault = error
+            continue
+        found = _read(made.result(), limits)
+        if found is not None and equal(found, wanted):
+            return made.result(), wanted
+        fault = None
+    if fault is not None:
+        raise PatchError(str(fault), path)
+    anchor = TextEdits(text).anchor(path)
+    if anchor is None:
+        raise PatchError("it cannot be written in this place", path)
+    raise PatchError(f"the node has the anchor `{anchor}`, so other places use it and would change or break", path)
+
+
+def _look_up(data: Any, tokens: Sequence[str]) -> tuple[Path, Any]:
+    """Returns the path and the value of a pointer. Raises PatchError if there is none."""
+    path: list[str | int] = []
+    for token in tokens:
+        step = _step(data, token, path)
+        if isinstance(data, list) and step == len(cast("list[Any]", data)):
+            raise _missing(data, token, path)
+        path.append(step)
+        data = data[step]
+    return tuple(path), data
+
+
+def _place(data: Any, tokens: Sequence[str]) -> Path:
+    """Returns the path of a new key or item. Raises PatchError if what should hold it does not exist."""
+    path, above = _look_up(data, tokens[:-1])
+    if isinstance(above, dict):
+        return (*path, tokens[-1])
+    return (*path, _step(above, tokens[-1], list(path)))
+
+
+def _step(data: Any, token: str, path: list[str | int]) -> str | int:
+    """Returns a token as key or index; an index may be one past the end."""
+    if isinstance(data, dict):
+        if token not in data:
+            raise _missing(data, token, path)
+        return token
+    if not isinstance(data, list):
+        raise PatchError(f"{cut(pointer(path))} is {describe_type(data)}, which has no `{cut(token)}`", tuple(path))
+    count = len(cast("list[Any]", data))
+    if token == "-":
+        return count
+    if not _INDEX(token) or int(token) > count:
+        raise _missing(data, token, path)
+    return int(token)
+
+
+def _missing(data: Any, token: str, path: Sequence[str | int]) -> PatchError:
+    data = _at(data, path) if isinstance(path, tuple) else data
+    where = cut(pointer(path)) or "the document"
+    if isinstance(data, dict):
+        hint = suggest(token, cast("dict[str, Any]", data))
+        return PatchError(f"there is no key `{cut(token)}` in {where}", tuple(path), hint)
+    count = len(data)
+    return PatchError(f"there is no item `{cut(token)}` in {where}, which has {count} (0 is the first)", tuple(path))
+
+
+def _steps(data: Any, tokens: Sequence[str]) -> Path:
+    """Returns the path of a pointer, as far as it exists."""
+    for count in range(len(tokens), 0, -1):
+        try:
+            return _look_up(data, tokens[:count])[0]
+        except PatchError:
+            continue
+    return ()
+
+
+def _at(data: Any, path: Path) -> Any:
+    for step in path:
+        data = data[step]
+    return data
+
+
+def _is_new_key(data: Any, tokens: Sequence[str]) -> bool:
+    above = _look_up(data, tokens[:-1])[1]
+    return isinstance(above, dict) and tokens[-1] not in above
+
+
+def _remove(data: Any, path: Path) -> None:
+    del _at(data, path[:-1])[path[-1]]
+
+
+def _put(data: Any, path: Path, value: Any, *, is_new: bool) -> None:
+    above = _at(data, path[:-1])
+    if is_new and isinstance(above, list):
+        cast("list[Any]", above).insert(int(path[-1]), deepcopy(value))
+    else:
+        above[path[-1]] = deepcopy(value)
+
+
+def equal(a: Any, b: Any) -> bool:
+    """Returns whether two values are equal in JSON. Numbers are equal if they are the same float32, as the engine's are."""
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        return a.keys() == b.keys() and all(equal(a[key], b[key]) for key in cast("Mapping[str, Any]", a))
+    if isinstance(a, list | tuple) and isinstance(b, list | tuple):
+        first, second = cast("Sequence[Any]", a), cast("Sequence[Any]", b)
+        return len(first) == len(second) and all(map(equal, first, second))
+    if isinstance(a, bool) or isinstance(b, bool) or isinstance(a, str) or isinstance(b, str):
+        return type(a) is type(b) and a == b
+    if isinstance(a, int | float) and isinstance(b, int | float):
+        with np.errstate(over="ignore"):
+            return a == b or (a != a and b != b) or (abs(a) < 3e38 and np.float32(a) == np.float32(b))
+    return a == b

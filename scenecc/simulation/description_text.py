@@ -1,0 +1,219 @@
+"""The description of a scene as text for people."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
+
+_FOLDED: Final = 4
+"""Minimum number of copies that share an entry."""
+
+_NUMBER: Final = re.compile(r"\d+")
+
+_VERBS: Final = (
+    ("is_in", "in"),
+    ("hangs_on", "hangs on"),
+    ("attached_to", "attached to"),
+    ("touches", "touches"),
+    ("overlaps", "overlaps"),
+    ("carries", "carries"),
+)
+"""Relations and their words, in order, after `on`."""
+
+_MOST: Final = 8
+"""Maximum number of names in a list."""
+
+Object = Mapping[str, Any]
+
+
+def description_text(data: Mapping[str, Any]) -> str:
+    """Returns the text of a description: two or three lines per object. At least four copies share an entry."""
+    objects: Sequence[Object] = data["objects"]
+    lines = list(_head(data))
+    for group in _groups(objects):
+        lines += _entry(group)
+    for one in data["constraints"]:
+        lines.append(f"{one['name']}: {one['type']} constraint between {' and '.join(one['between'])}")
+    for one in data["cameras"]:
+        lines += _camera(one)
+    if data["lights"]:
+        lines.append(f"lights: {_names(data['lights'])}")
+    return "\n".join(lines) + "\n"
+
+
+def _head(data: Mapping[str, Any]) -> Iterator[str]:
+    count = len(data["objects"])
+    yield (
+        f"{data['name'] or 'scene'}, scene {data['scene']} of {data['num_scenes']}, seed {data['seed']}: "
+        f"{count} object{'s' * (count != 1)}"
+    )
+    if data["description"]:
+        yield data["description"].partition("\n")[0]
+    up = " ".join(f"{one:g}" for one in data["up"])
+    axis = "z is up" if data["up"] == [0, 0, 1] else f"up is ({up})"
+    yield f"Lengths in m; {axis}; `on`, `in` and `touches` mean a gap of at most {1000 * data['touch_m']:g} mm."
+    yield ""
+
+
+def _groups(objects: Sequence[Object]) -> list[list[Object]]:
+    """Returns the objects that share an entry: those whose names differ only by numbers, of one kind and place."""
+    alike: dict[tuple[Any, ...], list[Object]] = {}
+    for one in objects:
+        key = _NUMBER.sub("#", one["name"]), one["kind"], one["file"], one["line"], one["falls"]
+        alike.setdefault(key, []).append(one)
+    found: list[list[Object]] = []
+    for group in alike.values():
+        found += [group] if len(group) >= _FOLDED else [[one] for one in group]
+    order = {one["name"]: number for number, one in enumerate(objects)}
+    return sorted(found, key=lambda group: order[group[0]["name"]])
+
+
+def _entry(group: Sequence[Object]) -> Iterator[str]:
+    first = group[0]
+    name = first["name"] if len(group) == 1 else f"{first['name']} … {group[-1]['name']} ({len(group)})"
+    facts = [
+        "visual only" if first["kind"] == "visual" else first["kind"],
+        f"line {first['line']}" if first["line"] else "",
+        f"prefab {first['prefab']}" if first["prefab"] else "",
+        ", ".join(dict.fromkeys(one["color"] for one in group if one["color"]))
+        if _few_colors(group)
+        else "colours differ",
+        _sizes([one["size_m"] for one in group if one["size_m"] and one["plane_height_m"] is None]),
+        _range([one["mass_kg"] for one in group if one["mass_kg"] is not None], " kg"),
+        "hidden from sensors" if first["hidden"] else "",
+    ]
+    yield f"{name}: {', '.join(filter(None, facts))}"
+    yield f"  {'; '.join(filter(None, [_where(group), *_relations(group)]))}"
+    if "links" in first:
+        yield f"  {_robot(first)}"
+
+
+def _few_colors(group: Sequence[Object]) -> bool:
+    return len({one["color"] for one in group}) <= 3
+
+
+def _where(group: Sequence[Object]) -> str:
+    first = group[0]
+    if first["plane_height_m"] is not None:
+        return f"a plane at z = {_number(first['plane_height_m'])}"
+    place = ", ".join(_range([one["position_m"][axis] for one in group]) for axis in range(3))
+    boxes = [one["box_m"] for one in group if one["box_m"]]
+    low, high = (_range([pick(one[end][2] for one in boxes)]) if boxes else "" for end, pick in (("low", min), ("high", max)))  # fmt: skip
+    heights = f", z from {low} to {high}" if boxes else ""
+    return f"at ({place}){_turn(group)}{heights}"
+
+
+def _turn(group: Sequence[Object]) -> str:
+    """Returns the rotation in words."""
+    if len(group) > 1:
+        return ", turned" if any(any(abs(angle) > 0.05 for angle in one["rpy_deg"]) for one in group) else ""
+    words = [
+        f"{name} {angle:.3g}°"
+        for name, angle in zip(("roll", "pitch", "yaw"), group[0]["rpy_deg"], strict=True)
+        if abs(angle) > 0.05
+    ]
+    return f", {', '.join(words)}" if words else ""
+
+
+def _relations(group: Sequence[Object]) -> Iterator[str]:
+    yield _related("on", group, [[name for name in one["stands_on"] if name not in one["is_in"]] for one in group])
+    for key, verb in _VERBS:
+        listed = [one[key] for one in group]
+        if key == "attached_to":
+            listed = [[name for name in one[key] if name not in one["hangs_on"]] for one in group]
+        if key == "overlaps":
+            shown = [[f"{each['name']} by {_length(each['depth_m'])}" for each in one[key]] for one in group]
+            listed = shown if len(group) == 1 else [[each["name"] for each in one[key]] for one in group]
+        yield _related(verb, group, listed)
+    above = [one["above"] for one in group if one["above"]]
+    gaps = [one["gap_m"] for one in above]
+    if above:
+        names = _counted([[one["name"]] for one in above], len(group))
+        about = "about " if any(one["by"] == "boxes" for one in above) and max(gaps) > 0 else ""
+        verb = "floats" if group[0]["falls"] else "is"
+        yield f"right above {names}" if max(gaps) == 0 else f"{verb} {about}{_lengths(gaps)} above {names}"
+    if group[0]["falls"]:
+        rests = all(one["stands_on"] or one["hangs_on"] for one in group)
+        yield "and falls with it" if rests else "nothing holds it"
+
+
+def _related(verb: str, group: Sequence[Object], listed: Sequence[Sequence[str]]) -> str:
+    return f"{verb} {_counted(listed, len(group))}" if any(listed) else ""
+
+
+def _counted(listed: Sequence[Sequence[str]], count: int) -> str:
+    """Returns names; for several objects, with the number of objects that each is related to."""
+    if count == 1:
+        return _names(listed[0])
+    counts = Counter(name for names in listed for name in {_NUMBER.sub("#", one) for one in names})
+    return _names([name if number == count else f"{name} ({number})" for name, number in counts.most_common()])
+
+
+def _names(names: Sequence[str]) -> str:
+    """Returns a list of names, with copies folded."""
+    alike: dict[str, list[str]] = {}
+    for name in names:
+        alike.setdefault(_NUMBER.sub("#", name.partition(" ")[0]), []).append(name)
+    shown = [
+        text
+        for found in alike.values()
+        for text in ([f"{found[0]} … {found[-1]} ({len(found)})"] if len(found) >= _FOLDED else found)
+    ]
+    more = f" and {len(shown) - _MOST} more" if len(shown) > _MOST else ""
+    return ", ".join(shown[:_MOST]) + more
+
+
+def _robot(one: Object) -> str:
+    facts = [
+        f"{one['base']} base",
+        f"{one['links']} links, {len(one['joints'])} moving joint{'s' * (len(one['joints']) != 1)}",
+        f"reach {one['reach_m']:g} m" if one.get("reach_m") else "",
+    ]
+    if grip := one["gripper"]:
+        opening = "" if grip["opening_m"] is None else f", opens {_length(grip['opening_m'])}"
+        facts.append(f"gripper on {grip['link']} ({len(grip['joints'])} fingers{opening})")
+    return "; ".join(filter(None, facts))
+
+
+def _camera(one: Mapping[str, Any]) -> Iterator[str]:
+    place = ", ".join(map(_number, one["position_m"]))
+    ahead = ", ".join(f"{part:.2g}" for part in one["direction"])
+    mount = f" on {one['mount']}" if one["mount"] else ""
+    angle = f", {one['fovy_deg']:.3g}° high" if one["fovy_deg"] else ""
+    yield f"{one['name']}: camera{mount}, {one['size_px'][0]}×{one['size_px'][1]} px{angle}"
+    cut = [name for name in one["frames"] if name in one["cuts"]]
+    whole = [name for name in one["frames"] if name not in one["cuts"]]
+    edge = [name for name in one["cuts"] if name not in one["frames"]]
+    frames = f"; in its frame: {_names(whole)}" if whole else "; no whole object is in its frame"
+    partly = f"; partly: {_names([*cut, *edge])}" if cut or edge else ""
+    yield f"  at ({place}), looks along ({ahead}){frames}{partly}"
+
+
+def _sizes(sizes: Sequence[Sequence[float]]) -> str:
+    if not sizes:
+        return ""
+    return " × ".join(_range(axis) for axis in zip(*sizes, strict=True)) + " m"
+
+
+def _range(numbers: Sequence[float], unit: str = "") -> str:
+    if not numbers:
+        return ""
+    low, high = _number(min(numbers)), _number(max(numbers))
+    return (low if low == high else f"{low}…{high}") + unit
+
+
+def _number(number: float) -> str:
+    return f"{round(number, 4) + 0.0:.4g}"
+
+
+def _lengths(lengths: Sequence[float]) -> str:
+    low, high = _length(min(lengths)), _length(max(lengths))
+    return low if low == high else f"{low} to {high}"
+
+
+def _length(length: float) -> str:
+    return (
+        f"{length:.3g} m" if length >= 1 else f"{100 * length:.3g} cm" if length >= 0.01 else f"{1000 * length:.2g} mm"
+    )
