@@ -115,8 +115,10 @@ def draw_cases(seed: int, count: int, kinds: tuple[str, ...] = tuple(CLASSES)) -
 
 
 def _draw_case(draw: Random, kind: str) -> Case:
+    """Returns a fault of a class: of each kind as often, in any scene that can have it."""
+    mutator = draw.choice(CLASSES[kind])
     while True:
-        scene, mutator = draw.choice(shipped_scenes()), draw.choice(CLASSES[kind])
+        scene = draw.choice(shipped_scenes())
         if faults := list(mutator(scene, draw)):
             return Case(scene, kind, draw.choice(faults))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from random import Random
 from typing import Any, Final
 
@@ -63,8 +64,8 @@ _UNITS: Final[tuple[tuple[str, tuple[str, ...], Callable[[float], float], str], 
 )
 
 
-def wrong_unit(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    what, keys, change, key = draw.choice(_UNITS)
+def wrong_unit(unit: int, scene: SceneText, draw: Random) -> Iterator[Fault]:
+    what, keys, change, key = _UNITS[unit]
     for entry in scene.keys(*keys):
         value = scene.at_path(entry.path)
         found = numbers(value)
@@ -310,7 +311,7 @@ def impossible_value(scene: SceneText, draw: Random) -> Iterator[Fault]:
             yield _changed(scene, entry, f"`{key}: {_IMPOSSIBLE[key]}`", _IMPOSSIBLE[key], _PHYSICS)
 
 
-UNIT: Final = (wrong_unit, wrong_unit, wrong_unit, unit_as_text)
+UNIT: Final = (*(partial(wrong_unit, unit) for unit in range(len(_UNITS))), *[unit_as_text] * 4)
 NUMBER: Final = (text_for_number, not_a_number, negative, wrong_length, quaternion, out_of_range, swapped_ends)
 PHYSICS: Final = (
     static_that_moves,
