@@ -182,6 +182,10 @@ class _Editor:
         if self._hint.startswith("write two spaces instead of each tab"):
             tabs = [Splice(at, at + 1, "  ") for at, one in enumerate(self._text) if one == "\t"]
             yield HintEdit("Write two spaces instead of each tab", tuple(tabs))
+        if straight := re.match(r"indent it by (\d+) spaces", self._hint):
+            line = self._lines[bisect_right(self._lines, self._start) - 1]
+            indented = Splice(line, self._start, " " * int(straight[1]))
+            yield HintEdit(f"Indent it by {straight[1]} spaces", (indented,))
         if self._hint.startswith("indent the lines below"):
             yield from self._indented()
         removed = list(self._removals())
