@@ -13,7 +13,15 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
 
 import yaml
-from yaml.events import AliasEvent, MappingEndEvent, MappingStartEvent, ScalarEvent, SequenceEndEvent, StreamEndEvent
+from yaml.events import (
+    AliasEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    SequenceStartEvent,
+    StreamEndEvent,
+)
 
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.diagnostic import At, Location, Origin, Path
@@ -48,6 +56,7 @@ class WrittenNode:
 
     Attributes:
         span: span of its first line.
+        end: the place after its last character; of a block, after its last key or scalar.
         text: text of a scalar, without quotes; None for a mapping or list.
         entries: entries of a mapping by key, including those of its merge keys.
         items: items of a list.
@@ -56,10 +65,11 @@ class WrittenNode:
     An alias is the same object as its node, so a node may be reached in several ways, and contain itself.
     """
 
-    __slots__ = ("entries", "is_block", "items", "span", "text")
+    __slots__ = ("end", "entries", "is_block", "items", "span", "text")
 
-    def __init__(self, span: Span, text: str | None = None) -> None:
+    def __init__(self, span: Span, text: str | None = None, end: Place = (0, 0)) -> None:
         self.span = span
+        self.end = end
         self.text = text
         self.entries: Mapping[str, WrittenEntry] = _NO_ENTRIES
         self.items: Sequence[WrittenNode] = ()
@@ -159,6 +169,7 @@ class _EventWalk:
         self._get = next_event(text)
         self._last = last
         self._anchors: dict[str, WrittenNode] = {}
+        self._end: Place = (0, 0)
         self.is_whole = False
         self.firsts: dict[Place, Span] = {}
 
@@ -179,9 +190,13 @@ class _EventWalk:
 
     def _open_node(self, event: NodeEvent) -> WrittenNode:
         """Returns a node with the data of its first event."""
+        if not isinstance(event, (MappingStartEvent, SequenceStartEvent)):
+            self._end = event.end_mark.line, event.end_mark.column
         if isinstance(event, AliasEvent):
             return self._anchors.get(event.anchor or "", WrittenNode(_event_span(event, event)))
-        node = WrittenNode(_event_span(event, event), event.value if isinstance(event, ScalarEvent) else None)
+        node = WrittenNode(
+            _event_span(event, event), event.value if isinstance(event, ScalarEvent) else None, self._end
+        )
         if event.anchor is not None:
             self._anchors[event.anchor] = node
         return node
@@ -205,6 +220,9 @@ class _EventWalk:
                 event = get()
         node.is_block = not start.flow_style
         node.span = _event_span(start, event)
+        if start.flow_style:
+            self._end = event.end_mark.line, event.end_mark.column
+        node.end = self._end
 
     def _entry(self, event: NodeEvent, entries: dict[str, WrittenEntry]) -> None:
         """Reads a key and its value. For a duplicate, the first entry stays."""

@@ -89,7 +89,10 @@ def _is_key_at(line: str, column: int) -> bool:
     return len(line) - len(line.lstrip(" ")) == column and ":" in line and not line.lstrip().startswith("-")
 
 
-_COMMENTED_COLOUR = re.compile(r"[ \t]*:[ \t]+(#[0-9A-Fa-f]{3,8})[ \t,}\]]*$")
+_COMMENTED_COLOUR = re.compile(r"[ \t]*:[ \t]+(#[0-9A-Fa-f]{3,8})[ \t,}\]\"']*$")
+_WITHOUT_COLON = re.compile(r"([A-Za-z_]\w*)(?: ?[=-])? +(\S.{0,60})")
+"""A key of a mapping in brackets that has its value in it."""
+
 
 _TYPE_OF: Callable[[object], object] = type
 
@@ -164,8 +167,11 @@ class _Reader:
             mark = event.start_mark
             first = firsts.get((mark.line, mark.column))
             place = () if first is None else (("first written here", self._faults.lines.location(*first)),)
-            where = self._faults.span(event.start_mark, event.end_mark)
+            lines, where = self._faults.lines, self._faults.span(event.start_mark, event.end_mark)
             hint = "rename it, or remove one of the two"
+            text = lines.line(mark.line)
+            if first is not None and text.strip() == lines.line(first[0]).strip() and ": " in text:
+                where, hint = lines.location(mark.line, mark.column), "remove it: the line above is the same"
             self._faults.report(
                 "SC004", f"the key `{key}` is written twice", where, path=path, related=place, hint=hint
             )
@@ -287,6 +293,8 @@ class _Reader:
                 line, below = lines.line(end.line), lines.line(end.line + 1)[:_NEAR]
                 if isinstance(under, str) and ":" in under.strip(":"):
                     hint = "a space must follow the colon of a key: write `key: value`"
+                elif isinstance(under, str) and (parts := _WITHOUT_COLON.fullmatch(under)):
+                    hint = f"write `{parts[1]}: {parts[2]}`, with a colon"
                 elif form := _SPREAD_FORM.search(_around(lines, key_event)):
                     hint = f"write its numbers in brackets: `{self._path()[-1]}: {{{form[1]}: [{form[2]}]}}`"
                 elif isinstance(under, str) and line[end.column - len(under) - 1 :].startswith(f"{{{under}}}"):

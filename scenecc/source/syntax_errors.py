@@ -12,6 +12,7 @@ from yaml import MarkedYAMLError, YAMLError
 from scenecc.diagnostics.frozen import frozen
 from scenecc.source.events import Event, Mark, NodeEvent, describe_type
 from scenecc.source.limits import MAX_DEPTH
+from scenecc.source.syntax_repair import find_repair
 from scenecc.source.text import TextLines, find_control_character, report_character
 
 if TYPE_CHECKING:
@@ -152,6 +153,14 @@ class _Advice:
     """A message about the start of the parser's context."""
     code: str = "SC003"
 
+    @property
+    def is_sure(self) -> bool:
+        """Whether the hint says what to write."""
+        return _SURE.search(self.hint or "") is not None
+
+
+_SURE = re.compile(r"write `(?!key: value)[^`…]+`|quote (?:it|the colour): `|parts: `|two spaces instead")
+
 
 def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
     """Reports the error that stopped the parser."""
@@ -165,6 +174,8 @@ def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
         return
     problem = _Problem(lines, error.problem or "bad YAML", error.problem_mark, error.context_mark)
     advice = _find_advice(problem)
+    if not advice.is_sure:
+        advice = _find_repair(problem) or advice
     line = problem.mark.line if advice.line is None else advice.line
     column = problem.mark.column if advice.column is None else advice.column
     context = problem.context
@@ -176,6 +187,13 @@ def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
         line, column = line - 1, len(lines.line(line - 1))
     place = lines.location(line, column, column + advice.length)
     faults.report(advice.code, advice.message, place, hint=advice.hint, related=related)
+
+
+def _find_repair(problem: _Problem) -> _Advice | None:
+    """Returns the advice to change a line so that the text around it is YAML."""
+    context = (problem.context or problem.mark).line
+    found = find_repair(problem.lines, problem.mark.line, context)
+    return found and _Advice(found.message, found.hint, found.line, found.column, found.end - found.column)
 
 
 def _find_advice(problem: _Problem) -> _Advice:
@@ -211,6 +229,9 @@ def _find_tab(problem: _Problem) -> _Advice | None:
     return _Advice("a tab in the indentation", "write two spaces instead of each tab", column=column)
 
 
+_QUOTES = "\"'"
+
+
 def _explain_brackets(problem: _Problem) -> _Advice:
     """Handles a flow collection that continues with neither a comma nor its end."""
     before = problem.mark.column - 1
@@ -220,7 +241,7 @@ def _explain_brackets(problem: _Problem) -> _Advice:
         message = "unquoted expression: inside brackets, `{` starts a mapping"
         after = re.match(r"[^\s,\]}:]*", problem.text[before + len(text) :])
         text += after[0] if after else ""
-        return _Advice(message, f'quote it: `"{text}"`', column=before, length=len(text))
+        return _Advice(message, f'quote it: `"{text.rstrip(_QUOTES)}"`', column=before, length=len(text))
     closing = problem.problem.rstrip("'")[-1:]
     what, opening = ("list", "[") if closing == "]" else ("mapping", "{")
     start = before + 1 - len("scenecc")

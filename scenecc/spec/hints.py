@@ -138,6 +138,9 @@ KEY_SYNONYMS = _meanings(
 )
 """Unknown key → the keys here, for names that fuzzy matching would not find."""
 
+BRIGHTNESS = frozenset(("intensity", "power", "energy", "brightness"))
+"""Words for the brightness of a light, which its colour sets."""
+
 PLACES = "p pos xyz translation location position base_position"
 """Words for the position of a pose."""
 
@@ -258,7 +261,7 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("entities", "randomization randomize domain_randomization distributions",
      "write a form instead of a value, as in `mass: {uniform: [0.1, 0.2]}`"),
     ("entities", "ambient_light", "write it under `environment`: `environment: {ambient_light: @}`"),
-    ("color", "intensity power energy brightness", "its numbers also set the brightness: `color: [3, 3, 3]`"),
+    ("color", " ".join(BRIGHTNESS), "its numbers also set the brightness: `color: [3, 3, 3]`"),
     ("fovy", "resolution image_size size", "write `width: 640` and `height: 480` [px]"),
     ("outer_radius", "radius thickness", "a ring has an `inner_radius` and an `outer_radius`"),
     ("locked_axes", "with prefix", "write it beside `use`: `{use: FILE, @key: @}`"),

@@ -10,7 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from scenecc.diagnostics.messages import nearest
-from scenecc.spec.hints import HALVES, KEY_SYNONYMS, MISPLACED_KEYS, PLACES, ROTATIONS, VALUE_SYNONYMS
+from scenecc.spec.hints import BRIGHTNESS, HALVES, KEY_SYNONYMS, MISPLACED_KEYS, PLACES, ROTATIONS, VALUE_SYNONYMS
 from scenecc.spec.nodes import is_mapping, is_sequence
 
 if TYPE_CHECKING:
@@ -385,7 +385,7 @@ _MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("entities", "gravity", _gravity),
     ("timestep", _HERTZ, _frequency),
     ("entities", _HERTZ, _frequency),
-    ("color", "intensity power energy brightness", _brightness),
+    ("color", " ".join(BRIGHTNESS), _brightness),
     ("fovy", "look_at lookat eye target", _look_at),
     ("fovy", "resolution res image_size img_size size", _resolution),
     ("limits", "limit lower upper lower_limit upper_limit min max", _limits),

@@ -18,6 +18,7 @@ from scenecc.spec.body import BodySpec
 from scenecc.spec.entities import ENTITY_TYPES, entity_model
 from scenecc.spec.forms import quote_names
 from scenecc.spec.hints import (
+    BRIGHTNESS,
     HALVES,
     INSTANCE_HINT,
     KEY_SYNONYMS,
@@ -120,7 +121,7 @@ def _report_error(error: ErrorDetails, path: Path, place: Origin, data: dict[str
     elif kind == "extra_forbidden":
         _report_unknown_key(path, data, place, sink)
     elif kind == "missing":
-        _report_missing_key(path, place, sink)
+        _report_missing_key(path, data, place, sink)
     elif kind in _BOUNDS:
         _report_bound(error, path, data, place, sink)
     elif kind == "finite_number":
@@ -238,7 +239,9 @@ def known_keys(path: Path, data: Any) -> tuple[tuple[str, ...], tuple[str, ...]]
     return known, tuple(key for key in known if key not in owner)
 
 
-def _report_missing_key(path: Path, place: Origin, sink: Sink) -> None:
+def _report_missing_key(path: Path, data: Any, place: Origin, sink: Sink) -> None:
+    if path[-1] == "color" and not BRIGHTNESS.isdisjoint(value_at(data, path[:-1])):
+        return  # the hint of that unknown key says which colour to write
     parent = type(place)(place.file, place.path[:-1], place.copy, place.parent)
     hint = "a scene file starts with `scenecc: 1`" if path == ("scenecc",) else MISSING_KEY_HINTS.get(str(path[-1]))
     sink.report("SC102", f"{value_name(path[:-1])} lacks the key `{path[-1]}`", parent, at="key", hint=hint)
