@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import re
 from keyword import iskeyword
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from scenecc.diagnostics.fixing import with_fix
 from scenecc.diagnostics.messages import cut
 from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_location, uses_of
 from scenecc.lsp.references import SECTIONS_OF, defined_kind
+from scenecc.source.hint_edits import hint_edits, safe_edit
 from scenecc.spec.base import NAME_PATTERN, VARIABLE_PATTERN
 from scenecc.spec.references import SHARED_NAMESPACE, WORLD
 from scenecc.variation.expression import RESERVED_NAMES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.diagnostics.diagnostic import Location
     from scenecc.lsp.analysis import SceneText
     from scenecc.lsp.workspace import WorkspaceView
+    from scenecc.source.hint_edits import HintEdit
 
 
 class Edit(NamedTuple):
@@ -134,38 +134,12 @@ def applied(view: WorkspaceView, made: list[Edit]) -> dict[Path, str]:
     return changed
 
 
-class Correction(NamedTuple):
-    """An edit that fixes a finding.
-
-    Attributes:
-        title: title for users.
-        edit: the edit.
-        changed: the whole edited text, for a correction that `--fix` makes; None for a guess, which the user must
-            check.
-    """
-
-    title: str
-    edit: Edit
-    changed: str | None
-
-
-_GUESS: Final = re.compile(r"\Adid you mean `([^`\n]{1,200})`\?")
-
-
-def corrections(text: SceneText, found: Diagnostic) -> Iterator[Correction]:
-    """Yields the corrections of a finding in a text."""
-    place = found.location if found.fix is None else found.fix.location
-    if place.file != str(text.path) or place.line is None or place.column is None or not place.end_column:
-        return
-    edit = Edit(text.path, place.line - 1, place.column - 1, place.end_column - 1, "")
-    old = text.line(edit.line)[edit.start : edit.end]
-    if text.line(edit.line) != place.text:
-        return
-    if found.fix is not None:
-        changed = with_fix(text.text, found)
-        if changed is not None:
-            yield Correction(f"Write `{cut(found.fix.text)}`", edit._replace(text=found.fix.text), changed)
-        return
-    guess = _GUESS.match(found.hint or "")
-    if guess is not None and f"`{old}`" in found.message:
-        yield Correction(f"Change to `{guess[1]}`", edit._replace(text=guess[1]), None)
+def corrections(text: SceneText, found: Diagnostic) -> list[HintEdit]:
+    """Returns what may mend a finding in a text, likeliest first."""
+    place = found.location
+    if place.file != str(text.path) or place.line is None or text.line(place.line - 1) != place.text:
+        return []
+    if found.fix is None:
+        return hint_edits(text.text, found, text.tree)
+    safe = safe_edit(text.text, found, text.tree)
+    return [] if safe is None else [safe]
