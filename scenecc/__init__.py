@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien import EntityState as EntityState
     from scenecc.backends.sapien import SceneBatch as SceneBatch
     from scenecc.backends.sapien import SceneState as SceneState
+    from scenecc.coverage.cover import MissedPair as MissedPair
+    from scenecc.coverage.cover import SceneCover as SceneCover
+    from scenecc.coverage.cover import cover_scene as cover_scene
     from scenecc.decompiler.decompile import Decompiled as Decompiled
     from scenecc.decompiler.decompile import decompile as decompile
     from scenecc.decompiler.record import Recording as Recording
@@ -82,6 +85,7 @@ _MODULES = {
         "SceneBatch",
         "SceneState",
     ),
+    "coverage.cover": ("MissedPair", "SceneCover", "cover_scene"),
     "decompiler.decompile": ("Decompiled", "decompile"),
     "decompiler.record": ("Recording", "record"),
     "diagnostics": ("Diagnostic",),

@@ -11,12 +11,15 @@ from os import PathLike, fspath
 from os.path import isdir, lexists
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 from typing_extensions import TypedDict
 
 from scenecc.source import Limits, make_limits
 from scenecc.source.paths import asset_roots as search_path
+
+if TYPE_CHECKING:
+    from scenecc.variation.chosen import DrawRecord
 
 
 class EnvironmentOptions(TypedDict, total=False):
@@ -53,6 +56,7 @@ class Options:
     """Checked `CompileOptions`.
 
     `at_starts`: whether the scenes begin at the starts of a file, if any is named. `settle_scene` ignores them.
+    `record`: numbers that replace random ones, and what lowering records; None: those of the starts.
     """
 
     num_scenes: int | None = None
@@ -64,6 +68,7 @@ class Options:
     allow_outside_assets: bool = False
     limits: Limits = field(default_factory=Limits)
     at_starts: bool = True
+    record: DrawRecord | None = None
 
     @classmethod
     def of(

@@ -27,6 +27,7 @@ from scenecc.source import Document, Limits, read_dict, read_text
 from scenecc.source.paths import AssetScope, PathCache, ResolvedFile
 from scenecc.source.provenance import Provenance, portable_path
 from scenecc.source.text import TextLines, decode_text, read_bytes, read_from_stream
+from scenecc.variation.chosen import DrawRecord
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien import SceneBatch
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from scenecc.robots.description import RobotDescription
     from scenecc.source.pack import Pack
     from scenecc.spec.document import SceneFile
+    from scenecc.starts.apply import KnownStarts
 
 Source = Union[str, "PathLike[str]", IO[str], IO[bytes], Mapping[str, Any], Document, "ScenePlan", "CompiledSource"]
 """A path (also of a pack), an open stream, a mapping, a read document, a plan, the JSON of a plan, or a compiled
@@ -351,6 +353,9 @@ def _compile_input(
         return result and replace(result, provenance=_provenance(source, found.document, scope))
     whole = _parse_and_expand(found.document, options, scope, sink, clock)
     sink.stage = names if whole else sink.stage
+    starts = _read_chosen(whole[0], found.document, scope, options) if whole else None
+    if starts is not None and options.record is None:
+        options = replace(options, record=DrawRecord(starts.content.chosen()))
     lowered = whole and _lower(found.document, *whole, options, scope, sink)
     clock.lap("lower")
     if lowered is None:
@@ -382,6 +387,18 @@ def _compile_input(
         provenance,
         expansion=whole and whole[1],
     )
+
+
+def _read_chosen(scene: SceneFile, document: Document, scope: AssetScope, options: Options) -> KnownStarts | None:
+    """Returns starts that choose values, which lowering must know; None if there are none. Later faults are reported."""
+    if not options.at_starts or not (options.starts or scene.starts) or options.draws:
+        return None
+    from scenecc.starts.apply import find_starts
+
+    origin = Origin(document.name, ("starts",))
+    found = find_starts(scene.starts, options.starts, origin, scope, options.limits.asset_bytes, Sink())
+    num_scenes = scene.num_scenes if options.num_scenes is None else options.num_scenes
+    return found if found is not None and found.content.num_scenes == num_scenes else None
 
 
 def _begin_at_starts(
@@ -521,6 +538,7 @@ def _lower(
         names=NameScopes() if expansion is None else expansion.names,
         selections={} if expansion is None else expansion.selections,
         draws=options.draws or {},
+        record=options.record,
     )
 
 

@@ -24,6 +24,7 @@ COMMANDS: Final = (
     "check",
     "sweep",
     "settle",
+    "cover",
     "inspect",
     "describe",
     "patch",

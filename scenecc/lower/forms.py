@@ -11,6 +11,7 @@ from scenecc.diagnostics.diagnostic import Origin, PathKey, dotted
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.field_types import COMPONENT_TYPES, FieldType, drawn_shape
 from scenecc.lower.variation import Variation
+from scenecc.variation.chosen import key_text
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import (
     MISSING,
@@ -143,11 +144,11 @@ class VariationLowerer(Variation):
                 return self._lower_once(form, place, leaf)
             case Cycle(items):
                 self.cycled = True
-                return Cycled(self._select_each(items, "cycle", place, leaf))
+                return self._record(Cycled(self._select_each(items, "cycle", place, leaf)), place)
             case _:
                 self.drawn = True
                 items = self._select_each(given.items, "choice", place, leaf)
-                return Chosen(items, given.weights, self._draw_key(place), place.word)
+                return self._record(Chosen(items, given.weights, self._draw_key(place), place.word), place)
 
     def _lower_once(self, form: Any, place: FieldPlace, leaf: LeafReader) -> Any:
         """Reads a `once`: drawn like the form inside it, as a shared draw that resets keep."""
@@ -208,12 +209,13 @@ class VariationLowerer(Variation):
                 return self._lower_vector(items, kind, place)
             case RandomRotation():
                 self.drawn = True
-                return RandomRotated(self._draw_key(place))
+                return self._record(RandomRotated(self._draw_key(place)), place)
             case Shuffle(items):
                 self.drawn = True
                 count, row = len(items), self.plain(items, kind, around, step)
-                return Shuffled(
-                    tuple(row[:count]), self._draw_key(place, count), place.word * count, tuple(row[count:])
+                key = self._draw_key(place, count)
+                return self._record(
+                    Shuffled(tuple(row[:count]), key, place.word * count, tuple(row[count:])), place
                 )
             case _:
                 return self._lower_draw(given, kind, place)
@@ -271,6 +273,7 @@ class VariationLowerer(Variation):
         if not NODE_TYPES.isdisjoint(map(type, items)):
             # Varying bounds may cross in some scene.
             node = self.risk(node, place.origin)
+        self._record(node, place)
         return Stacked((node,) * kind.shape[0]) if single and kind.shape else node
 
     def _lower_bound(self, given: Any, kind: FieldType, place: FieldPlace, step: FormStep) -> Any:
@@ -283,8 +286,20 @@ class VariationLowerer(Variation):
         return given if kind.convert is None else self.plain(given, kind, place, step)
 
     def _draw_key(self, place: FieldPlace, cost: int = 1) -> Key:
-        self._fields.sampling.count_operations(form_cost(cost * len(self._fields.scenes)), place.origin)
-        return Key(self._section, self._name, place.path)
+        sampling = self._fields.sampling
+        sampling.count_operations(form_cost(cost * len(self._fields.scenes)), place.origin)
+        chosen = sampling.record.chosen if sampling.record is not None else {}
+        found = chosen.get(key_text(self._section, self._name, place.path), ()) if chosen else ()
+        return Key(self._section, self._name, place.path, found)
+
+    def _record(self, node: Any, place: FieldPlace) -> Any:
+        """Records what a node draws, if asked for, and returns the node."""
+        record = self._fields.sampling.record
+        if record is not None:
+            from scenecc.lower.draw_sources import add_sources  # noqa: PLC0415 - only to cover what a file draws
+
+            add_sources(record, node, (self._section, self._name, place.path), self._fields.scenes, place)
+        return node
 
 
 def component(kind: FieldType) -> FieldType:

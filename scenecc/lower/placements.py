@@ -451,6 +451,8 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
         region += "" if placement.kind == "above" else "; place a heap `above`, from where it falls"
         hint = hint or (region if placement.next_to is None else beside)
         sink.report("SC354", message, origin, hint=hint)
+        if sampling.record is not None:
+            sampling.record.failures.append((tuple(error.scenes), None))
     except UnsupportedShapeError as error:
         sink.report("SC357", f"nothing can be placed beside {error}", origin)
     except AssetError as error:

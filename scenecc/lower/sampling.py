@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.lower.variation import ResettableValue, Variation
+    from scenecc.variation.chosen import DrawRecord
     from scenecc.variation.evaluation import Batch
     from scenecc.variation.forms import Template
     from scenecc.variation.node_bounds import BoundsAnalysis
@@ -48,6 +49,7 @@ class SamplingContext:
         resets: values that a reset may change, by identity.
         sampling_operations: operations of sampling and bounds analysis.
         placed: poses (num_scenes, 7) of placements, once they are made.
+        record: chosen numbers, and what the file draws; None: not asked for.
         computed: operations of this seed's rows so far, including recomputations.
     """
 
@@ -55,6 +57,7 @@ class SamplingContext:
     num_scenes: int
     sink: Sink
     most: int
+    record: DrawRecord | None = None
     draws: dict[str, Node] = field(default_factory=dict[str, "Node"])
     unplaced: list[Callable[[], bool]] = field(default_factory=list["Callable[[], bool]"])
     used: set[str] = field(default_factory=set[str])
@@ -80,6 +83,8 @@ class SamplingContext:
 
     def __post_init__(self) -> None:
         self.all_scenes = tuple(range(self.num_scenes))
+        if self.record is not None:
+            self.record.draws, self.record.num_scenes = self.draws, self.num_scenes
         self.sampling_operations = OperationCounter(self.most)
         self.computed = OperationCounter(_RECOMPUTATIONS * self.most)
 

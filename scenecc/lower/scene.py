@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from scenecc.source import Limits
     from scenecc.spec.document import SceneFile
     from scenecc.spec.physics import PhysicsSpec as PhysicsKeys
+    from scenecc.variation.chosen import DrawRecord
 
 
 def check_limits(
@@ -224,6 +225,7 @@ def lower(
     names: NameScopes,
     selections: Mapping[str, tuple[int, ...]],
     draws: Mapping[str, Any],
+    record: DrawRecord | None = None,
 ) -> Lowered | None:
     """Lowers a document to a plan, and draws its values; None after an error. Placing is left to `complete`.
 
@@ -241,11 +243,12 @@ def lower(
         names: resolves names, if it has instances.
         selections: the scenes of entities and frames in instances with fewer scenes.
         draws: arrays, (num_scenes,) or (num_scenes, k), that replace shared draws.
+        record: numbers that replace random ones; receives what is drawn.
     """
     if not check_limits(scene, num_scenes, selections, bounds, origin, sink):
         return None
     _check_names(scene, origin, sink)
-    sampling = SamplingContext(seed, num_scenes, sink, bounds.objects_in_all_scenes)
+    sampling = SamplingContext(seed, num_scenes, sink, bounds.objects_in_all_scenes, record)
     lower_draws(scene.draws, draws, sampling, names, selections, origin.child("draws"))
     physics = _lower_physics(scene.physics, origin.child("physics"))
     tables = PlanTables(resolve)

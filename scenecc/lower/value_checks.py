@@ -50,6 +50,8 @@ def report_draw_failure(error: DrawError, origin: Origin, sampling: SamplingCont
         sampling: of the document.
     """
     place, expression, sink = _place_of(error, origin), error.expression, sampling.sink
+    if sampling.record is not None:
+        sampling.record.failures.append(((error.scene,), error.node))
     if place in sampling.failed:
         return
     sampling.failed.add(place)
@@ -87,6 +89,9 @@ def check_rows(check: ValueCheck, sampling: SamplingContext) -> bool:
         wrong = bounds.requirement(_number_outside(row, bounds))
         message = f"in scene {scene} this is {_format_row(row)}: {_subject(row)} must be {wrong}"
         sampling.sink.report("SC513", message, check.origin)
+        if sampling.record is not None:
+            failed = tuple(check.scenes[row] for row in outside) if len(data) > 1 else check.scenes
+            sampling.record.failures.append((failed, check.node))
     return not outside
 
 

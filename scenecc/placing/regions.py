@@ -10,7 +10,7 @@ import numpy as np
 
 from scenecc.placing.bodies import Part, matrices
 from scenecc.placing.surfaces import footprint, hull_order
-from scenecc.variation.evaluation import Batch, units, words
+from scenecc.variation.evaluation import Batch, key_units
 from scenecc.variation.nodes import Key
 
 if TYPE_CHECKING:
@@ -56,8 +56,7 @@ def turn_points(points: Floats, angle: Floats) -> Floats:
 
 def drawn_units(batch: Batch, name: str, path: str, count: int) -> Floats:
     """Returns random numbers in [0, 1) for a key of `place`, (B, count)."""
-    key = Key("entities", name, path)
-    return units(words(batch.seed, key, batch.scenes, 0, count, 0, batch.tries))
+    return key_units(batch, Key("entities", name, path), 0, count)
 
 
 def points_in_regions(

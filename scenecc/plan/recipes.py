@@ -212,6 +212,7 @@ class RecipeReader:
             "Key": lambda data, path, depth: self._read_object(Key, data, path, depth),
             "Template": self.template,
             "tuple[tuple[str, str], ...]": self._items,
+            "ChosenUnits": self._items,
         }
         """Readers by type hint. Other fields hold plain values, which `_NODE_RULES` check."""
 
@@ -318,6 +319,17 @@ def _are_pairs(items: Any) -> bool:
     return all(pair.__class__ is tuple and len(pair) == 2 and {*map(type, pair)} == {str} for pair in items)
 
 
+def _are_chosen_units(item: Any) -> bool:
+    if item.__class__ is not tuple or len(item) != 3 or item[2].__class__ is not tuple:
+        return False
+    lane, word, column = item
+    return (
+        _is_integer(lane, 0, 1)
+        and _is_integer(word, 0, _MAX_WORD)
+        and all(u.__class__ is float and -1 <= u < 1 for u in column)
+    )
+
+
 _FIELD_RULES: Final[dict[str, Callable[[Any], bool]]] = {
     "name": lambda item: item.__class__ is str,
     "path": lambda item: item.__class__ is str,
@@ -326,6 +338,7 @@ _FIELD_RULES: Final[dict[str, Callable[[Any], bool]]] = {
     "word": lambda item: _is_integer(item, 0, _MAX_WORD),
     "index": lambda item: _is_integer(item, -1, _MAX_COMPONENTS - 1),
     "reads": _are_pairs,
+    "chosen": lambda item: all(map(_are_chosen_units, item)),
     "shape": lambda item: (
         item is None
         or (item.__class__ is tuple and len(item) <= 1 and all(_is_integer(n, 1, _MAX_COMPONENTS) for n in item))

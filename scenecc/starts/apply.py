@@ -140,6 +140,8 @@ def compare_starts(starts: KnownStarts, now: dict[str, Any], num_scenes: int, na
 def apply_starts(plan: ScenePlan, starts: KnownStarts, sink: Sink) -> ScenePlan | None:
     """Returns a plan that begins at the starts of its seed; None if there are none, which is reported."""
     rows = starts.content.rows
+    if any(row.chosen for row in rows):
+        return plan  # its values were chosen as they were drawn
     if _has_built_draws(plan):
         rows = [row for row in rows if row.seed == plan.seed]
     if not rows:

@@ -15,6 +15,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from scenecc.diagnostics.messages import show
 from scenecc.extras import install_hint
 from scenecc.files import TooLongError, read_at_most, unique_keys
+from scenecc.variation.chosen import ChosenUnits, chosen_units
 from scenecc.version import VERSION
 
 if TYPE_CHECKING:
@@ -27,6 +28,16 @@ Index = Annotated[int, Field(ge=0)]
 Pose = Annotated[list[float], Field(min_length=7, max_length=7)]
 
 
+
+def _unit(numbers: list[float]) -> list[float]:
+    if len(numbers) != 3 or numbers[0] not in {0, 1} or numbers[1] not in range(10_001) or not 0 <= numbers[2] < 1:
+        raise ValueError("not a lane, a word and a number of it")
+    return numbers
+
+
+ChosenUnit = Annotated[list[float], AfterValidator(_unit)]
+
+
 def _whole(made_from: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
     if made_from.keys() != {"parts", "params", "files", "versions"}:
         raise ValueError("not a result of `fingerprint.fingerprint`")
@@ -36,6 +47,9 @@ def _whole(made_from: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
 def _distinct(rows: list[StartRecord]) -> list[StartRecord]:
     if len({(row.seed, row.scene) for row in rows}) < len(rows):
         raise ValueError("a scene occurs twice with one seed")
+    choosing = [row.scene for row in rows if row.chosen]
+    if choosing and (any(row.poses or row.joints for row in rows) or len({*choosing}) < len(rows)):
+        raise ValueError("a file has either poses or chosen values")
     return rows
 
 
@@ -51,6 +65,7 @@ class StartRecord(_Strict):
         poses: entity → p [m], q (wxyz), in the world of the scene.
         joints: articulation → joint → position [m, rad].
         draws: what was drawn again for this start: path → value. For readers; a build draws it from the seed.
+        chosen: key of a draw → (lane, word, u), which replace random numbers of this scene. Such a start has no poses.
     """
 
     seed: Index
@@ -58,6 +73,7 @@ class StartRecord(_Strict):
     poses: dict[str, Pose]
     joints: dict[str, dict[str, float]] = {}
     draws: dict[str, Any] = {}
+    chosen: dict[str, list[ChosenUnit]] = {}
 
 
 class StartsFile(_Strict):
@@ -74,6 +90,17 @@ class StartsFile(_Strict):
     num_scenes: Annotated[int, Field(ge=1)]
     made_from: Annotated[dict[str, dict[str, Any]], AfterValidator(_whole)]
     rows: Annotated[list[StartRecord], AfterValidator(_distinct)]
+
+    def chosen(self) -> dict[str, ChosenUnits]:
+        """Returns key → numbers that replace random ones."""
+        return chosen_units(
+            (
+                (row.scene, {key: [(int(one[0]), int(one[1]), one[2]) for one in units] for key, units in row.chosen.items()})
+                for row in self.rows
+                if row.scene < self.num_scenes
+            ),
+            self.num_scenes,
+        )
 
 
 class InvalidStartsError(Exception):
@@ -95,7 +122,7 @@ def starts_files(content: StartsFile, name: str) -> dict[str, bytes]:
     Raises:
         ImportError: the rows are large, and pyarrow is not installed.
     """
-    rows = [row.model_dump() for row in content.rows]
+    rows = [row.model_dump(exclude=None if row.chosen else {"chosen"}) for row in content.rows]
     head: dict[str, Any] = {"scenecc_starts": 1, **content.model_dump(exclude={"rows"})}
     lines = [_dumps(row) for row in rows]
     tables: dict[str, bytes] = {}
@@ -196,6 +223,8 @@ def _table_bytes(rows: Sequence[dict[str, Any]]) -> bytes:
         ),
         "draws": pa.array([json.dumps(row["draws"]) for row in rows], text),
     }
+    if any("chosen" in row for row in rows):
+        columns["chosen"] = pa.array([json.dumps(row["chosen"]) for row in rows], text)
     stream = io.BytesIO()
     pq.write_table(pa.table(columns), stream, version="2.6", compression="zstd")
     return stream.getvalue()
@@ -212,6 +241,7 @@ def _table_rows(content: bytes) -> list[dict[str, Any]]:
             "scene": row["scene"],
             "poses": dict(row["poses"]),
             "joints": {name: dict(positions) for name, positions in row["joints"]},
+            "chosen": json.loads(row.get("chosen") or "{}"),
         }
         for row in pq.read_table(io.BytesIO(content)).to_pylist()
     ]

@@ -521,7 +521,18 @@ def _units(
     count: int,
     lane: int = 0,
 ) -> Floats:
-    return units(words(batch.seed, node.key, batch.scenes, first, count, lane, batch.tries))
+    return key_units(batch, node.key, first, count, lane)
+
+
+def key_units(batch: Batch, key: Key, first: int, count: int, lane: int = 0) -> Floats:
+    """Numbers in [0, 1) of a key (B, count): chosen ones, otherwise random. Placement tries after the first are random."""
+    found = units(words(batch.seed, key, batch.scenes, first, count, lane, batch.tries))
+    for in_lane, word, column in key.chosen:
+        if in_lane == lane and first <= word < first + count:
+            given = np.array(column)[batch.scenes]
+            taken = given >= 0 if batch.tries is None else (given >= 0) & (batch.tries == 0)
+            found[:, word - first] = np.where(taken, given, found[:, word - first])
+    return found
 
 
 def _bound(batch: Batch, node: nodes.Drawn, item: Any, count: int) -> NDArray[np.float64]:

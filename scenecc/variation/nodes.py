@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.variation.chosen import ChosenUnits
     from scenecc.variation.forms import Template
 
 Section = Literal["entities", "draws", "frames", "materials", "constraints", "lights", "cameras", "environment"]
@@ -30,12 +31,14 @@ class Key:
     """Identifies a draw. The seed and this key determine the words of each scene.
 
     `path` is the field's, such as `pose.p` or `shapes[0].half_size`. It does not depend on how the field is written
-    (`pose: [x, y, z]` is `pose.p`). A nested form appends its position (`mass.choice[1]`).
+    (`pose: [x, y, z]` is `pose.p`). A nested form appends its position (`mass.choice[1]`). `chosen`: numbers that
+    replace random ones.
     """
 
     section: Section
     name: str
     path: str
+    chosen: ChosenUnits = ()
 
 
 @frozen

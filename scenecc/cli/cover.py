@@ -1,0 +1,150 @@
+"""`scenecc cover`."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from scenecc.cli.options import FormatOption, SceneArgument, takes_compile_options
+from scenecc.cli.output import STDOUT, end, progress, scene_errors, usage_error, write_files
+from scenecc.cli.paths import checked_source
+from scenecc.cli.tables import escape_text, table
+
+if TYPE_CHECKING:
+    from scenecc import SceneCover
+    from scenecc.coverage.cover import MissedPair
+
+_OPTIONS: Final = ("seed", "params", "asset_roots", "allow_outside_assets", "limits")
+"""The compile options without the number of scenes and the starts, which this command makes."""
+
+_WIDEST: Final = 8
+"""Most columns of factors in a table. More are listed one per line."""
+
+_SHOWN: Final = 10
+"""Most missed pairs that are listed."""
+
+
+@partial(takes_compile_options, names=_OPTIONS)
+def cover(
+    scene: SceneArgument,
+    *,
+    pairwise: Annotated[bool, typer.Option("--pairwise", help="Meet all pairs of alternatives; the default.")] = False,
+    sobol: Annotated[
+        int | None, typer.Option("--sobol", metavar="N", min=1, help="N scenes that fill everything evenly instead.")
+    ] = None,
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="STARTS.json", help="Write the scenes here, as starts.")
+    ] = None,
+    form: FormatOption = "text",
+    options: dict[str, Any],
+) -> None:
+    """Choose few scenes that meet every pair of what a file draws.
+
+    Alternatives are the items of `choice` and `cycle`, and up to 64 `integers`. Every two of them that can occur
+    together do so in one of the scenes. Ranges are filled evenly. With `starts: STARTS.json` in the scene, or --starts,
+    exactly these values are drawn. Without -o, the scenes are printed.
+
+    \b
+    Examples:
+      scenecc cover scenes/draws.yaml
+      scenecc cover scenes/variation.yaml --pairwise -o starts.json
+      scenecc cover scenes/variation.yaml --sobol 64 -o starts.json
+    """
+    import scenecc
+
+    if pairwise and sobol is not None:
+        raise typer.BadParameter("give either --pairwise or --sobol", param_hint="'--sobol'")
+    if output is not None and (output == STDOUT or not output.lower().endswith(".json")):
+        raise typer.BadParameter("it must be a file NAME.json", param_hint="'--output'")
+    source = checked_source(scene, output, form)
+    try:
+        with scene_errors(options, form), progress("cover") as show:
+            made = scenecc.cover_scene(source, sobol=sobol, progress=show, **options)
+    except ImportError as error:
+        from scenecc.extras import install_hint
+
+        reason = f"--sobol needs scipy: {error}"
+        end([usage_error("SC828", reason, hint=install_hint("import"))], form)
+    if output is not None:
+        try:
+            reason = write_files(output, made.files(Path(output).name), folder=False)
+        except ImportError as error:
+            from scenecc.extras import install_hint
+
+            reason = "SC813", f"starts above 1 MB need pyarrow: {error}; {install_hint('sweep')}"
+        if reason is not None:
+            end([*made.diagnostics, usage_error(*reason, file=output)], form)
+    end(
+        made.diagnostics,
+        form,
+        data=lambda: {
+            "starts": output,
+            "num_scenes": len(made.rows),
+            "factors": {name: list(values) for name, values in made.factors.items()},
+            "ranges": list(made.ranges),
+            "met": made.met,
+            "total": made.met + len(made.missed),
+            "missed": [
+                {"pair": [list(one.first), list(one.second)], "why": one.why, "by": one.by} for one in made.missed
+            ],
+            "rows": [dict(row) for row in made.rows],
+        },
+        text=lambda: ("" if output is not None else _rows(made)) + _summary(made, sobol),
+    )
+
+
+def _rows(made: SceneCover) -> str:
+    from scenecc.plan.display import format_item
+
+    def cell(value: Any) -> str:
+        return escape_text(value if isinstance(value, str) else format_item(value))
+
+    names = list(made.factors)
+    if not names:
+        return ""
+    if len(names) <= _WIDEST:
+        rows = [
+            (str(scene), *(cell(row[name]) if name in row else "" for name in names))
+            for scene, row in enumerate(made.rows)
+        ]
+        return table(("scene", *map(escape_text, names)), rows)
+    listed = [
+        (str(scene), escape_text(name), cell(value)) for scene, row in enumerate(made.rows) for name, value in row.items()
+    ]
+    return table(("scene", "name", "value"), listed)
+
+
+def _summary(made: SceneCover, sobol: int | None) -> str:
+    """Returns the numbers of scenes, pairs and ranges, and the missed pairs."""
+    count, total = len(made.rows), made.met + len(made.missed)
+    of_one = next(iter(made.factors.values()), ())
+    met = f"{made.met} of {total} pairs" if len(made.factors) > 1 else f"{len(of_one)} alternatives"
+    lines = [f"{count} scene{'s' * (count != 1)} meet{'s' * (count == 1)} {met}"]
+    if made.ranges:
+        lines[0] += f" and fill{'s' * (count == 1)} {len(made.ranges)} range{'s' * (len(made.ranges) != 1)}"
+    if sobol is not None and sobol & (sobol - 1):
+        lines.append(f"{sobol} is not a power of two, for which a Sobol sequence fills most evenly")
+    for (why, by), pairs in _grouped(made.missed).items():
+        place = f", by {escape_text(by)}" if by else ""
+        words = {"excluded": f"never occur{place}", "not met": "are not met"}.get(why, "were not found in any scene")
+        lines.append(f"{len(pairs)} pair{'s' * (len(pairs) != 1)} {words}:")
+        lines += [f"  {_named(one.first)}, {_named(one.second)}" for one in pairs[:_SHOWN]]
+        lines += [f"  … {len(pairs) - _SHOWN} more"] if len(pairs) > _SHOWN else []
+    return "\n".join(lines) + "\n"
+
+
+def _grouped(missed: tuple[MissedPair, ...]) -> dict[tuple[str, str], list[MissedPair]]:
+    found: dict[tuple[str, str], list[MissedPair]] = {}
+    for one in missed:
+        found.setdefault((one.why, one.by), []).append(one)
+    return found
+
+
+def _named(level: tuple[str, Any]) -> str:
+    from scenecc.plan.display import format_item
+
+    name, value = level
+    return escape_text(f"{name} = {value if isinstance(value, str) else format_item(value)}")

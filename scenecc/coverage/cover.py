@@ -1,0 +1,535 @@
+"""`cover_scene`: scenes that meet every pair of what a file draws, or that fill its ranges."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+from typing_extensions import Unpack
+
+from scenecc.coverage.factors import factors_of, named_sources
+from scenecc.coverage.filling import LatinFilling, range_units, sobol_points
+from scenecc.coverage.pairs import PairTable, RowMaker, without_redundant
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.drawn_values import DrawnValues, plain_values
+from scenecc.errors import SceneError
+from scenecc.files import replace_all
+from scenecc.options import CompileOptions, Options, check_types, path_argument
+from scenecc.pipeline import as_plan, compile_source, read_input
+from scenecc.starts.file import StartRecord, StartsFile, starts_files
+from scenecc.starts.fingerprint import fingerprint
+from scenecc.variation.chosen import DrawRecord, chosen_units
+from scenecc.variation.nodes import NODE_FIELDS, Chosen, Computed, Drawn, Node, Shared
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from scenecc.coverage.factors import Factor, Level
+    from scenecc.coverage.pairs import Pair, Row
+    from scenecc.pipeline import CompileResult, Source
+    from scenecc.variation.chosen import DrawSource, SceneUnits
+
+_MOST_BUILDS: Final = 300
+"""Most compilations of one cover."""
+
+_MOST_LEVELS: Final = 4000
+"""Most alternatives of all factors together: their pairs are a table."""
+
+_FILLINGS: Final = 3
+"""Ways to fill the ranges of a row that cannot be built, before another row is made."""
+
+_TRIES: Final = 5
+"""Rows made for a pair before it counts as not found."""
+
+_RESTARTS: Final = 5
+"""Covers of which the smallest is taken, if they are small."""
+
+COVER_TYPES: Final[dict[str, Any]] = {"sobol": int | None, "progress": Callable[[int, int], None] | None}
+
+
+@dataclass(frozen=True, slots=True)
+class MissedPair:
+    """Two alternatives that no scene has together.
+
+    Attributes:
+        first, second: name and value of each.
+        why: "excluded" by the forms or expressions of the file, or "not found" in several tries.
+        by: where the file excludes it, such as "scene.yaml:7"; empty if unknown.
+    """
+
+    first: tuple[str, Any]
+    second: tuple[str, Any]
+    why: str
+    by: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SceneCover:
+    """Scenes that cover what a file draws.
+
+    Attributes:
+        content: the starts: for each scene the numbers that its draws use.
+        factors: name → alternatives.
+        ranges: names of the ranges, which are filled evenly.
+        rows: for each scene name → alternative; a name is missing where it is not drawn.
+        met: number of pairs of alternatives that the scenes meet.
+        missed: pairs that cannot occur, or were not found.
+        diagnostics: warnings and notes of the scene.
+    """
+
+    content: StartsFile
+    factors: Mapping[str, tuple[Any, ...]]
+    ranges: tuple[str, ...]
+    rows: tuple[Mapping[str, Any], ...]
+    met: int
+    missed: tuple[MissedPair, ...]
+    diagnostics: list[Diagnostic]
+
+    def files(self, name: str) -> dict[str, bytes]:
+        """Returns the files of the starts by name, as for `write`."""
+        return starts_files(self.content, name)
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Writes the scenes as starts: JSON, with the rows in a Parquet table beside it above 1 MB.
+
+        Raises:
+            OSError: a file cannot be written.
+            ImportError: the table needs pyarrow, which is not installed.
+        """
+        target = path_argument(SceneCover.write, "path", path)
+        replace_all({target.parent / name: data for name, data in self.files(target.name).items()})
+
+
+def cover_scene(
+    source: Source,
+    *,
+    sobol: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Unpack[CompileOptions],
+) -> SceneCover:
+    """Returns few scenes that meet all pairs of alternatives of a file, or scenes that fill its ranges evenly.
+
+    Alternatives are the items of `choice` and `cycle`, and up to 64 `integers`. A pair counts if both alternatives are
+    drawn in a scene that can be built. Ranges are filled by a Latin hypercube over the scenes. The same file gives the
+    same scenes. `--starts`, `starts=` and the key `starts` build them, with `num_scenes` of the result.
+
+    Args:
+        source: as for `validate`, but not a plan.
+        sobol: number of scenes, which fill all alternatives and ranges by a Sobol sequence instead of meeting pairs.
+        progress: called with (pairs met, total pairs).
+        options: fields of `CompileOptions`, without `num_scenes`. The starts that the scene names are ignored.
+
+    Raises:
+        SceneError: the scene has errors, or nothing to cover (SC945).
+        ImportError: `sobol` needs scipy, which is not installed.
+        TypeError: an argument has the wrong type.
+        ValueError: an argument is out of range.
+    """
+    asked = replace(Options.of_call(cover_scene, options), starts=None, at_starts=False)
+    check_types(cover_scene, {"sobol": sobol, "progress": progress}, COVER_TYPES)
+    if asked.num_scenes is not None:
+        raise ValueError("num_scenes cannot be given: the cover determines it")
+    if sobol is not None and sobol < 1:
+        raise ValueError(f"sobol must be at least 1, not {sobol}")
+    builder = Builder(source, asked)
+    if not builder.sources:
+        sink = Sink()
+        hint = "draw something: `choice`, `integers`, `uniform` and others"
+        sink.report("SC945", "the file draws nothing, so that every scene is the same", Location(builder.name), hint=hint)
+        raise SceneError(sink.diagnostics())
+    if sobol is not None:
+        return _SobolCover(builder, sobol).run()
+    if not builder.factors:
+        sink = Sink()
+        message = "the file draws only from ranges, so that there are no pairs of alternatives"
+        sink.report("SC945", message, Location(builder.name), hint="fill the ranges with --sobol N (`sobol=N`)")
+        raise SceneError(sink.diagnostics())
+    return _PairCover(builder, progress).run()
+
+
+class Builder:
+    """Compiles a file with chosen values.
+
+    Args:
+        source: the file.
+        options: without number of scenes and starts.
+
+    Attributes:
+        sources: what the file draws.
+        name: of the file.
+
+    Raises:
+        SceneError: the file has errors.
+    """
+
+    def __init__(self, source: Source, options: Options) -> None:
+        sink = Sink()
+        found = None if as_plan(source) is not None else read_input(source, options.limits, sink)
+        if found is None or found.plan_text is not None:
+            if not sink.failed:
+                hint = "name the scene file that the plan was compiled from"
+                sink.report("SC907", "values are chosen for a scene file, not for a plan", Location(None), hint=hint)
+            raise SceneError(sink.diagnostics())
+        self.name = found.document.name
+        self._source = found.document if hasattr(source, "read") else source
+        self._options = options
+        result, record, sink = self.compile({}, options.num_scenes)
+        if result is None and not record.failures:
+            raise SceneError(sink.diagnostics())
+        # A scene of this seed that cannot be built may be left out of the cover.
+        self.sources = named_sources(record.sources.values())
+        self.factors = factors_of(self.sources, record.num_scenes)
+        if any(one.scenes is not None for one in self.factors):
+            # In which of more scenes they are is known only with more scenes.
+            _, more, _ = self.compile({}, _MANY_SCENES)
+            if len(more.sources) == len(record.sources):
+                self.factors = factors_of(named_sources(more.sources.values()), _MANY_SCENES)
+        self.ranges = [one for one in self.sources if one.kind != "choice"]
+
+    def compile(
+        self, rows: Mapping[int, Mapping[str, SceneUnits]], num_scenes: int | None
+    ) -> tuple[CompileResult | None, DrawRecord, Sink]:
+        """Compiles scenes in which draws use these numbers. `rows`: scene → key → numbers."""
+        sink = Sink()
+        record = DrawRecord(chosen_units(rows.items(), num_scenes or 0))
+        options = replace(self._options, num_scenes=num_scenes, record=record)
+        return compile_source(self._source, options, sink), record, sink
+
+    def row_units(self, row: Row, ranges: Mapping[int, Sequence[float]]) -> dict[str, SceneUnits]:
+        """Returns the numbers of a scene. `ranges`: number of a range → quantiles."""
+        units: dict[str, SceneUnits] = {}
+        for factor, alternative in zip(self.factors, row, strict=True):
+            if alternative >= 0 and factor.source.units:
+                at = (0, factor.source.word, factor.source.units[alternative])
+                units.setdefault(factor.source.key, []).append(at)
+        for number, quantiles in ranges.items():
+            source = self.ranges[number]
+            units.setdefault(source.key, []).extend(range_units(source, quantiles))
+        return units
+
+    def failed_scenes(self, record: DrawRecord, sink: Sink, num_scenes: int) -> dict[int, Node | None]:
+        """Returns the scenes that cannot be built, with the value that fails. Raises SceneError if none is named."""
+        found: dict[int, Node | None] = {}
+        for scenes, node in record.failures:
+            found |= {scene: node for scene in scenes if scene < num_scenes}
+        for one in sink.diagnostics():
+            named = _NAMED_SCENE.search(one.message) if one.severity == "error" else None
+            if named is not None and int(named[1]) < num_scenes:
+                found.setdefault(int(named[1]), None)
+        if not found:
+            raise SceneError(sink.diagnostics())
+        return found
+
+    def factors_read(self, node: Node | None, draws: Mapping[str, Node]) -> list[int] | None:
+        """Returns the factors that determine a value; None if something else does too."""
+        if node is None:
+            return None
+        by_place = {(one.source.key, one.source.word): number for number, one in enumerate(self.factors)}
+        found: dict[int, None] = {}
+        todo, seen = [node], set[str]()
+        while todo:
+            item: Any = todo.pop()
+            if isinstance(item, tuple):
+                todo += item  # pyright: ignore[reportUnknownArgumentType]
+                continue
+            if item.__class__ not in NODE_FIELDS:
+                continue
+            if isinstance(item, Computed) and "scene" in item.template.names:
+                return None
+            names = [*item.draws_by_name.values()] if isinstance(item, Computed) else []
+            names += [item.name] if isinstance(item, Shared) else []
+            todo += [draws[name] for name in names if name in draws and name not in seen]
+            seen.update(names)
+            if hasattr(item, "key"):
+                from scenecc.variation.chosen import key_text
+
+                place = key_text(item.key.section, item.key.name, item.key.path), item.word if hasattr(item, "word") else 0
+                if not isinstance(item, Chosen | Drawn) or place not in by_place:
+                    if isinstance(item, Chosen) and len(item.possible) < 2:
+                        continue
+                    return None
+                found[by_place[place]] = None
+            todo += [getattr(item, name) for name in NODE_FIELDS[item.__class__] if name != "key"]
+        return [*found]
+
+    def cover(
+        self, result: CompileResult, sink: Sink, rows: Sequence[Row], units: Mapping[int, Any], **found: Any
+    ) -> SceneCover:
+        """Returns the result of a cover."""
+        plan = result.plan
+        drawn = {name: plain_values(values) for name, values in DrawnValues(plan).read(range(plan.num_scenes)).items()}
+        records = [
+            StartRecord(
+                seed=plan.seed,
+                scene=scene,
+                poses={},
+                draws={name: values[scene] for name, values in drawn.items() if values[scene] is not None},
+                chosen={key: [list(map(float, one)) for one in several] for key, several in units[scene].items()},
+            )
+            for scene in range(plan.num_scenes)
+        ]
+        assert result.document is not None
+        made_from = fingerprint(result.document, result.expansion, result.scope, plan)
+        content = StartsFile(scene=plan.name, num_scenes=plan.num_scenes, made_from=made_from, rows=records)
+        named = [
+            {one.source.label: one.source.values[a] for one, a in zip(self.factors, row, strict=True) if a >= 0}
+            for row in rows
+        ]
+        factors = {one.source.label: one.source.values for one in self.factors}
+        ranges = tuple(one.label for one in self.ranges)
+        return SceneCover(content, factors, ranges, tuple(named), diagnostics=sink.diagnostics(), **found)
+
+
+_MANY_SCENES: Final = 256
+
+_NAMED_SCENE: Final = re.compile(r"\bin scene (\d+)\b")
+
+
+class _PairCover:
+    """Makes a cover of all pairs. Arguments are those of `cover_scene`."""
+
+    def __init__(self, builder: Builder, progress: Callable[[int, int], None] | None) -> None:
+        self._builder = builder
+        self._progress = progress
+        self._factors: Sequence[Factor] = builder.factors
+        levels = sum(one.count for one in self._factors)
+        if levels > _MOST_LEVELS:
+            sink = Sink()
+            message = f"the file draws {levels} alternatives, and pairs of at most {_MOST_LEVELS} can be covered"
+            sink.report("SC945", message, Location(builder.name), hint="cover with --sobol N (`sobol=N`)")
+            raise SceneError(sink.diagnostics())
+        self._table = PairTable(self._factors)
+        self._maker = RowMaker(self._table)
+        self._rows: list[Row] = []
+        self._starts: list[Pair | None] = []
+        self._attempts: list[int] = []
+        self._given_up: dict[Pair, tuple[str, str]] = {}
+        self._tries: dict[Pair, int] = {}
+        self._can_move = not any(one.is_cycle or one.scenes is not None for one in self._factors)
+
+    def run(self) -> SceneCover:
+        """Returns the cover."""
+        self._begin()
+        for _ in range(_MOST_BUILDS):
+            self._extend()
+            units = self._units()
+            result, record, sink = self._builder.compile(units, len(self._rows))
+            if result is not None:
+                return self._cover(result, sink, units)
+            self._replace_failed(record, sink)
+        sink.report("SC945", f"no cover was found in {_MOST_BUILDS} builds", Location(self._builder.name))
+        raise SceneError(sink.diagnostics())
+
+    def _begin(self) -> None:
+        """Makes the first rows: the smallest of several covers."""
+        best: list[Row] | None = None
+        for seed in range(_RESTARTS if self._can_move and len(self._table.levels) < _FEW_LEVELS else 1):
+            self._maker = RowMaker(self._table, seed)
+            self._rows, self._starts, self._attempts = [], [], []
+            self._table.reopen([], [])
+            self._extend()
+            rows = without_redundant(self._rows, self._table) if self._can_move else self._rows
+            best = rows if best is None or len(rows) < len(best) else best
+        assert best is not None
+        self._rows, self._starts, self._attempts = best, [None] * len(best), [0] * len(best)
+        self._table.reopen(best, [*self._given_up])
+
+    def _extend(self) -> None:
+        """Adds rows until no pair is open, and at least one."""
+        idle = 0
+        while self._table.open.any() or not self._rows:
+            start, before = None, self._table.open.sum()
+            found = self._maker.best(len(self._rows))
+            if found is None:
+                self._give_up_excluded()
+                found = self._maker.best(len(self._rows))
+            if found is None and self._rows:
+                found = self._rows[0], None
+            if found is None:
+                raise SceneError(self._builder_error())
+            row, start = found
+            self._append(row, start)
+            idle = 0 if self._table.open.sum() < before else idle + 1
+            if idle > _MANY_SCENES:
+                self._close_all("excluded", "")
+                del self._rows[-idle:], self._starts[-idle:], self._attempts[-idle:]
+
+    def _append(self, row: Row, start: Pair | None) -> None:
+        self._rows.append(row)
+        self._starts.append(start)
+        self._attempts.append(0)
+        self._table.meet(row)
+        if self._progress is not None:
+            self._progress(self._table.total - self._table.count, self._table.total)
+
+    def _builder_error(self) -> list[Diagnostic]:
+        sink = Sink()
+        message = "no scene can be built: expressions of the file exclude all alternatives of what it draws"
+        sink.report("SC945", message, Location(self._builder.name))
+        return sink.diagnostics()
+
+    def _give_up_excluded(self) -> None:
+        """Gives up the open pairs for which no row is possible, because of what failed before."""
+        scene = len(self._rows)
+        for pair in [*self._table.open_pairs(), *self._open_levels()]:
+            if not any(self._maker.row_for(pair, scene) for _ in range(_TRIES)):
+                self._close(pair, "excluded", self._maker.reason(pair))
+
+    def _open_levels(self) -> list[Pair]:
+        levels = self._table.levels
+        return [(level, level) for v, level in enumerate(levels) if self._table.open[v, v]]
+
+    def _close(self, pair: Pair, why: str, by: str) -> None:
+        self._given_up[pair] = why, by
+        (f, a), (g, b) = pair
+        self._table.close(self._table.at[f] + a, self._table.at[g] + b)
+
+    def _close_all(self, why: str, by: str) -> None:
+        for pair in [*self._table.open_pairs(), *self._open_levels()]:
+            self._close(pair, why, by)
+
+    def _units(self) -> dict[int, dict[str, SceneUnits]]:
+        filling = LatinFilling(len(self._rows))
+        return {
+            scene: self._builder.row_units(
+                row,
+                {n: filling.quantiles(one, scene, attempt) for n, one in enumerate(self._builder.ranges)},
+            )
+            for scene, (row, attempt) in enumerate(zip(self._rows, self._attempts, strict=True))
+        }
+
+    def _replace_failed(self, record: DrawRecord, sink: Sink) -> None:
+        """Replaces the rows that cannot be built, and learns which alternatives exclude each other."""
+        failed = self._builder.failed_scenes(record, sink, len(self._rows))
+        replaced: list[int] = []
+        for scene, node in failed.items():
+            read = self._builder.factors_read(node, record.draws)
+            row = self._rows[scene]
+            if read:
+                origin = getattr(node, "origin", None)
+                by = "" if origin is None else _line(origin, sink)
+                self._maker.add_conflict({f: row[f] for f in read if row[f] >= 0}, by)
+                replaced.append(scene)
+                continue
+            self._attempts[scene] += 1
+            if not self._builder.ranges or self._attempts[scene] % _FILLINGS == 0:
+                replaced.append(scene)
+                self._note_failure(scene)
+        if replaced:
+            kept = [row for scene, row in enumerate(self._rows) if scene not in replaced]
+            self._table.reopen(kept, [*self._given_up])
+            self._renew(replaced)
+
+    def _note_failure(self, scene: int) -> None:
+        """Counts a row that failed for unknown reasons, for the pair that it was made for."""
+        start = self._starts[scene]
+        if start is not None:
+            self._tries[start] = self._tries.get(start, 0) + 1
+            if self._tries[start] >= _TRIES:
+                self._given_up[start] = "not found", ""
+
+    def _renew(self, scenes: Sequence[int]) -> None:
+        """Makes other rows of these scenes, or removes them if nothing is open."""
+        for scene in sorted(scenes, reverse=True):
+            if not self._table.open.any() and self._can_move and len(self._rows) > 1:
+                del self._rows[scene], self._starts[scene], self._attempts[scene]
+                continue
+            found = self._maker.best(scene)
+            if found is None:
+                self._give_up_excluded()
+                found = self._maker.best(scene)
+            if found is None:
+                raise SceneError(self._builder_error())
+            self._rows[scene], self._starts[scene] = found
+            self._table.meet(found[0])
+
+    def _cover(self, result: CompileResult, sink: Sink, units: Mapping[int, Any]) -> SceneCover:
+        given_up = {pair: why for pair, why in self._given_up.items() if not self._meets(pair)}
+        missed = [self._missed(pair, "excluded", "") for pair in self._table.impossible]
+        missed += [self._missed(pair, *why) for pair, why in given_up.items() if pair[0] != pair[1]]
+        total = self._table.total
+        met = total - sum(1 for pair in given_up if pair[0] != pair[1])
+        return self._builder.cover(result, sink, self._rows, units, met=met, missed=tuple(missed))
+
+    def _meets(self, pair: Pair) -> bool:
+        return any(all(row[f] == a for f, a in pair) for row in self._rows)
+
+    def _missed(self, pair: Pair, why: str, by: str) -> MissedPair:
+        first, second = (self._named(level) for level in pair)
+        return MissedPair(first, second, why, by)
+
+    def _named(self, level: Level) -> tuple[str, Any]:
+        source: DrawSource = self._factors[level[0]].source
+        return source.label, source.values[level[1]]
+
+
+_FEW_LEVELS: Final = 150
+
+
+def _line(origin: Any, sink: Sink) -> str:
+    """Returns where a value is written, as FILE:LINE."""
+    found = sink.locate(sink.trace(origin), "value")
+    return f"{found.file}:{found.line}" if found.line is not None else ""
+
+
+class _SobolCover:
+    """Fills alternatives and ranges by a Sobol sequence."""
+
+    def __init__(self, builder: Builder, count: int) -> None:
+        self._builder = builder
+        self._count = count
+        self._words = [1 if not one.is_cycle else 0 for one in builder.factors]
+        self._dimensions = sum(self._words) + sum(one.words for one in builder.ranges)
+
+    def run(self) -> SceneCover:
+        """Returns the cover. Scenes that cannot be built use later points of the sequence."""
+        extra = self._count * _FILLINGS + _MANY_SCENES
+        points = iter(sobol_points(self._dimensions, self._count + extra))
+        taken = [next(points) for _ in range(self._count)]
+        for _ in range(_MOST_BUILDS):
+            rows = [self._row(point, scene) for scene, point in enumerate(taken)]
+            units = {scene: self._row_units(row, taken[scene]) for scene, row in enumerate(rows)}
+            result, record, sink = self._builder.compile(units, self._count)
+            if result is not None:
+                met = PairTable(self._builder.factors)
+                for row in rows:
+                    met.meet(row)
+                missed = tuple(self._missed(pair, met) for pair in met.open_pairs())
+                return self._builder.cover(result, sink, rows, units, met=met.total - met.count, missed=missed)
+            for scene in self._builder.failed_scenes(record, sink, self._count):
+                point = next(points, None)
+                if point is None:
+                    raise SceneError(sink.diagnostics())
+                taken[scene] = point
+        raise SceneError(sink.diagnostics())
+
+    def _row(self, point: Sequence[float], scene: int) -> Row:
+        """Returns the alternatives of a scene, from its point."""
+        row: list[int] = []
+        numbers = iter(point)
+        for one in self._builder.factors:
+            fixed = one.fixed(scene)
+            row.append(min(int(next(numbers) * one.count), one.count - 1) if fixed is None else fixed)
+        for number, one in enumerate(self._builder.factors):
+            if not one.is_in(scene) or not self._is_drawn(one, row):
+                row[number] = -1
+        return tuple(row)
+
+    def _is_drawn(self, one: Factor, row: Sequence[int]) -> bool:
+        return all(row[f] in allowed and self._is_drawn(self._builder.factors[f], row) for f, allowed in one.needs)
+
+    def _row_units(self, row: Row, point: Sequence[float]) -> dict[str, SceneUnits]:
+        at, ranges = sum(self._words), dict[int, Sequence[float]]()
+        for number, one in enumerate(self._builder.ranges):
+            ranges[number] = point[at : at + one.words]
+            at += one.words
+        return self._builder.row_units(row, ranges)
+
+    def _missed(self, pair: Pair, table: PairTable) -> MissedPair:
+        first, second = (
+            (table.factors[f].source.label, table.factors[f].source.values[a]) for f, a in pair
+        )
+        return MissedPair(first, second, "not met")

@@ -1,0 +1,71 @@
+"""Numbers that fill ranges evenly, and the words that draw them."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from random import Random
+from statistics import NormalDist
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scenecc.variation.chosen import DrawSource, SceneUnits
+
+_BELOW_ONE = 1.0 - 2.0**-53
+
+
+def range_units(source: DrawSource, quantiles: Sequence[float]) -> SceneUnits:
+    """Returns the words for which a range or a rotation has these quantiles, one for each of its words.
+
+    The quantiles of a `beta` are those of its proposals (`docs/reference/draws.md`), the first of which is taken.
+    """
+    if source.distribution == "normal":
+        # Box-Muller: the second word gives the sign.
+        z = NormalDist().inv_cdf(min(max(quantiles[0], 2.0**-53), _BELOW_ONE))
+        return [(0, source.word, -math.expm1(-z * z / 2)), (1, source.word, 0.0 if z >= 0 else 0.5)]
+    found: SceneUnits = [(0, source.word + j, u) for j, u in enumerate(quantiles)]
+    return [*found, (1, source.word, _BELOW_ONE)] if source.distribution == "beta" else found
+
+
+class LatinFilling:
+    """Fills each range in as many equal parts as there are scenes, one scene in each part: a Latin hypercube.
+
+    The order of the parts depends only on the draw's key and the number of scenes.
+
+    Args:
+        num_scenes: number of scenes.
+    """
+
+    def __init__(self, num_scenes: int) -> None:
+        self._num_scenes = num_scenes
+        self._orders: dict[tuple[str, int], list[int]] = {}
+
+    def quantiles(self, source: DrawSource, scene: int, attempt: int) -> list[float]:
+        """Returns the quantiles of a range in a scene. `attempt`: above 0 they are random, since others failed."""
+        words = range(source.word, source.word + source.words)
+        if attempt:
+            return [Random(f"{source.key} {word} {scene} {attempt}").random() for word in words]
+        return [(self._order(source.key, word)[scene] + 0.5) / self._num_scenes for word in words]
+
+    def _order(self, key: str, word: int) -> list[int]:
+        if (key, word) not in self._orders:
+            order = list(range(self._num_scenes))
+            Random(f"{key} {word} {self._num_scenes}").shuffle(order)
+            self._orders[key, word] = order
+        return self._orders[key, word]
+
+
+def sobol_points(dimensions: int, count: int) -> list[list[float]]:
+    """Returns scrambled Sobol points (count, dimensions) in [0, 1), the same at every call.
+
+    Raises:
+        ImportError: scipy is not installed.
+    """
+    from scipy.stats import qmc  # noqa: PLC0415 - in an extra
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a number of points that is not a power of two is noted by the caller
+        points = qmc.Sobol(dimensions, scramble=True, seed=0).random(count)
+    return points.clip(0.0, _BELOW_ONE).tolist()
