@@ -329,11 +329,13 @@ class _Painter:
         many = {digest: list[SurfaceNode]() for digest, count in copies.items() if count >= _FEW}
         nodes: dict[str, Node] = {_root(index): Frame(origin, _UNTURNED) for index, origin in origins.items()}
         bodies: dict[Key, str] = {}
+        roles: dict[str, str] = {}
         for key, surfaces in self._surfaces.items():
             own: dict[str, Node] = {}
             for name, node in surfaces:
                 if node.digest in many and _may_be_instance(node):
                     many[node.digest].append(node)
+                    roles[node.digest] = name.partition(" ")[0]
                 else:
                     own[name] = node
             if self._look.names:
@@ -341,7 +343,7 @@ class _Painter:
             if own or self._look.frames:
                 bodies[key] = self._add_frame(nodes, key)
                 nodes.update({f"{bodies[key]}/{name}": node for name, node in own.items()})
-        nodes |= {f"/copies/{digest[:16]}": Instances.of(found, rows) for digest, found in many.items()}
+        nodes |= {f"/copies/{roles[digest]} {digest[:16]}": Instances.of(found, rows) for digest, found in many.items()}
         return nodes, bodies
 
     def _add_frame(self, nodes: dict[str, Node], key: Key) -> str:
