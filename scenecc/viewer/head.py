@@ -57,13 +57,21 @@ setInterval(() => {
   }
   /* collision shapes often lie in the surfaces of visuals: their depth is that of a nearer place on the same ray */
   for (const [path, node] of Object.entries(drawn?.nodeRefFromName ?? {})) {
+    if (path === "/selected" || path.startsWith("/overlap "))
+      /* boxes around bodies are seen through what is in front */
+      node?.traverse((line) => {
+        if (!line.material?.depthTest) return;
+        line.material.depthTest = false;
+        line.material.transparent = changed = true;
+        line.renderOrder = 1e4;
+      });
     if (!path.includes("/collision ")) continue;
     node?.traverse(({ material }) => {
       if (!material?.isMeshStandardMaterial || material.userData.isNearer) return;
       material.userData.isNearer = changed = true;
       material.onBeforeCompile = (shader) => {
         shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>
-          vec4 nearer = projectionMatrix * vec4(mvPosition.xyz * 0.998, 1.0);
+          vec4 nearer = projectionMatrix * vec4(mvPosition.xyz * 0.995, 1.0);
           gl_Position.z = nearer.z * gl_Position.w / nearer.w;`);
       };
       material.needsUpdate = true;
