@@ -30,7 +30,8 @@ div:has(> * > .scenecc-tree) {
     border: 0; margin: 0 0 0 0.5em; padding: 0;
     > .mantine-Paper-root { position: static; transform: none; display: flex; flex-direction: row-reverse;
       justify-content: flex-end; gap: 0.4em; padding: 0.15em 0.3em; background: none }
-    > .mantine-Paper-root svg { margin: 0.15em 0 0; }
+    > .mantine-Paper-root svg { margin: 0.15em 0 0; transform: rotate(180deg) }
+    > .mantine-Paper-root svg.tabler-icon-chevron-down { transform: rotate(-90deg) }
     > .mantine-Paper-root:hover { background: #8883 }
     > .mantine-Paper-root + div { margin-left: 0.65em; border-left: 1px solid #8886; > div, > div > div { padding: 0 !important } }
     > .mantine-Paper-root + div + div { display: none !important }
@@ -43,15 +44,39 @@ div:has(> * > .scenecc-tree) {
 </style>"""
 
 _SCRIPT: Final = """<script>
-/* viser's shadows have no bias for their resolution, so lit faces would have stripes. */
+/* viser has no option for what is set here. */
 setInterval(() => {
   const drawn = window.__viserMutable;
+  let changed = false;
+  /* shadows without a bias for their resolution leave stripes on lit faces */
   for (const light of drawn?.scene?.children ?? []) {
     if (!light.isDirectionalLight || !light.castShadow) continue;
-    const { camera, mapSize } = light.shadow, bias = 2 * (camera.right - camera.left) / mapSize.width;
-    if (light.shadow.normalBias === bias) continue;
+    const { camera, mapSize } = light.shadow, bias = 3 * (camera.right - camera.left) / mapSize.width;
+    changed ||= light.shadow.normalBias !== bias;
     light.shadow.normalBias = bias;
-    drawn.requestRender?.();
   }
+  /* collision shapes often lie in the surfaces of visuals: their depth is that of a nearer place on the same ray */
+  for (const [path, node] of Object.entries(drawn?.nodeRefFromName ?? {})) {
+    if (path === "/selected" || path.startsWith("/overlap "))
+      /* boxes around bodies are seen through what is in front */
+      node?.traverse((line) => {
+        if (!line.material?.depthTest) return;
+        line.material.depthTest = false;
+        line.material.transparent = changed = true;
+        line.renderOrder = 1e4;
+      });
+    if (!path.includes("/collision ")) continue;
+    node?.traverse(({ material }) => {
+      if (!material?.isMeshStandardMaterial || material.userData.isNearer) return;
+      material.userData.isNearer = changed = true;
+      material.onBeforeCompile = (shader) => {
+        shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>
+          vec4 nearer = projectionMatrix * vec4(mvPosition.xyz * 0.995, 1.0);
+          gl_Position.z = nearer.z * gl_Position.w / nearer.w;`);
+      };
+      material.needsUpdate = true;
+    });
+  }
+  if (changed) drawn.requestRender?.();
 }, 200);
 </script>"""

@@ -12,7 +12,7 @@ from scenecc.geometry.rotations import to_pose, to_vector
 from scenecc.interrupt import interrupts_wait
 from scenecc.plan.rendering import FRAMING_DIRECTION
 from scenecc.viewer.cameras import BrowserView
-from scenecc.viewer.nodes import BodyPoses, Frame, Instances, SurfaceNode
+from scenecc.viewer.nodes import BodyPoses, Frame, Instances, Name, SurfaceNode
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -89,6 +89,7 @@ class Page:
         self._clicked = clicked
         self._dragged = dragged
         self._marks: dict[str, tuple[Key, Any]] = {}
+        self._outlined: Key | None = None
         self._touches: Any = None
         self._origins: Mapping[int, Vec3] = {}
         self._nodes: dict[str, Node] = {}
@@ -140,8 +141,12 @@ class Page:
 
     @interrupts_wait()
     def outline(self, key: Key | None, box: Box | None) -> None:
-        """Draws a box around a body, in its frame, replacing the last one; None: no box."""
+        """Draws a box around a body, in its frame, and names the links of its articulation; None: no box."""
         self._unmark(_OUTLINE)
+        self._outlined = key
+        for path, node in self._nodes.items():
+            if isinstance(node, Name) and self._handles[path].visible != node.is_shown(key):
+                self._handles[path].visible = node.is_shown(key)
         if key is not None and box is not None:
             self._mark(_OUTLINE, key, box, _ORANGE)
 
@@ -272,8 +277,9 @@ class Page:
             )
         if isinstance(node, Instances):
             return self._added_instances(path, node, contents[node.digest])
-        if not isinstance(node, SurfaceNode):
-            return scene.add_label(path, node.text)
+        if isinstance(node, Name):
+            shown = node.is_shown(self._outlined)
+            return scene.add_label(path, node.text, position=node.position, anchor="center-center", visible=shown)
         handle = scene.add_glb(path, contents[node.digest], scale=node.scale, position=node.position, wxyz=node.wxyz)
         if self._clicked is not None:
             clicked, body = self._clicked, node.body
