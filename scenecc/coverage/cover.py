@@ -138,7 +138,9 @@ def cover_scene(
     if not builder.sources:
         sink = Sink()
         hint = "draw something: `choice`, `integers`, `uniform` and others"
-        sink.report("SC945", "the file draws nothing, so that every scene is the same", Location(builder.name), hint=hint)
+        sink.report(
+            "SC945", "the file draws nothing, so that every scene is the same", Location(builder.name), hint=hint
+        )
         raise SceneError(sink.diagnostics())
     if sobol is not None:
         return _SobolCover(builder, sobol).run()
@@ -246,7 +248,10 @@ class Builder:
             if hasattr(item, "key"):
                 from scenecc.variation.chosen import key_text
 
-                place = key_text(item.key.section, item.key.name, item.key.path), item.word if hasattr(item, "word") else 0
+                place = (
+                    key_text(item.key.section, item.key.name, item.key.path),
+                    item.word if hasattr(item, "word") else 0,
+                )
                 if not isinstance(item, Chosen | Drawn) or place not in by_place:
                     if isinstance(item, Chosen) and len(item.possible) < 2:
                         continue
@@ -529,7 +534,5 @@ class _SobolCover:
         return self._builder.row_units(row, ranges)
 
     def _missed(self, pair: Pair, table: PairTable) -> MissedPair:
-        first, second = (
-            (table.factors[f].source.label, table.factors[f].source.values[a]) for f, a in pair
-        )
+        first, second = ((table.factors[f].source.label, table.factors[f].source.values[a]) for f, a in pair)
         return MissedPair(first, second, "not met")

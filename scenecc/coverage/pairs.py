@@ -254,4 +254,3 @@ def without_redundant(rows: Sequence[Row], table: PairTable) -> list[Row]:
         else:
             kept.append(row)
     return kept
-

@@ -21,7 +21,6 @@ from scenecc.source.edits import EditError, Style, TextEdits
 from scenecc.source.events import describe_type
 
 if TYPE_CHECKING:
-
     from scenecc.diagnostics.diagnostic import Path
     from scenecc.source import Limits
     from scenecc.source.edits import Write

@@ -22,20 +22,14 @@ from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 import viser
-from websockets.asyncio.client import connect
-from websockets.asyncio.server import serve
 from websockets.datastructures import Headers
-from websockets.exceptions import ConnectionClosed
-from websockets.http11 import Response
+from websockets.http11 import Request, Response
+from websockets.server import ServerProtocol
 
 from scenecc.interrupt import interrupts_wait
 from scenecc.viewer.head import titled
 
 if TYPE_CHECKING:
-    from websockets.asyncio.connection import Connection
-    from websockets.asyncio.server import Server, ServerConnection
-    from websockets.http11 import Request
-
     from scenecc.viewer.options import PageAddress
 
 
@@ -45,16 +39,14 @@ _FIRST: Final = 8080
 _OWN_PAGE: Final = re.compile(r"https?://(localhost|127\.[0-9]+\.[0-9]+\.[0-9]+|\[::1\])(:[0-9]+)?")
 """Origins of pages from this machine, on any port, because a tunnel has another port."""
 
-_LARGEST: Final = 50 << 20
-"""Maximum size of a message of a browser [bytes]."""
+_TIMEOUT: Final = 10.0
+"""Maximum time to receive a request [s]."""
 
-_GOODBYE: Final = 1.0
-"""Maximum time to disconnect a browser [s]."""
+_CHUNK: Final = 1 << 18
+"""Number of bytes that are passed on at once, and maximum size of a request."""
 
-_QUIET: Final = logging.getLogger("scenecc.viewer.server")
-"""A browser may send anything. Invalid messages need no traceback."""
-
-_QUIET.disabled = True
+_STOP: Final = 1.0
+"""Maximum time to disconnect browsers [s]."""
 
 _BELOW: Final = logging.getLogger("websockets.server")
 """Where viser's server logs."""
@@ -84,51 +76,65 @@ class PageServer:
         loop.call_soon_threadsafe(loop.set_exception_handler, _log)
         _BELOW.addFilter(self._is_foreign)
         self.viser.gui.configure_theme(show_logo=False, show_share_button=False)
-        self._front: Server = asyncio.run_coroutine_threadsafe(self._serve(listener), loop).result()
+        self._connections: set[asyncio.Task[None]] = set()
+        self._front = asyncio.run_coroutine_threadsafe(self._serve(listener), loop).result()
 
     @interrupts_wait()
     def close(self) -> None:
         """Disconnects browsers, and stops."""
         with suppress(FutureTimeoutError):
-            asyncio.run_coroutine_threadsafe(self._end(), self.viser.get_event_loop()).result(_GOODBYE)
+            asyncio.run_coroutine_threadsafe(self._end(), self.viser.get_event_loop()).result(_STOP)
         self.viser.stop()
         _BELOW.removeFilter(self._is_foreign)
 
-    async def _serve(self, listener: socket.socket) -> Server:
-        return await serve(
-            self._relay,
-            sock=listener,
-            # Pages of other sites in the same browser must not reach a loopback address. Programs send no origin.
-            origins=[_OWN_PAGE, None] if self._place.is_local else None,
-            process_request=self._process,
-            select_subprotocol=lambda _, offered: next(iter(offered), None),
-            compression=None,
-            max_size=_LARGEST,
-            close_timeout=_GOODBYE,
-            logger=_QUIET,
-        )
+    async def _serve(self, listener: socket.socket) -> asyncio.Server:
+        return await asyncio.start_server(self._accept, sock=listener, limit=_CHUNK)
 
     async def _end(self) -> None:
         self._front.close()
-        await self._front.wait_closed()
+        for task in [*self._connections]:
+            task.cancel()
+        await asyncio.gather(*self._connections, return_exceptions=True)
 
-    async def _relay(self, browser: ServerConnection) -> None:
-        """Relays messages in both directions until one side closes its connection."""
-        below = connect(
-            f"ws://{self.viser.get_host()}:{self.viser.get_port()}",
-            subprotocols=browser.subprotocol and [browser.subprotocol],
-            compression=None,
-            max_size=None,
-            max_queue=1,  # for a slow browser, viser merges what it has not sent yet
-            proxy=None,
-            close_timeout=_GOODBYE,
-            logger=_QUIET,
-        )
-        async with below as server:
-            await asyncio.gather(_pass_on(browser, server), _pass_on(server, browser))
+    async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Answers the request of a new connection, or connects it to viser."""
+        task = asyncio.current_task()
+        assert task is not None
+        self._connections.add(task)
+        try:
+            # A browser may send anything, and leave at any time.
+            with suppress(OSError, EOFError, asyncio.LimitOverrunError, asyncio.TimeoutError):
+                head = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), _TIMEOUT)
+                # Pages of other sites in the same browser must not reach a loopback address. Programs send no origin.
+                protocol = ServerProtocol(origins=[_OWN_PAGE, None] if self._place.is_local else None)
+                protocol.receive_data(head)
+                for request in protocol.events_received():
+                    response = self._respond(protocol, request)
+                    if response.status_code == HTTPStatus.SWITCHING_PROTOCOLS:
+                        await self._relay(head, reader, writer)
+                    else:
+                        protocol.send_response(response)
+                        writer.writelines(protocol.data_to_send())
+                        await writer.drain()
+        finally:
+            writer.close()
+            self._connections.discard(task)
 
-    def _process(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Answers a request, or returns None to open its WebSocket. A page returns its token as a cookie."""
+    async def _relay(self, head: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Passes bytes in both directions, from a request on, until one side ends the connection."""
+        below, above = await asyncio.open_connection(self.viser.get_host(), self.viser.get_port(), limit=_CHUNK)
+        above.write(head)
+        both = [asyncio.ensure_future(_pass_on(*ends)) for ends in ((reader, above), (below, writer))]
+        try:
+            await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for one in both:
+                one.cancel()
+            await asyncio.gather(*both, return_exceptions=True)
+            above.close()
+
+    def _respond(self, protocol: ServerProtocol, request: Request) -> Response:
+        """Returns the response to a request. A page returns its token as a cookie."""
         token, name = self._place.token, f"scenecc-{self.port}"
         url = urlsplit(request.path)
         given = parse_qs(url.query).get("token", [""])[0]
@@ -139,11 +145,11 @@ class PageServer:
             sent = given or (unquote(cookies[name].value) if name in cookies else "")
             # Compare in constant time.
             if not compare_digest(token.encode(), sent.encode(errors="replace")):
-                return connection.respond(HTTPStatus.FORBIDDEN, "This page needs a token: /?token=...\n")
+                return protocol.reject(HTTPStatus.FORBIDDEN, "This page needs a token: /?token=...\n")
         if request.headers.get("Upgrade", "").lower() == "websocket":
-            return None
+            return protocol.accept(request)
         if url.path not in {"/", "/index.html"}:
-            return connection.respond(HTTPStatus.NOT_FOUND, "There is only one page here: /\n")
+            return protocol.reject(HTTPStatus.NOT_FOUND, "There is only one page here: /\n")
         zipped = "gzip" in request.headers.get("Accept-Encoding", "")
         headers = Headers(
             {
@@ -181,13 +187,10 @@ class _Viser(viser.ViserServer):
         del verbose
 
 
-async def _pass_on(source: Connection, target: Connection) -> None:
-    """Sends the messages of one connection to another, and then closes that."""
-    with suppress(ConnectionClosed):
-        async for message in source:
-            await target.send(message)
-    known = source.close_code is not None and source.close_code not in {1005, 1006}
-    await target.close(source.close_code if known else 1000, source.close_reason or "")
+async def _pass_on(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    while data := await reader.read(_CHUNK):
+        writer.write(data)
+        await writer.drain()
 
 
 def _listener(place: PageAddress) -> socket.socket:

@@ -80,6 +80,14 @@ def test_an_empty_host_is_refused(host: str) -> None:
         PageAddress(host=host)
 
 
+def test_viser_listens_where_no_page_of_another_site_can_guess_it(server: PageServer) -> None:
+    host, port = server.viser.get_host(), server.viser.get_port()
+    assert re.fullmatch(r"127(\.\d+){3}", host)
+    assert host != "127.0.0.1"
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", port))
+
+
 def test_a_page_cannot_publish_the_server(server: PageServer, monkeypatch: pytest.MonkeyPatch) -> None:
     def never(*given: object) -> None:
         raise AssertionError(f"a tunnel was asked for: {given}")
@@ -167,6 +175,22 @@ def test_a_token_that_does_not_fit_in_an_address_is_refused(token: str) -> None:
 def test_an_invalid_host_name_is_an_unknown_host(host: str) -> None:
     with pytest.raises(OSError, match=r".+"):
         PageServer(PageAddress(host, 0), "")
+
+
+def test_a_stopped_server_disconnects_browsers() -> None:
+    server = PageServer(PageAddress(port=0), "")
+    with opened(server, None) as page, suppress(ConnectionClosed):
+        page.recv(10)
+        server.close()
+        list(page)  # ends with the connection
+    with pytest.raises(OSError, match=r".+"):
+        opened(server, None)
+
+
+def test_only_the_page_is_served(server: PageServer) -> None:
+    assert [asked(server, path)[0] for path in ("/", "/index.html", "/x", "/../pyproject.toml")] == [200, 200, 404, 404]
+    with urlopen(f"http://127.0.0.1:{server.port}/?name=a", timeout=20) as answer:
+        assert b"<title>a label</title>" in answer.read()
 
 
 def test_invalid_messages_close_their_connection_silently(
