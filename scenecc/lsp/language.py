@@ -179,6 +179,9 @@ def _conditional(schema: Schema, present: Mapping[str, str | None]) -> Iterator[
         yield from _alternatives(schema["then"], present)
         return
     then = _resolve(schema["then"])
+    if not {"if", "properties"} & {*_resolve(schema["else"])}:
+        yield from _alternatives(then, present)  # no kind without a deciding key
+        return
     if not present.keys() & _DECIDED:
         yield {"properties": {key: then["properties"][key] for key in deciding if key in then["properties"]}}, False
     yield from _alternatives(schema["else"], present)
