@@ -34,6 +34,12 @@ def parts_of_file(text: str) -> RobotParts:
     return RobotParts([*links], [*joints])
 
 
+def find_joint(line: str, name: str) -> tuple[int, int] | None:
+    """Returns the columns of a joint's element in a line of a URDF or MJCF, up to its name; None if it has none."""
+    found = re.search(rf"<joint\b[^<>]*\bname\s*=\s*[\"']{re.escape(name)}[\"']", line)
+    return None if found is None else found.span()
+
+
 def parts_of_tree(root: WrittenNode) -> RobotParts:
     """Returns the names in a `root` and its children."""
     links: list[str] = []
