@@ -60,10 +60,20 @@ def mention_at(view: WorkspaceView, path: Path, line: int, column: int) -> tuple
         return None
     place = leaf_location(text, leaf)
     for mention in mentions(view, text, leaf):
-        part = locate_span(place, (mention.start, mention.end))
-        if (part.column or 1) - 1 <= column <= (part.end_column or 1) - 1:
-            return text, leaf, mention
+        for owner in (*_owners(mention), mention):
+            part = locate_span(place, (owner.start, owner.end))
+            if not (part.column or 1) - 1 <= column <= (part.end_column or 1) - 1:
+                continue
+            if owner is mention or definition_of(view, text, leaf, owner) is not None:
+                return text, leaf, owner
     return None
+
+
+def _owners(mention: Mention) -> Iterator[Mention]:
+    """Yields the names of the instances and robots before that of an object inside them, outermost first."""
+    if mention.kind in {"entity", "member"}:
+        for end in sorted(_ends(mention.text))[:-1]:
+            yield mention._replace(text=mention.text[:end], end=mention.start + end)
 
 
 def leaf_location(text: SceneText, leaf: Leaf) -> Location:
@@ -253,6 +263,8 @@ def uses_in(view: WorkspaceView, text: SceneText, wanted: Definition) -> Iterato
     for leaf in text.leaves:
         # A copy's name begins like that of its original.
         for mention in mentions(view, text, leaf) if not name or name in leaf.text else ():
-            found = definition_of(view, text, leaf, mention)
-            if found is not None and found.key == wanted.key:
-                yield Use(text, leaf, found)
+            for each in (mention, *_owners(mention)):
+                found = definition_of(view, text, leaf, each)
+                if found is not None and found.key == wanted.key:
+                    yield Use(text, leaf, found)
+                    break

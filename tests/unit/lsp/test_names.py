@@ -211,6 +211,25 @@ def test_names_inside_nested_prefabs_are_known(tmp_path):
     assert editor.hover().entities == ("a/set/top",)
 
 
+def test_each_part_of_a_path_is_its_own_name(tmp_path):
+    outer = HEAD + "entities: {set: {use: table.yaml}, bot: {urdf: arm.urdf}}\n"
+    text = f"""{HEAD}entities:
+  a: {{use: outer.yaml, override: {{set/top: {{hidden: true}}}}}}
+  b: {{pose: {{p: [5, 0, 0], relative_to: a/set/leg}}, {BOX}}}
+  c: {{pose: {{p: [9, 0, 0], relative_to: a/bot/hand}}, {BOX}}}
+"""
+    closed = {**CLOSED, "outer.yaml": outer}
+
+    def at(word):
+        return Editor(tmp_path, {"a.yaml": text.replace(word, f"{word}¦", 1)}, closed)
+
+    assert at("to: a").definition() == ("a.yaml", 2, "a")
+    assert at("to: a/bot").definition() == ("outer.yaml", 1, "bot")
+    assert renamed(at("to: a"), "room")["a.yaml"] == text.replace("  a:", "  room:").replace("to: a/", "to: room/")
+    after = renamed(at("override: {se"), "desk")
+    assert (after["a.yaml"], after["outer.yaml"]) == (text.replace("set", "desk"), outer.replace("set", "desk"))
+
+
 TREE = f"""{HEAD}entities:
   arm: {{urdf: arm.urdf, joints: {{wrist: {{friction: 1}}}}}}
   b:
