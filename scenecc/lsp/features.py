@@ -18,7 +18,7 @@ from scenecc.diagnostics.fixing import is_better, is_mended
 from scenecc.lsp import edits, worker
 from scenecc.lsp.completion import SUFFIXES, Offer, completions
 from scenecc.lsp.findings import findings_in, range_of, to_client
-from scenecc.lsp.hover import hover_at, with_facts
+from scenecc.lsp.hover import MOST_TOLD, hover_at, with_facts
 from scenecc.lsp.language import load_language
 from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_location, uses_in, uses_of
 from scenecc.lsp.process import FaultError, WorkerStopped
@@ -211,8 +211,8 @@ async def _hover(ls: SceneServer, params: types.HoverParams) -> types.Hover | No
     view, text, told = await _ask(ls, params, hover_at)
     if told is None or text is None:
         return None
-    facts = None if told.entity is None else await ls.entity_facts(view, text.path, told.entity)
-    shown = told.text if facts is None else with_facts(told, facts)
+    asked = (ls.entity_facts(view, text.path, name) for name in told.entities[:MOST_TOLD])
+    shown = with_facts(told, await asyncio.gather(*asked)) if told.entities else told.text
     place = ls.columns.range(text, told.line, told.start, told.end)
     return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, shown), place)
 

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scenecc.diagnostics.diagnostic import Location, locate_span
 from scenecc.expand.overrides import OVERRIDE_SECTIONS
-from scenecc.lsp.references import SECTIONS_OF, Mention, defined_kind, mentions
+from scenecc.lsp.references import SECTIONS_OF, Mention, defined_kind, mentions, observed_entity
+from scenecc.lsp.robot_parts import find_joint
 from scenecc.spec.references import WORLD
 
 if TYPE_CHECKING:
@@ -59,10 +60,20 @@ def mention_at(view: WorkspaceView, path: Path, line: int, column: int) -> tuple
         return None
     place = leaf_location(text, leaf)
     for mention in mentions(view, text, leaf):
-        part = locate_span(place, (mention.start, mention.end))
-        if (part.column or 1) - 1 <= column <= (part.end_column or 1) - 1:
-            return text, leaf, mention
+        for owner in (*_owners(mention), mention):
+            part = locate_span(place, (owner.start, owner.end))
+            if not (part.column or 1) - 1 <= column <= (part.end_column or 1) - 1:
+                continue
+            if owner is mention or definition_of(view, text, leaf, owner) is not None:
+                return text, leaf, owner
     return None
+
+
+def _owners(mention: Mention) -> Iterator[Mention]:
+    """Yields the names of the instances and robots before that of an object inside them, outermost first."""
+    if mention.kind in {"entity", "member"}:
+        for end in sorted(_ends(mention.text))[:-1]:
+            yield mention._replace(text=mention.text[:end], end=mention.start + end)
 
 
 def leaf_location(text: SceneText, leaf: Leaf) -> Location:
@@ -109,7 +120,7 @@ class _Resolver:
             case "link":
                 found = self._link(leaf.path, mention.text)
             case "joint":
-                pass
+                found = self._joint(leaf, mention)
             case _:
                 file = self._view.find_file(self._text.path, mention.text)
                 found = None if file is None else Definition(file, _TOP, (), 0, len(mention.text))
@@ -187,6 +198,23 @@ class _Resolver:
         one = self._view.objects(self._text.path).get(str(path[1])) if path[:1] == ("entities",) else None
         return None if one is None else self._at_place(one.links.get(name), name)
 
+    def _joint(self, leaf: Leaf, mention: Mention) -> Definition | None:
+        """Resolves a joint to its element in the robot's file, or its name in a tree."""
+        owner = leaf.path[1] if leaf.path[:1] == ("entities",) else observed_entity(leaf.text, mention.start)
+        one = self._view.objects(self._text.path).get(str(owner))
+        place = None if one is None else one.joints.get(mention.text)
+        text = None if place is None else self._view.text(place.file)
+        if place is None or text is None:
+            return None
+        if place.path:
+            node = text.node((*place.path, "joint", "name"))
+            span = None if node is None else node.span
+        else:
+            span = next(
+                ((at, *each) for at, line in enumerate(text.lines) if (each := find_joint(line, mention.text))), None
+            )
+        return None if span is None else Definition(place.file, span, (), 0, len(mention.text))
+
     def _at_place(self, place: SourcePlace | None, name: str, start: int = 0) -> Definition | None:
         """`start`: start of the requested part of the name."""
         if place is None:
@@ -235,6 +263,8 @@ def uses_in(view: WorkspaceView, text: SceneText, wanted: Definition) -> Iterato
     for leaf in text.leaves:
         # A copy's name begins like that of its original.
         for mention in mentions(view, text, leaf) if not name or name in leaf.text else ():
-            found = definition_of(view, text, leaf, mention)
-            if found is not None and found.key == wanted.key:
-                yield Use(text, leaf, found)
+            for each in (mention, *_owners(mention)):
+                found = definition_of(view, text, leaf, each)
+                if found is not None and found.key == wanted.key:
+                    yield Use(text, leaf, found)
+                    break
