@@ -43,6 +43,8 @@ Params = Annotated[
 ]
 NumScenes = Annotated[int, Field(ge=0, description="Number of parallel scenes, overriding the file; 0: as in the file")]
 Scenes = Annotated[str, Field(description="Indices of the scenes to use: 3, or 0:4, or 0,2, or ::2. Empty: all scenes")]
+Scene = Annotated[int, Field(ge=0, description="Index of the parallel scene to use")]
+Seed = Annotated[int | None, Field(ge=0, description="Seed of all draws, overriding the file")]
 Seeds = Annotated[str, Field(description="Seeds A to B-1 as A:B. Example: 0:20. Empty: the seed in the file")]
 
 _READS: Final = ToolAnnotations(
@@ -104,6 +106,24 @@ class SceneTools:
         ]
         return await self._run(context, "check", file, text, options, worst=1)
 
+    async def describe(
+        self,
+        context: Context[Any, Any],
+        file: File = "",
+        text: Text = "",
+        params: Params = {},  # noqa: B006
+        scene: Scene = 0,
+        seed: Seed = None,
+    ) -> CallToolResult:
+        """Describe a scene as it is built, in its initial poses: what is where, and what stands on what.
+
+        Returns `objects` with size, position, mass, colour, `stands_on`, `is_in`, `touches`, `overlaps`, gaps below
+        (`above`) and whether it `falls`; `robots` with reach; `cameras` with what is in the frame. Units are in the
+        names: _m, _kg, _deg. Example: {"file": "scenes/table.yaml"}
+        """
+        options = [f"--scene={scene}", *_choice(seed=seed), *_settings(params)]
+        return await self._run(context, "describe", file, text, options)
+
     async def patch(
         self,
         context: Context[Any, Any],
@@ -154,7 +174,7 @@ class SceneTools:
         file: File = "",
         text: Text = "",
         params: Params = {},  # noqa: B006
-        scene: Annotated[int, Field(ge=0, description="Index of the scene to show")] = 0,
+        scene: Scene = 0,
         camera: Annotated[str, Field(description="Name of a camera in the file. Empty: frames all that moves")] = "",
         view: Annotated[
             Literal["", "iso", "front", "back", "left", "right", "top", "bottom"],
@@ -166,7 +186,7 @@ class SceneTools:
         steps: Annotated[int, Field(ge=0, description="Simulation steps before the picture")] = 0,
         width: Annotated[int, Field(ge=16, le=1536, description="Width [px]")] = 640,
         height: Annotated[int, Field(ge=16, le=1536, description="Height [px]")] = 480,
-        seed: Annotated[int | None, Field(ge=0, description="Seed of all draws, overriding the file")] = None,
+        seed: Seed = None,
     ) -> CallToolResult:
         """Render a picture of a scene (PNG). Needs a GPU or a software Vulkan driver; the error says how to get one.
 
@@ -279,7 +299,7 @@ def make_server(workspace: Workspace) -> SceneServer:
     """Returns a server with all tools and resources."""
     server = SceneServer("scenecc", instructions=_INSTRUCTIONS, version=VERSION, log_level="WARNING")
     tools = SceneTools(workspace)
-    for tool in (tools.validate, tools.check, tools.draws, tools.render, tools.explain):
+    for tool in (tools.validate, tools.describe, tools.check, tools.draws, tools.render, tools.explain):
         server.add_tool(tool, description=getdoc(tool), annotations=_READS, structured_output=False)
     server.add_tool(tools.patch, description=getdoc(tools.patch), annotations=_WRITES, structured_output=False)
     for name, read, form in (("language", _language, "text/markdown"), ("prefabs", tools.prefabs, "application/json")):

@@ -13,7 +13,7 @@ from plugins.command import scenecc
 
 BROKEN = CUBE.replace("entities", "objects")
 LONG = CUBE.replace("scenecc: 1\n", "scenecc: 1\nnum_scenes: 2000\n")
-READING = {"validate", "check", "draws", "render", "explain"}
+READING = {"validate", "describe", "check", "draws", "render", "explain"}
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def test_tools_say_what_they_take_and_change(client):
     tools = {tool["name"]: tool for tool in client.ask("tools/list")["tools"]}
     assert tools.keys() >= READING
     for name, tool in tools.items():
-        assert tool["annotations"]["readOnlyHint"] == (name in READING | {"describe"})
+        assert tool["annotations"]["readOnlyHint"] == (name in READING)
         assert not tool["annotations"]["openWorldHint"]
         assert 50 < len(tool["description"]) < 900
         assert "  " not in tool["description"]
@@ -73,6 +73,8 @@ def test_tools_say_what_they_take_and_change(client):
         ),
         ("check", {"file": "cube.yaml", "seconds": 0.1}, ["check", "--no-cache", "--settle", "0.1", "cube.yaml"]),
         ("draws", {"text": CUBE, "seeds": "0:2", "num_scenes": 2}, ["draws", "--seeds", "0:2", "-n", "2", "-"]),
+        ("describe", {"text": CUBE, "seed": 0}, ["describe", "--seed", "0", "-"]),
+        ("describe", {"file": "broken.yaml"}, ["describe", "broken.yaml"]),
         ("draws", {"file": "broken.yaml"}, ["draws", "broken.yaml"]),
         ("explain", {"code": "sc101"}, ["explain", "SC101"]),
     ],
@@ -82,7 +84,7 @@ def test_a_tool_returns_what_its_command_prints(client, root, tool, arguments, c
     found = client.answer(client.begin_call(tool, **arguments))
     assert document(found) == expected
     failed = any(one["severity"] == "error" for one in expected["diagnostics"])
-    assert found["isError"] == (failed and (tool == "draws" or "params" in arguments))
+    assert found["isError"] == (failed and (tool in {"draws", "describe"} or "params" in arguments))
 
 
 @pytest.mark.parametrize(
