@@ -42,9 +42,9 @@ def mcp(*, root: Root = Path(), timeout: Timeout = 120.0, options: dict[str, Any
     if EXTRAS["mcp"].missing:
         print_err(f"scenecc: the server for agents needs the extra `mcp`: {install_hint('mcp')}\n")
         raise typer.Exit(Status.machine)
-    from scenecc.mcp.server import serve
+    from scenecc.mcp.server import serve_agents
 
     shared = [f"--asset-root={Path(folder).resolve()}" for folder in options["asset_roots"]]
     shared += ["--allow-outside-assets"] if options["allow_outside_assets"] else []
     shared += [f"--limit={name}={value}" for name, value in options["limits"].items()]
-    serve(root, tuple(shared), timeout)
+    serve_agents(root, tuple(shared), timeout)

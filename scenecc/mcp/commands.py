@@ -51,8 +51,8 @@ class CallRefused(Exception):
 
 
 @dataclass(frozen=True)
-class Workspace:
-    """What the tools may use.
+class CommandRunner:
+    """Runs commands for the tools.
 
     Args:
         root: resolved folder of all scene files; paths are relative to it.

@@ -17,7 +17,7 @@ from mcp_types import CallToolResult, ContentBlock, ImageContent, InputRequiredR
 from pydantic import Field, ValidationError
 
 from scenecc.interrupt import temporary_folder
-from scenecc.mcp.commands import CallRefused, Document, Workspace, shorten
+from scenecc.mcp.commands import CallRefused, CommandRunner, Document, shorten
 from scenecc.version import VERSION
 
 MOST_CHARACTERS: Final = 40_000
@@ -43,6 +43,8 @@ Params = Annotated[
 ]
 NumScenes = Annotated[int, Field(ge=0, description="Number of parallel scenes, overriding the file; 0: as in the file")]
 Scenes = Annotated[str, Field(description="Indices of the scenes to use: 3, or 0:4, or 0,2, or ::2. Empty: all scenes")]
+Scene = Annotated[int, Field(ge=0, description="Index of the parallel scene to use")]
+Seed = Annotated[int | None, Field(ge=0, description="Seed of all draws, overriding the file")]
 Seeds = Annotated[str, Field(description="Seeds A to B-1 as A:B. Example: 0:20. Empty: the seed in the file")]
 
 _READS: Final = ToolAnnotations(
@@ -58,11 +60,11 @@ class SceneTools:
     """The tools. Their docstrings are descriptions for models.
 
     Args:
-        workspace: what they may use.
+        runner: what they may use.
     """
 
-    def __init__(self, workspace: Workspace) -> None:
-        self._workspace = workspace
+    def __init__(self, runner: CommandRunner) -> None:
+        self._runner = runner
         self._editing = anyio.Lock()
 
     async def validate(
@@ -104,6 +106,24 @@ class SceneTools:
         ]
         return await self._run(context, "check", file, text, options, worst=1)
 
+    async def describe(
+        self,
+        context: Context[Any, Any],
+        file: File = "",
+        text: Text = "",
+        params: Params = {},  # noqa: B006
+        scene: Scene = 0,
+        seed: Seed = None,
+    ) -> CallToolResult:
+        """Describe a scene as it is built, in its initial poses: what is where, and what stands on what.
+
+        Returns `objects` with size, position, mass, colour, `stands_on`, `is_in`, `touches`, `overlaps`, gaps below
+        (`above`) and whether it `falls`; `robots` with reach; `cameras` with what is in the frame. Units are in the
+        names: _m, _kg, _deg. Example: {"file": "scenes/table.yaml"}
+        """
+        options = [f"--scene={scene}", *_choice(seed=seed), *_settings(params)]
+        return await self._run(context, "describe", file, text, options)
+
     async def patch(
         self,
         context: Context[Any, Any],
@@ -124,8 +144,8 @@ class SceneTools:
         The result is validated first: if it has errors that the file did not have, the file stays unchanged. Returns
         `written`, the change as `diff`, and the `diagnostics` of the result.
         """
-        options = [*self._workspace.options, *(["--dry-run"] * dry_run), *(["--allow-errors"] * allow_errors)]
-        arguments = [*options, "--", self._workspace.check_file(file), "-"]
+        options = [*self._runner.options, *(["--dry-run"] * dry_run), *(["--allow-errors"] * allow_errors)]
+        arguments = [*options, "--", self._runner.check_file(file), "-"]
         async with self._editing:  # two edits of one file at once would lose one
             status, document = await self._document(context, "patch", arguments, json.dumps(edits))
         return _result(document, failed=status > 1 or (status == 1 and not document["written"] and not dry_run))
@@ -154,7 +174,7 @@ class SceneTools:
         file: File = "",
         text: Text = "",
         params: Params = {},  # noqa: B006
-        scene: Annotated[int, Field(ge=0, description="Index of the scene to show")] = 0,
+        scene: Scene = 0,
         camera: Annotated[str, Field(description="Name of a camera in the file. Empty: frames all that moves")] = "",
         view: Annotated[
             Literal["", "iso", "front", "back", "left", "right", "top", "bottom"],
@@ -166,7 +186,7 @@ class SceneTools:
         steps: Annotated[int, Field(ge=0, description="Simulation steps before the picture")] = 0,
         width: Annotated[int, Field(ge=16, le=1536, description="Width [px]")] = 640,
         height: Annotated[int, Field(ge=16, le=1536, description="Height [px]")] = 480,
-        seed: Annotated[int | None, Field(ge=0, description="Seed of all draws, overriding the file")] = None,
+        seed: Seed = None,
     ) -> CallToolResult:
         """Render a picture of a scene (PNG). Needs a GPU or a software Vulkan driver; the error says how to get one.
 
@@ -192,7 +212,7 @@ class SceneTools:
 
     async def prefabs(self) -> str:
         """Prefabs that ship with scenecc, with their parameters."""
-        _, document = await self._workspace.run("prefabs", [], "", _ignore)
+        _, document = await self._runner.run("prefabs", [], "", _ignore)
         return json.dumps(document)
 
     async def _run(
@@ -203,8 +223,8 @@ class SceneTools:
             raise CallRefused("give either `file` or `text`", 'for example {"file": "scenes/table.yaml"}')
         if len(text) > _MOST_TEXT:
             raise CallRefused(f"`text` has {len(text)} characters; {_MOST_TEXT} are allowed", "write it to a file")
-        scene = self._workspace.check_file(file) if file else "-"
-        arguments = [*self._workspace.options, *options, "--", scene]
+        scene = self._runner.check_file(file) if file else "-"
+        arguments = [*self._runner.options, *options, "--", scene]
         status, document = await self._document(context, command, arguments, text)
         return _result(document, failed=status > worst)
 
@@ -218,7 +238,7 @@ class SceneTools:
 
         if any("\0" in argument for argument in arguments):
             raise CallRefused("an argument contains the character NUL", "remove it")
-        status, document = await self._workspace.run(command, arguments, text, progress)
+        status, document = await self._runner.run(command, arguments, text, progress)
         return status, shorten(document, MOST_CHARACTERS)
 
 
@@ -250,7 +270,7 @@ def _error(message: str, hint: str) -> CallToolResult:
     return _result({"error": message, "hint": hint}, failed=True)
 
 
-class SceneServer(MCPServer[Any]):
+class AgentServer(MCPServer[Any]):
     """The server. A call that fails returns `error` and `hint`, whatever the reason."""
 
     async def call_tool(
@@ -275,11 +295,11 @@ class SceneServer(MCPServer[Any]):
             return _error(f"{name} failed because of a bug in scenecc", "the log of the client has the traceback")
 
 
-def make_server(workspace: Workspace) -> SceneServer:
+def make_agent_server(runner: CommandRunner) -> AgentServer:
     """Returns a server with all tools and resources."""
-    server = SceneServer("scenecc", instructions=_INSTRUCTIONS, version=VERSION, log_level="WARNING")
-    tools = SceneTools(workspace)
-    for tool in (tools.validate, tools.check, tools.draws, tools.render, tools.explain):
+    server = AgentServer("scenecc", instructions=_INSTRUCTIONS, version=VERSION, log_level="WARNING")
+    tools = SceneTools(runner)
+    for tool in (tools.validate, tools.describe, tools.check, tools.draws, tools.render, tools.explain):
         server.add_tool(tool, description=getdoc(tool), annotations=_READS, structured_output=False)
     server.add_tool(tools.patch, description=getdoc(tools.patch), annotations=_WRITES, structured_output=False)
     for name, read, form in (("language", _language, "text/markdown"), ("prefabs", tools.prefabs, "application/json")):
@@ -287,7 +307,7 @@ def make_server(workspace: Workspace) -> SceneServer:
     return server
 
 
-def serve(root: Path, options: tuple[str, ...], seconds: float) -> None:
+def serve_agents(root: Path, options: tuple[str, ...], seconds: float) -> None:
     """Serves a client on standard input and output until the input ends.
 
     Args:
@@ -296,7 +316,7 @@ def serve(root: Path, options: tuple[str, ...], seconds: float) -> None:
         seconds: time limit of a command [s].
     """
     logging.basicConfig(level=logging.WARNING)
-    make_server(Workspace(root.resolve(), options, seconds, anyio.Semaphore(_SLOTS))).run("stdio")
+    make_agent_server(CommandRunner(root.resolve(), options, seconds, anyio.Semaphore(_SLOTS))).run("stdio")
 
 
 _SLOTS: Final = 4

@@ -72,7 +72,7 @@ def test_each_key_in_the_skill_is_in_the_schema() -> None:
     assert [key for key in keys if f'"{key}"' not in schema] == []
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS, ids=list)
+@pytest.mark.parametrize("configuration", CONFIGURATIONS, ids=["VS Code", "Cursor"])
 def test_what_clients_are_set_up_with_starts_a_server(configuration: dict, tmp_path: Path) -> None:
     (servers,) = configuration.values()
     (server,) = servers.values()
