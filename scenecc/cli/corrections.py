@@ -5,13 +5,14 @@ from __future__ import annotations
 import difflib
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenecc.cli.output import refusal, usage_error, write_output
-from scenecc.diagnostics.fixing import is_better, with_fix
+from scenecc.diagnostics.diagnostic import Fix
+from scenecc.diagnostics.fixing import is_better
 from scenecc.diagnostics.messages import cut
 from scenecc.files import open_regular
 
@@ -64,6 +65,8 @@ def corrected(file: str, options: Options) -> Corrected | None:
     A correction that causes a new error or does not remove its finding is dropped. Once the errors of one stage are
     corrected, the next stage runs and may find more.
     """
+    from scenecc.source.hint_edits import may_be_safe
+
     before = _read(file)
     if before is None:
         return None
@@ -73,7 +76,7 @@ def corrected(file: str, options: Options) -> Corrected | None:
     then, last = check(text), ""
     while text != last:
         last = text
-        for batch in _batches(one for one in then if one.fix and one.file == one.fix.location.file == file):
+        for batch in _batches(one for one in then if may_be_safe(one) and one.file == file):
             text, then, better = _correct_together(check, text, then, batch)
             made += better
     return Corrected(file, before, text, sorted(made, key=_place)) if made else None
@@ -106,12 +109,17 @@ def _correct_together(
 
     One check per correction would take minutes for a file with hundreds of them.
     """
+    from scenecc.source.document import written_tree
+    from scenecc.source.hint_edits import safe_edit
+
     changed = text
     made: list[Diagnostic] = []
+    tree, following = written_tree(text), len(text)
     for found in batch:
-        if (after := with_fix(changed, found)) is not None:
-            changed = after
-            made.append(found)
+        edit = safe_edit(text, found, tree)
+        if edit is not None and edit.splices[-1].end <= following:
+            changed, following = edit.applied(changed), edit.splices[0].start
+            made.append(found if found.fix else replace(found, fix=Fix(found.location, edit.splices[0].text)))
     if not made:
         return text, then, []
     now = check(changed)

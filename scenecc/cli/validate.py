@@ -82,8 +82,10 @@ def _correct(
     memory: PathCache | None,
 ) -> Checked:
     """Checks and corrects a file. `made`: collects the corrections; None: they are printed, not written."""
+    from scenecc.source.hint_edits import may_be_safe
+
     here = check(file, rules, memory)
-    better = corrected(file, options) if any(one.fix for one in here.diagnostics) else None
+    better = corrected(file, options) if any(map(may_be_safe, here.diagnostics)) else None
     if better is None:
         return here
     if made is None:

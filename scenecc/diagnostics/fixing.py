@@ -1,4 +1,4 @@
-"""Applies corrections of findings to a text."""
+"""Whether an edit of a text mends a finding, by the findings before and after it."""
 
 from __future__ import annotations
 
@@ -10,26 +10,6 @@ from scenecc.diagnostics.diagnostic import STAGES
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic
-
-
-def with_fix(text: str, found: Diagnostic) -> str | None:
-    """Returns the text with one correction; None if its place is not a whole key or list on one line.
-
-    The text may already have other corrections after it.
-    """
-    if found.fix is None or (place := found.fix.location).line is None or place.column is None or not place.end_column:
-        return None
-    lines = text.split("\n")
-    line = lines[place.line - 1] if place.line <= len(lines) else ""
-    old, rest = line[place.column - 1 : place.end_column - 1], line[place.end_column - 1 :]
-    is_list = found.fix.text.startswith("[")
-    quote = old[:1] if old[:1] in {"'", '"'} and old[:1] == old[-1:] and not is_list else ""
-    key = old[len(quote) : len(old) - len(quote)]
-    is_same = place.text is not None and line[: place.end_column - 1] == place.text[: place.end_column - 1]
-    if not is_same or not (old[:1] == "[" and old[-1:] == "]" if is_list else key.isidentifier()):
-        return None
-    lines[place.line - 1] = line[: place.column - 1] + quote + found.fix.text + quote + rest
-    return "\n".join(lines)
 
 
 def is_better(now: list[Diagnostic], then: list[Diagnostic], found: Diagnostic) -> bool:

@@ -84,6 +84,11 @@ class SceneText:
         """Returns a 0-based line; "" past the end."""
         return self.lines[number] if 0 <= number < len(self.lines) else ""
 
+    def place_of(self, index: int) -> tuple[int, int]:
+        """Returns the 0-based line and column of a character of the text."""
+        before = self.text[:index].replace("\r\n", "\n").replace("\r", "\n")
+        return before.count("\n"), len(before) - (before.rfind("\n") + 1)
+
     def node(self, path: KeyPath) -> WrittenNode | None:
         """Returns the node at a path."""
         node = self.tree.root

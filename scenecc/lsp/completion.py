@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from scenecc.assets.images import IMAGE_SUFFIXES
 from scenecc.assets.meshes import MESH_SUFFIXES
 from scenecc.expand.documents import PREFAB_FOLDER, SHIPPED_PREFIX, shipped_names
-from scenecc.expand.overrides import OVERRIDE_SECTIONS
+from scenecc.expand.overrides import OVERRIDE_SECTIONS, REMOVE
 from scenecc.lsp.analysis import MAX_CHARACTERS, SceneText
 from scenecc.lsp.cursor import cursor_at
 from scenecc.lsp.language import is_mapping_key, keys_at, values_at
@@ -19,11 +20,15 @@ from scenecc.lsp.references import (
     Kind,
     key_kind,
     open_expression,
+    overridden_path,
     path_in_language,
     prefab_texts,
     value_kind,
 )
+from scenecc.lsp.robot_parts import RobotParts, parts_of_file, parts_of_tree
 from scenecc.spec.references import WORLD
+from scenecc.variation.expression import OBSERVATIONS
+from scenecc.variation.forms import LIST_FORMS
 from scenecc.variation.operations import FUNCTIONS
 
 if TYPE_CHECKING:
@@ -52,6 +57,11 @@ class Offer(NamedTuple):
     label: str = ""
 
 
+_NO_PARTS: Final = RobotParts([], [])
+
+_ENTITY_DEPTH: Final = 2
+"""Length of the path of an entity."""
+
 _MOST_FILES: Final = 500
 """Maximum number of names read from one folder."""
 
@@ -65,6 +75,11 @@ SUFFIXES: Final[dict[Kind, tuple[str, ...]]] = {
     "starts file": (".json",),
 }
 """Kind of file → its suffixes."""
+
+_CALL: Final = re.compile(rf"\b({'|'.join(OBSERVATIONS)})\(((?:\s*(?:'[^']*'|\"[^\"]*\")\s*,)*)\s*['\"]([^'\"]*)$")
+"""A call in an expression, up to the incomplete name that is an argument."""
+
+_TEXT: Final = re.compile(r"['\"]([^'\"]*)['\"]")
 
 _LONGEST_NAME: Final = 200
 """Longer names are not offered."""
@@ -95,7 +110,7 @@ class _Completer:
         """Returns all completions; those that begin with the typed text come first."""
         word = open_expression(self._cursor.typed)
         if word is not None:
-            offers, typed = [*self._variables(len(self._before) - len(word))], word
+            offers, typed = [*(self._observed() or self._variables(len(self._before) - len(word)))], word
         else:
             offers, typed = [*self._values(), *self._keys()], self._cursor.typed
         return sorted(offers, key=lambda one: not (one.label or one.text).startswith(typed))
@@ -135,6 +150,13 @@ class _Completer:
         offers: Iterable[Offer] = (Offer(word.text, "word", cursor.start, word.description) for word in words)
         if kind is not None:
             offers = (*self._names(kind, cursor.path, cursor.start), *offers)
+        if kind is None and (form := _form_path(cursor.path)) is not None:
+            # An alternative in a form is a value of the key that has the form.
+            words = values_at(*self._in_language(form))
+            offers = (*(Offer(word.text, "word", cursor.start, word.description) for word in words), *offers)
+        inside = overridden_path(cursor.path)
+        if inside is not None and len(inside) == _ENTITY_DEPTH:
+            offers = (Offer(REMOVE, "word", cursor.start, "leaves it out"), *offers)
         if cursor.path[-2:-1] == ("with",):
             offers = (*self._argument_values(cursor.path, cursor.start), *offers)
         for offer in offers:
@@ -149,9 +171,8 @@ class _Completer:
             case "member":
                 yield from self._members(path, start)
             case "link" | "joint":
-                one = self._view.objects(self._text.path).get(str(path[1])) if path[:1] == ("entities",) else None
-                listed = () if one is None else one.links if kind == "link" else one.joints
-                yield from (Offer(name, "link", start) for name in listed)
+                parts = self._robot(path) if path[:1] == ("entities",) else _NO_PARTS
+                yield from (Offer(name, "link", start) for name in (parts.links if kind == "link" else parts.joints))
             case "material" | "group" | "frame" | "variable":
                 yield from (Offer(name, "name", start, what) for name, what in self._list_names(SECTIONS_OF[kind]))
             case _:
@@ -175,9 +196,39 @@ class _Completer:
             found.setdefault(WORLD, Offer(WORLD, "word", start, "the world"))
         yield from found.values()
         typed = self._cursor.typed
-        for name, one in known.items():
+        for name in found:
             if typed.startswith(f"{name}/"):
-                yield from (Offer(f"{name}/{link}", "link", start, f"link of {name}") for link in one.links)
+                links = self._parts(("entities", name)).links
+                yield from (Offer(f"{name}/{link}", "link", start, f"link of {name}") for link in links)
+
+    def _robot(self, path: KeyPath) -> RobotParts:
+        """Returns the links and joints of the articulation, or of its part, in which a name is typed."""
+        inside = overridden_path(path)
+        if inside is not None:
+            written = (self._written_parts(text, inside[:_ENTITY_DEPTH]) for text in self._prefab(path))
+            return next((found for found in written if found.links), _NO_PARTS)
+        parts = [at for at, step in enumerate(path[:-2]) if step == "attach" and path[at + 2] != "to"]
+        return self._parts(path[: parts[-1] + 2] if parts else path[:_ENTITY_DEPTH])
+
+    def _parts(self, path: KeyPath) -> RobotParts:
+        """Returns the links and joints of an articulation: those built last, or else those in its file or tree."""
+        known = self._view.objects(self._text.path).get(str(path[-1])) if len(path) == _ENTITY_DEPTH else None
+        if known is not None and known.links:
+            return RobotParts([*known.links], [*known.joints])
+        return self._written_parts(self._whole, path, self._siblings(path))
+
+    def _written_parts(
+        self, text: SceneText, path: KeyPath, typed: Mapping[str, str | None] | None = None
+    ) -> RobotParts:
+        """`typed`: keys of the articulation that may not be in the text."""
+        keys = {**text.scalars(path), **(typed or {})}
+        named = next((file for key in ("urdf", "mjcf") if (file := keys.get(key))), None)
+        file = None if named is None else self._view.find_file(text.path, named)
+        robot = None if file is None else self._view.text(file)
+        if robot is not None:
+            return parts_of_file(robot.text)
+        tree = text.node((*path, "root"))
+        return _NO_PARTS if tree is None else parts_of_tree(tree)
 
     def _files(self, kind: Kind, path: KeyPath, start: int) -> Iterator[Offer]:
         typed = self._cursor.typed
@@ -241,6 +292,17 @@ class _Completer:
                 full = names if section == "entities" else [f"{section}/{name}" for name in names]
                 yield from (Offer(name, "name", start, section) for name in full if name not in present)
 
+    def _observed(self) -> list[Offer]:
+        """Returns the names that may be typed in quotes, as an argument of a function of `expect`."""
+        call = _CALL.search(self._cursor.typed) if self._cursor.path[:1] == ("expect",) else None
+        if call is None:
+            return []
+        given, start = _TEXT.findall(call[2]), len(self._before) - len(call[3])
+        arguments = OBSERVATIONS[call[1]]
+        if len(given) < len(arguments) and arguments[len(given)] == "joint":
+            return [Offer(name, "link", start) for name in self._parts(("entities", given[0])).joints]
+        return [*self._objects(start, with_world=False)]
+
     def _variables(self, start: int) -> Iterator[Offer]:
         """Yields what an expression may read."""
         path = self._cursor.path
@@ -255,7 +317,14 @@ class _Completer:
             yield from (Offer(name, "variable", start, "draw") for name in text.names("draws"))
         yield Offer("scene", "variable", start, "index of the scene")
         yield Offer("num_scenes", "variable", start, "number of parallel scenes")
-        yield from (Offer(f"{name}(", "function", start, label=name) for name in FUNCTIONS)
+        observed = OBSERVATIONS if path[:1] == ("expect",) else ()
+        yield from (Offer(f"{name}(", "function", start, label=name) for name in (*observed, *FUNCTIONS))
+
+
+def _form_path(path: KeyPath) -> KeyPath | None:
+    """Returns the path of the form of which a path is an alternative."""
+    at = next((at for at in (len(path) - 2, len(path) - 1) if at >= 0 and path[at] in LIST_FORMS), None)
+    return None if at is None else path[:at]
 
 
 def describe_param(text: SceneText, name: str) -> str:

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 
-from scenecc.diagnostics.fixing import is_better
+from scenecc.diagnostics.fixing import is_better, is_mended
 from scenecc.lsp import edits, worker
 from scenecc.lsp.completion import SUFFIXES, Offer, completions
-from scenecc.lsp.findings import findings_in, range_of
-from scenecc.lsp.hover import hover_at, with_facts
+from scenecc.lsp.findings import findings_in, range_of, to_client
+from scenecc.lsp.hover import MOST_TOLD, hover_at, with_facts
 from scenecc.lsp.language import load_language
 from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_location, uses_in, uses_of
 from scenecc.lsp.process import FaultError, WorkerStopped
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
     from scenecc.lsp.analysis import SceneText
     from scenecc.options import Options
+    from scenecc.source.hint_edits import Splice
 
 T = TypeVar("T")
 
@@ -210,8 +211,8 @@ async def _hover(ls: SceneServer, params: types.HoverParams) -> types.Hover | No
     view, text, told = await _ask(ls, params, hover_at)
     if told is None or text is None:
         return None
-    facts = None if told.entity is None else await ls.entity_facts(view, text.path, told.entity)
-    shown = told.text if facts is None else with_facts(told, facts)
+    asked = (ls.entity_facts(view, text.path, name) for name in told.entities[:MOST_TOLD])
+    shown = with_facts(told, await asyncio.gather(*asked)) if told.entities else told.text
     place = ls.columns.range(text, told.line, told.start, told.end)
     return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, shown), place)
 
@@ -315,34 +316,58 @@ def _workspace_edit(server: SceneServer, view: WorkspaceView, made: list[edits.E
 
 async def _code_action(ls: SceneServer, params: types.CodeActionParams) -> list[types.CodeAction]:
     view, text = _open_text(ls, params.text_document)
-    if text is None:
+    only = params.context.only
+    if text is None or (only is not None and types.CodeActionKind.QuickFix not in only):
         return []
     lines = range(params.range.start.line, params.range.end.line + 1)
     found = [one for one in findings_in(view, text.path) if (one.line or 1) - 1 in lines]
-    actions: list[types.CodeAction] = []
-    for one in found[:_MOST_FIXED]:
-        for correction in edits.corrections(text, one):
-            if correction.changed is None or await _mends(ls, view, text.path, one, correction.changed):
-                edit = _workspace_edit(ls, view, [correction.edit])
-                actions.append(types.CodeAction(correction.title, types.CodeActionKind.QuickFix, edit=edit))
-    return actions
+    actions: dict[tuple[Splice, ...], types.CodeAction] = {}
+    tries = _MOST_TRIED
+    for one in found:
+        titles: set[str] = set()
+        for edit in await asyncio.to_thread(edits.corrections, text, one):
+            if edit.title in titles or edit.splices in actions:
+                continue
+            if not edit.is_guess:
+                tries -= 1
+                if tries < 0 or not await _mends(ls, view, text.path, one, edit.applied(text.text)):
+                    continue
+            titles.add(edit.title)
+            actions[edit.splices] = types.CodeAction(
+                edit.title,
+                types.CodeActionKind.QuickFix,
+                diagnostics=[to_client(view, text, one, ls.columns)],
+                edit=types.WorkspaceEdit({ls.uri(text.path): [_splice_edit(ls, text, each) for each in edit.splices]}),
+            )
+    return list(actions.values())
 
 
-_MOST_FIXED: Final = 10
-"""Maximum number of findings of one line for which corrections are computed."""
+_MOST_TRIED: Final = 12
+"""Maximum number of edits that are checked for one line."""
+
+
+def _splice_edit(server: SceneServer, text: SceneText, splice: Splice) -> types.TextEdit:
+    ends = (text.place_of(at) for at in (splice.start, splice.end))
+    start, end = (server.columns.range(text, line, column, column).start for line, column in ends)
+    return types.TextEdit(types.Range(start, end), splice.text)
 
 
 async def _mends(server: SceneServer, view: WorkspaceView, path: Path, found: Diagnostic, changed: str) -> bool:
-    """Returns whether a text without a finding has no new finding on the same line."""
+    """Returns whether a text lacks a finding, and has no new one of the same stage.
+
+    A part is checked with an open scene that uses it.
+    """
+    user = next(iter(view.judges(path)), path)
+    project = view.projects.get(user)
     try:
         checked: worker.CheckAnswer = await server.checker.ask(
-            worker.CheckRequest(view.open_scene(path, {path: changed}))
+            worker.CheckRequest(view.open_scene(user, {path: changed}))
         )
     except (WorkerStopped, FaultError):
         return False
-    now = await asyncio.to_thread(server.finding_filter, checked.diagnostics, str(path))
-    then = list(view.projects[path].diagnostics) if path in view.projects else []
-    return found in then and is_better(now, then, found)
+    now = await asyncio.to_thread(server.finding_filter, checked.diagnostics, str(user))
+    then = [] if project is None else list(project.diagnostics)
+    return found in then and (is_better if found.fix else is_mended)(now, then, found)
 
 
 async def _document_symbol(ls: SceneServer, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:

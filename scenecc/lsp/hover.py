@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import islice
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scenecc.diagnostics.messages import cut
 from scenecc.lsp.completion import describe_param
 from scenecc.lsp.language import describe_key
 from scenecc.lsp.names import Definition, definition_of, mention_at
-from scenecc.lsp.references import path_in_language
+from scenecc.lsp.references import overridden_path, path_in_language
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from scenecc.diagnostics.diagnostic import Path as KeyPath
@@ -26,14 +28,14 @@ class HoverText(NamedTuple):
     Attributes:
         text: Markdown.
         line, start, end: range of the hovered item: 0-based, in characters.
-        entity: entity whose size and mass are added, if any.
+        entities: entities whose size and mass are added: the one that is named, or those of an instance or repetition.
     """
 
     text: str
     line: int
     start: int
     end: int | None
-    entity: str | None = None
+    entities: tuple[str, ...] = ()
 
 
 def hover_at(view: WorkspaceView, path: Path, line: int, column: int) -> HoverText | None:
@@ -45,7 +47,7 @@ def hover_at(view: WorkspaceView, path: Path, line: int, column: int) -> HoverTe
     found = mention_at(view, path, line, column)
     told = None if found is None else _describe_name(view, *found)
     if told is None:
-        told = _describe_key(view, text, leaf.path), None
+        told = _describe_key(view, text, leaf.path), ()
     return None if not told[0] else HoverText(told[0], leaf.line, leaf.start, leaf.end, told[1])
 
 
@@ -56,8 +58,10 @@ def _describe_key(view: WorkspaceView, text: SceneText, path: KeyPath) -> str | 
     return describe_key(*path_in_language(view, text.path, path, text.scalars))
 
 
-def _describe_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention) -> tuple[str, str | None] | None:
-    """Returns the Markdown, and the named entity."""
+def _describe_name(
+    view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention
+) -> tuple[str, tuple[str, ...]] | None:
+    """Returns the Markdown, and the entities that are named."""
     defined = definition_of(view, text, leaf, mention)
     if defined is None:
         return None
@@ -67,15 +71,16 @@ def _describe_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Me
         other = view.text(defined.file) if mention.kind == "scene file" else None
         described = None if other is None else other.scalar(("description",))
         head = f"`{_escape_markdown(name)}` — {_escape_markdown(str(defined.file))}"
-        return f"{head}\n\n{_escape_markdown(described or '')}".rstrip(), None
-    section = str(defined.path[0]) if defined.path else "link"
+        return f"{head}\n\n{_escape_markdown(described or '')}".rstrip(), ()
+    section = str(defined.path[0]) if defined.path else "joint" if mention.kind == "joint" else "link"
     if defined.path[:1] == ("params",):
         other = view.text(defined.file)
-        return f"parameter `{name}`{where}: " + _escape_markdown(describe_param(other, name) if other else ""), None
+        return f"parameter `{name}`{where}: " + _escape_markdown(describe_param(other, name) if other else ""), ()
     if defined.path[-2:-1] == ("repeat",):
-        return f"loop variable `{name}`", None
-    entity = _entity(view, text, defined, name)
-    return f"{_SINGULAR.get(section, section)} `{_escape_markdown(name)}`{where}", entity
+        return f"loop variable `{name}`", ()
+    head = f"{_SINGULAR.get(section, section)} `{_escape_markdown(name)}`{where}"
+    full = name if overridden_path(leaf.path) is None else f"{leaf.path[1]}/{name}"
+    return head, _entities(view, text, defined, full) if defined.path[:1] in {(), ("entities",)} else ()
 
 
 _SINGULAR = {
@@ -88,20 +93,45 @@ _SINGULAR = {
 }
 
 
-def _entity(view: WorkspaceView, text: SceneText, defined: Definition, name: str) -> str | None:
-    """Returns the entity in the whole scene that a name means."""
-    objects = view.objects(text.path)
-    while name and name not in objects:
-        name = name.rpartition("/")[0]
-    return name if name and objects[name].section == "entities" and defined.path[:1] in {(), ("entities",)} else None
-
-
-def with_facts(told: HoverText, facts: EntityFacts) -> str:
-    """Returns the Markdown with the facts of the entity from `scenecc inspect`."""
-    listed = (
-        f"- {_escape_markdown(label)} {_escape_markdown(words)}".replace("  ", " ") for label, words in facts.facts
+def _entities(view: WorkspaceView, text: SceneText, defined: Definition, name: str) -> tuple[str, ...]:
+    """Returns the entities of the whole scene that a name means: one, those of an instance, or copies."""
+    every = {each: one for each, one in view.objects(text.path).items() if one.section == "entities"}
+    if name in every:
+        return (name,)
+    key = defined.file, defined.path
+    inside = (
+        each
+        for each, one in every.items()
+        if each.startswith(f"{name}/") or (one.place is not None and (one.place.file, one.place.path) == key)
     )
-    return f"{told.text} ({facts.kind})\n\n" + "\n".join(listed)
+    links = (name[:end] for end in range(len(name) - 1, 0, -1) if name[end] == "/" and name[:end] in every)
+    return tuple(inside) or tuple(islice(links, 1))
+
+
+MOST_TOLD: Final = 8
+"""Maximum number of entities in a hover text."""
+
+
+def with_facts(told: HoverText, facts: Sequence[EntityFacts | None]) -> str:
+    """Returns the Markdown with the facts of the first entities from `scenecc inspect`."""
+    if len(told.entities) == 1:
+        (one,) = facts
+        listed = () if one is None else (f"- {_fact(label, words)}" for label, words in one.facts)
+        return told.text if one is None else f"{told.text} ({one.kind})\n\n" + "\n".join(listed)
+    lines = [
+        f"- `{_escape_markdown(name)}`" + ("" if one is None else f" ({one.kind}): {_size_and_mass(one)}")
+        for name, one in zip(told.entities, facts, strict=False)
+    ]
+    left = len(told.entities) - len(lines)
+    return "\n".join([f"{told.text}\n", *lines, *([f"- and {left} more"] if left else [])])
+
+
+def _size_and_mass(one: EntityFacts) -> str:
+    return ", ".join(_fact(label, words) for label, words in one.facts if label in {"mass", "size"})
+
+
+def _fact(label: str, words: str) -> str:
+    return f"{_escape_markdown(label)} {_escape_markdown(words)}".replace("  ", " ")
 
 
 def _escape_markdown(text: str) -> str:

@@ -78,7 +78,16 @@ def describe_key(path: KeyPath, siblings: Siblings) -> str | None:
     found = (_step(branch, path[-1]) for branch, _ in _branches_at(path[:-1], siblings))
     texts = dict.fromkeys(_describe(schema) for schema in found if schema is not None)
     shown = [text for text in texts if text]
-    return "\n\n".join(shown[:3]) or None
+    return "\n\n".join(shown[:3]) or (_describe_kind(path[:-1], siblings) if path[-1] == "type" else None)
+
+
+def _describe_kind(path: KeyPath, siblings: Siblings) -> str | None:
+    """Returns the description of the kind of a mapping that has a `type`, and the words for the other kinds."""
+    chosen = [branch for branch, is_form in _branches_at(path, siblings) if not is_form]
+    words = values_at((*path, "type"), lambda below: {} if below == path else siblings(below))
+    described = str(chosen[0].get("description", "")) if len(chosen) == 1 else ""
+    listed = "One of " + ", ".join(f"`{word.text}`" for word in words) + "." if words else ""
+    return " ".join(part for part in (described, listed) if part) or None
 
 
 def is_mapping_key(path: KeyPath, siblings: Siblings) -> bool:
@@ -179,6 +188,9 @@ def _conditional(schema: Schema, present: Mapping[str, str | None]) -> Iterator[
         yield from _alternatives(schema["then"], present)
         return
     then = _resolve(schema["then"])
+    if not {"if", "properties"} & {*_resolve(schema["else"])}:
+        yield from _alternatives(then, present)  # no kind without a deciding key
+        return
     if not present.keys() & _DECIDED:
         yield {"properties": {key: then["properties"][key] for key in deciding if key in then["properties"]}}, False
     yield from _alternatives(schema["else"], present)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scenecc.diagnostics.diagnostic import Location, locate_span
 from scenecc.expand.overrides import OVERRIDE_SECTIONS
-from scenecc.lsp.references import SECTIONS_OF, Mention, defined_kind, mentions
+from scenecc.lsp.references import SECTIONS_OF, Mention, defined_kind, mentions, observed_entity
+from scenecc.lsp.robot_parts import find_joint
 from scenecc.spec.references import WORLD
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ class _Resolver:
             case "link":
                 found = self._link(leaf.path, mention.text)
             case "joint":
-                pass
+                found = self._joint(leaf, mention)
             case _:
                 file = self._view.find_file(self._text.path, mention.text)
                 found = None if file is None else Definition(file, _TOP, (), 0, len(mention.text))
@@ -186,6 +187,23 @@ class _Resolver:
     def _link(self, path: KeyPath, name: str) -> Definition | None:
         one = self._view.objects(self._text.path).get(str(path[1])) if path[:1] == ("entities",) else None
         return None if one is None else self._at_place(one.links.get(name), name)
+
+    def _joint(self, leaf: Leaf, mention: Mention) -> Definition | None:
+        """Resolves a joint to its element in the robot's file, or its name in a tree."""
+        owner = leaf.path[1] if leaf.path[:1] == ("entities",) else observed_entity(leaf.text, mention.start)
+        one = self._view.objects(self._text.path).get(str(owner))
+        place = None if one is None else one.joints.get(mention.text)
+        text = None if place is None else self._view.text(place.file)
+        if place is None or text is None:
+            return None
+        if place.path:
+            node = text.node((*place.path, "joint", "name"))
+            span = None if node is None else node.span
+        else:
+            span = next(
+                ((at, *each) for at, line in enumerate(text.lines) if (each := find_joint(line, mention.text))), None
+            )
+        return None if span is None else Definition(place.file, span, (), 0, len(mention.text))
 
     def _at_place(self, place: SourcePlace | None, name: str, start: int = 0) -> Definition | None:
         """`start`: start of the requested part of the name."""

@@ -45,13 +45,39 @@ def path_in_language(view: WorkspaceView, file: Path, path: KeyPath, siblings: S
     inside = overridden_path(path)
     if inside is None:
         return path, siblings
-    prefab, start = prefab_texts(view, file, path, siblings), len(path) - len(inside)
+    start = len(path) - len(inside)
+    prefab, inside = _nested_member(view, prefab_texts(view, file, path, siblings), inside)
 
     def merged(below: KeyPath) -> dict[str, str | None]:
         written = (keys for text in prefab if (keys := text.scalars(below)))
         return {**next(written, dict[str, str | None]()), **siblings(path[: start + len(below)])}
 
     return inside, merged
+
+
+def _nested_member(
+    view: WorkspaceView, texts: tuple[SceneText, ...], path: KeyPath, depth: int = 0
+) -> tuple[tuple[SceneText, ...], KeyPath]:
+    """Returns the files of the prefab that has an overridden object, and the path in them.
+
+    Args:
+        view: the files.
+        texts: files of the outer prefab.
+        path: path in it, with the names of instances before that of the object.
+        depth: number of prefabs around it.
+    """
+    head, slash, rest = str(path[1]).partition("/")
+    used = next((one for text in texts if (one := text.scalar((path[0], head, "use")))), None) if slash else None
+    file = None if used is None or depth > _DEEPEST else view.find_file(texts[0].path, used)
+    return (
+        (texts, path)
+        if file is None
+        else _nested_member(view, view.module(file), (path[0], rest, *path[2:]), depth + 1)
+    )
+
+
+_DEEPEST: Final = 32
+"""Maximum depth of nested prefabs."""
 
 
 def prefab_texts(view: WorkspaceView, file: Path, path: KeyPath, siblings: Siblings) -> tuple[SceneText, ...]:
@@ -131,6 +157,13 @@ def _in_expression(leaf: Leaf, start: int, end: int) -> Iterator[Mention]:
         for argument, match in zip(OBSERVATIONS[call[1]], quoted, strict=False):
             kind: Kind = "joint" if argument == "joint" else "entity"
             yield Mention(kind, match[0][1:-1], match.start() + 1, match.end() - 1)
+
+
+def observed_entity(text: str, at: int) -> str | None:
+    """Returns the first name in the call around a position of an expression."""
+    calls = (call for call in _OBSERVATION.finditer(text) if call.start() <= at <= call.end())
+    name = next((_TEXT.search(call[2]) for call in calls), None)
+    return None if name is None else name[0][1:-1]
 
 
 def _expressions(text: str) -> Iterator[tuple[int, int]]:

@@ -90,13 +90,13 @@ class NamedObject:
         section: its section.
         place: where it is written; None if in no file.
         links: places of the links, for an articulation.
-        joints: named joints of an articulation.
+        joints: named joints of an articulation, each with the place of its link.
     """
 
     section: str
     place: SourcePlace | None
     links: Mapping[str, SourcePlace | None] = field(default_factory=dict[str, "SourcePlace | None"])
-    joints: tuple[str, ...] = ()
+    joints: Mapping[str, SourcePlace | None] = field(default_factory=dict[str, "SourcePlace | None"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,14 +181,14 @@ class _Finder:
             found[camera.name] = NamedObject("cameras", self._place(camera.origin, camera.name))
         for entity in plan.entities:
             links: dict[str, SourcePlace | None] = {}
-            joints: dict[str, None] = {}
+            joints: dict[str, SourcePlace | None] = {}
             for structure in entity.structures:
                 for link in getattr(structure, "links", ()):
                     links.setdefault(link.name, self._place(link.body.origin, link.name))
                     if link.joint is not None and link.joint.name:
-                        joints[link.joint.name] = None
+                        joints.setdefault(link.joint.name, links[link.name])
             place = self._place(entity.origin, entity.name)
-            found[entity.name] = NamedObject("entities", place, links, tuple(joints))
+            found[entity.name] = NamedObject("entities", place, links, joints)
         return found
 
     def _frames(self) -> Iterator[tuple[str, Origin]]:

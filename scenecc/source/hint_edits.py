@@ -10,15 +10,17 @@ import re
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scenecc.diagnostics.diagnostic import dotted
 from scenecc.diagnostics.messages import cut
 from scenecc.source.document import written_tree
+from scenecc.source.events import resolve_scalar
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
-    from scenecc.diagnostics.diagnostic import At, PathKey
+    from scenecc.diagnostics.diagnostic import At, Location, PathKey
     from scenecc.source.document import Place, WrittenNode, WrittenTree
 
 
@@ -65,6 +67,77 @@ def hint_edits(text: str, found: Diagnostic, tree: WrittenTree | None = None) ->
         if edit.splices and edit.applied(text) != text:
             edits.setdefault(edit.splices, edit)
     return list(edits.values())
+
+
+def safe_edit(text: str, found: Diagnostic, tree: WrittenTree | None = None) -> HintEdit | None:
+    """Returns the edit that `--fix` makes: the finding's own correction, or another notation of the same value that its
+    hint gives. None if there is none, or if its place is not whole and on one line.
+
+    Arguments as for `hint_edits`.
+    """
+    if found.fix is not None:
+        return _declared_edit(text, found)
+    if not may_be_safe(found) or not _is_unchanged(text, found.location):
+        return None
+    edit = next(iter(hint_edits(text, found, tree)), None)
+    if edit is None or len(edit.splices) != 1:
+        return None
+    start, end, new = edit.splices[0]
+    old = text[start:end]
+    return edit if "\n" not in old and _is_same_value(old, new) else None
+
+
+def may_be_safe(found: Diagnostic) -> bool:
+    """Returns whether a finding may have a safe edit, without a look at its text."""
+    if found.fix is not None:
+        return found.file == found.fix.location.file
+    return found.hint is not None and _NOTATION.fullmatch(found.hint) is not None
+
+
+def _is_unchanged(text: str, place: Location) -> bool:
+    """Returns whether the line of a place is the same up to its end, after edits of other lines."""
+    if place.line is None or not place.end_column or place.text is None:
+        return False
+    lines = text.split("\n")
+    line = lines[place.line - 1] if place.line <= len(lines) else ""
+    return line[: place.end_column - 1] == place.text[: place.end_column - 1]
+
+
+_NOTATION: Final = re.compile(
+    r"(?:write|write (?:commas and|it in|its numbers in) brackets:) `[^`\n]+`(?:, without quotes)?(?:[:;] [^`]*)?"
+)
+"""A hint with one entry or value to write, without a condition."""
+
+
+def _is_same_value(old: str, new: str) -> bool:
+    """Returns whether two entries, or values, write the same numbers and words, or the new one a word as a number or
+    colour.
+    """
+    was, now = (re.sub(r"\A[\w.-]+:\s+", "", one) for one in (old, new))
+    if re.findall(r"[\w.+-]+", was) == re.findall(r"[\w.+-]+", now):
+        return True
+    try:
+        is_word = isinstance(resolve_scalar(was), str) and was[:1] not in {"[", "{"}
+        return is_word and (now.startswith('"#') or not isinstance(resolve_scalar(now), str))
+    except OverflowError:
+        return False
+
+
+def _declared_edit(text: str, found: Diagnostic) -> HintEdit | None:
+    fix = found.fix
+    if fix is None or not _is_unchanged(text, place := fix.location):
+        return None
+    assert place.line is not None
+    assert place.column is not None
+    start = sum(len(one) + 1 for one in text.split("\n")[: place.line - 1]) + place.column - 1
+    end = start + (place.end_column or 0) - place.column
+    old = text[start:end]
+    is_list = fix.text.startswith("[")
+    quote = old[:1] if old[:1] in {"'", '"'} and old[:1] == old[-1:] and not is_list else ""
+    key = old[len(quote) : len(old) - len(quote)]
+    if not (old[:1] == "[" and old[-1:] == "]" if is_list else key.isidentifier()):
+        return None
+    return HintEdit(f"Write `{cut(fix.text)}`", (Splice(start, end, quote + fix.text + quote),))
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -440,7 +513,7 @@ def _alike(key: str, new: str) -> bool:
 def _ordered(*splices: Splice) -> tuple[Splice, ...]:
     """Returns splices in text order; none if two of them overlap."""
     made = sorted(splices)
-    if any(one.end > other.start for one, other in zip(made, made[1:])):
+    if any(one.end > other.start for one, other in pairwise(made)):
         return ()
     return tuple(made)
 

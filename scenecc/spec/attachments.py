@@ -32,8 +32,9 @@ class PartAnnotation(ModelChoice):
         self._nested = nested
 
     def choose(self, node: Any) -> "type[BaseModel] | None":
-        """Returns the model of a part, or None."""
-        return next((PART_TYPES[label].type for key, label in PART_LABELS.items() if key in node), None)
+        """Returns the model of a part; that of a URDF if its file is not written yet."""
+        label = next((label for key, label in PART_LABELS.items() if key in node), PART_LABELS["urdf"])
+        return PART_TYPES[label].type
 
     def __get_pydantic_core_schema__(self, source: Any, handler: "GetCoreSchemaHandler") -> "CoreSchema":
         return core_schema.no_info_plain_validator_function(_read_part)

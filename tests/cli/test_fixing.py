@@ -113,6 +113,23 @@ def test_another_spelling_of_a_word_is_corrected(run, tmp_path: Path) -> None:
     assert "timestep: 0.01" in after
 
 
+def test_another_notation_of_a_value_is_corrected(run, tmp_path: Path) -> None:
+    file = tmp_path / "s.yaml"
+    file.write_text(
+        "scenecc: 1\nentities:\n"
+        "  a: {mass: 1kg, color: red, pose: {pos: [0, 0, 1]}, shapes: [{type: sphere, radius: 10cm}]}  # one\n"
+        "  b:\n    gravity: yes\n    pose: '3 0 1'\n    shapes: [{type: sphere, radius: 0.1}]\n"
+        "cameras: {c: {fovy: 60, width: 64, height: 64}}\n"
+    )
+    after = fixed(run, file)
+    assert after.splitlines()[2:] == [
+        '  a: {mass: 1, color: "#ff0000", pose: {p: [0, 0, 1]}, shapes: [{type: sphere, radius: 0.1}]}  # one',
+        *("  b:", "    gravity: true", "    pose: [3, 0, 1]", "    shapes: [{type: sphere, radius: 0.1}]"),
+        "cameras: {c: {fovy_deg: 60, width: 64, height: 64}}",
+    ]
+    assert run("validate", file).returncode == 0
+
+
 def test_diff_option_changes_no_file(run, tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(BEFORE)
@@ -129,6 +146,11 @@ def test_diff_option_changes_no_file(run, tmp_path: Path) -> None:
         "a: {mass: 1, shapes: [{type: box, size: [0.1, 0.1, 0.1]}]}",  # a half of it, or all
         "a: {quat: [1, 0, 0, 0], mass: 1, shapes: [{type: sphere, radius: 0.1}]}",
         "a: {pose: {q: [1, 1, 0, 0]}, shapes: [{type: sphere, radius: 0.1}]}",
+        "a: {pose: [0, 0, 1, 0, 0, 0], shapes: [{type: sphere, radius: 0.1}]}",  # angles of a kind
+        "a: {pose: {euler: [0, 0, 90]}, shapes: [{type: sphere, radius: 0.1}]}",
+        "a: {shapes: [{type: box, half_size: 0.1}]}",
+        "a: {box: [0.1, 0.1, 0.1]}",
+        "a: {shapes: [{type: sphere, radius: 0.1}]}\nscenecc: 2",
     ],
 )
 def test_unsafe_corrections_are_not_made(run, tmp_path: Path, line: str) -> None:

@@ -166,17 +166,56 @@ def test_a_rename_that_breaks_an_expression_is_refused(client, scene):
     assert "it would cause an error in line 5" in refused["message"]
 
 
-def test_quick_fixes_come_from_findings(client, scene):
-    def actions(text):
-        checked(client, scene, text)
-        place = {"start": {"line": 4, "character": 0}, "end": {"line": 4, "character": 0}}
-        asked = {"textDocument": {"uri": scene.as_uri()}, "range": place, "context": {"diagnostics": []}}
-        found = client.ask("textDocument/codeAction", asked)
-        return [(one["title"], one["edit"]["changes"][scene.as_uri()][0]["newText"]) for one in found]
+def quick_fixes(client, scene, text, line, **context):
+    """Title of each quick fix of a 0-based line → the text after it."""
+    checked(client, scene, text)
+    place = {"start": {"line": line, "character": 0}, "end": {"line": line, "character": 0}}
+    asked = {"textDocument": {"uri": scene.as_uri()}, "range": place, "context": {"diagnostics": [], **context}}
+    found = {}
+    for action in client.ask("textDocument/codeAction", asked):
+        assert len(action["diagnostics"]) == 1
+        edits = action["edit"]["changes"][scene.as_uri()]
+        found[action["title"]] = with_edits(text, edits)
+    return found
 
-    assert actions(SCENE.replace("relative_to: table", "relative_to: tabel")) == [("Change to `table`", "table")]
-    assert actions(SCENE.replace("relative_to", "relativ_to")) == [("Write `relative_to`", "relative_to")]
-    assert actions(SCENE) == []
+
+def with_edits(text, edits):
+    """A text after edits in the protocol's notation."""
+    lines = text.splitlines(keepends=True)
+
+    def index(place):
+        before = (
+            lines[place["line"]].encode("utf-16-le")[: 2 * place["character"]] if place["line"] < len(lines) else b""
+        )
+        return sum(map(len, lines[: place["line"]])) + len(before.decode("utf-16-le"))
+
+    for edit in sorted(edits, key=lambda one: -index(one["range"]["start"])):
+        text = text[: index(edit["range"]["start"])] + edit["newText"] + text[index(edit["range"]["end"]) :]
+    return text
+
+
+def test_quick_fixes_come_from_findings(client, scene):
+    wrong = SCENE.replace("relative_to: table", "relative_to: tabel")
+    assert quick_fixes(client, scene, wrong, 4) == {"Change to `table`": SCENE}
+    wrong = SCENE.replace("relative_to", "relativ_to")
+    assert quick_fixes(client, scene, wrong, 4) == {"Write `relative_to`": SCENE}
+    assert quick_fixes(client, scene, wrong, 4, only=["source.fixAll"]) == {}
+    assert quick_fixes(client, scene, SCENE, 4) == {}
+
+
+def test_quick_fixes_do_what_a_hint_says(client, scene):
+    end = SCENE.count("\n")
+    color = '    color: "#ff0000"  # 😀\n'
+    found = quick_fixes(client, scene, SCENE + color.replace('"#ff0000"', "red"), end)
+    assert found == {'Write `color: "#ff0000"`': SCENE + color}
+    (after,) = quick_fixes(client, scene, SCENE + "    friction: 0.5\n", end).values()
+    assert after == SCENE + "    material: {physical: {static_friction: 0.5, dynamic_friction: 0.5}}\n"
+    (after,) = quick_fixes(client, scene, SCENE + "    num_envs: 4\n", end).values()
+    assert after == SCENE.replace("entities", "num_scenes: 4\nentities")
+    found = quick_fixes(client, scene, SCENE + "    mass: 0\n", end)
+    assert found == {"Remove `mass`": SCENE, "Write `body_type: static`": SCENE + "    body_type: static\n"}
+    # What would only cause another error is not offered.
+    assert quick_fixes(client, scene, SCENE + "    com: [[0, 0, 0]]\n", end) == {}
 
 
 def test_uses_of_the_name_at_the_cursor_are_highlighted(client, scene):

@@ -1,0 +1,69 @@
+"""Text edits from hints: places, notations and comments. `tests/unit/spec/test_slips.py` applies every form of hint."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from scenecc import validate
+from scenecc.source.hint_edits import hint_edits, written_codes
+
+BOX = "shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]"
+
+
+def first_edit(text: str) -> str:
+    """The text after the first edit of its first finding."""
+    found = validate(io.StringIO(text))[0]
+    return hint_edits(text, found)[0].applied(text)
+
+
+def scene(*lines: str) -> str:
+    return "\n".join(("scenecc: 1", "entities:", *lines, ""))
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (("  a:", f"    {BOX}", "    mass: 0  # none", "  # next"), ("  a:", f"    {BOX}", "  # next")),
+        (("  a:", "    mass: 0", "", f"    {BOX}"), ("  a:", "", f"    {BOX}")),
+        ((f"  a: {{mass: 0, {BOX}}}",), (f"  a: {{{BOX}}}",)),
+        ((f"  a: {{{BOX}, mass: 0}}",), (f"  a: {{{BOX}}}",)),
+        ((f"  a: {{{BOX},", "      mass: 0}"), (f"  a: {{{BOX}}}",)),
+        (
+            ("  a:", "    shapes:", "      - mass: 1", "        type: sphere", "        radius: 1"),
+            ("  a:", "    mass: 1", "    shapes:", "      - type: sphere", "        radius: 1"),
+        ),
+        (
+            ("  a:", f"    {BOX}", "    pose:", "      p: [0, 0, 1]  # above", "    rotation: [0, 0, 90]"),
+            ("  a:", f"    {BOX}", "    pose:", "      rpy_deg: [0, 0, 90]", "      p: [0, 0, 1]  # above"),
+        ),
+    ],
+)  # fmt: skip
+def test_edits_keep_all_other_text(before: tuple[str, ...], after: tuple[str, ...]) -> None:
+    assert first_edit(scene(*before)) == scene(*after)
+
+
+def test_line_breaks_and_wide_characters_count() -> None:
+    text = scene("  a:  # 😀", f"    {BOX}", '    x-note: "😀"', "    color: red # 😀").replace("\n", "\r\n")
+    assert first_edit(text) == text.replace("red #", '"#ff0000" #')
+
+
+def test_an_alias_is_not_edited_where_it_is_used() -> None:
+    text = scene(f"  a: {{{BOX}, x-m: &m 0, mass: *m}}")
+    found = next(one for one in validate(io.StringIO(text)) if one.code == "SC104")
+    assert all("mass: *m" in edit.applied(text) or "mass" not in edit.applied(text) for edit in hint_edits(text, found))
+
+
+@pytest.mark.parametrize(
+    ("hint", "codes"),
+    [
+        ("write `width: 64` and `height: 64` [px]", ["width: 64, height: 64"]),
+        ("write `a`, or `b`", ["a", "b"]),
+        ("write `mass: 1` beside `shapes`, or the `density` of this shape", ["mass: 1"]),
+        ("write a smaller `timestep`", []),
+        ("it is half of that (in MuJoCo, `size` is already half)", []),
+    ],
+)
+def test_what_a_hint_says_to_write(hint: str, codes: list[str]) -> None:
+    assert written_codes(hint) == codes
