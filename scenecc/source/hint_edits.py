@@ -164,8 +164,8 @@ _ABOVE: Final = re.compile(r"(?:beside|under) `(\w+)`|(at the top)")
 """Where else to write it: beside or below another key, or at the top of the file."""
 
 
-_FEWER: Final = 8
-"""How many shorter runs of lines may be indented instead."""
+_FEWER: Final = 9
+"""How many runs of lines, from the longest, may be indented."""
 
 _NAMES: Final = 1
 """Depth of the mappings of names, such as `entities`: a key written there would be a name."""
@@ -255,11 +255,11 @@ class _Editor:
         if self._hint.startswith("write two spaces instead of each tab"):
             tabs = [Splice(at, at + 1, "  ") for at, one in enumerate(self._text) if one == "\t"]
             yield HintEdit("Write two spaces instead of each tab", tuple(tabs))
-        if straight := re.match(r"indent it by (\d+) spaces", self._hint):
+        if straight := re.match(r"indent it by (\d+) spaces|remove the blanks before it", self._hint):
             line = self._lines[bisect_right(self._lines, self._start) - 1]
-            indented = Splice(line, self._start, " " * int(straight[1]))
-            yield HintEdit(f"Indent it by {straight[1]} spaces", (indented,))
-        if self._hint.startswith("indent the lines below"):
+            indented = Splice(line, self._start, " " * int(straight[1] or 0))
+            yield HintEdit(straight[0].capitalize(), (indented,))
+        if self._hint.startswith(("indent the lines below", "indent it and")):
             yield from self._indented()
         removed = list(self._removals())
         if self._hint.startswith("remove it"):
@@ -327,15 +327,26 @@ class _Editor:
             yield HintEdit(title, self._without(self._chain[: depth + 1]))
 
     def _indented(self) -> Iterator[HintEdit]:
-        """Indents the lines below the finding, as many as belong together, then fewer."""
+        """Indents the lines below the finding that belong to it, or only the first of them; with its own or without."""
         assert self._found.line is not None
-        column = (self._found.column or 1) - 1
-        below = [self._text[at : at + column + 1] for at in self._lines[self._found.line :]]
-        inside = [one.strip() == "" or one[:column].strip() == "" for one in below]
-        last = inside.index(False) if False in inside else len(inside)
-        starts = [at for at, one in zip(self._lines[self._found.line :], below[:last], strict=False) if one.strip()]
-        for count in range(len(starts), max(len(starts) - _FEWER, 0), -1):
-            yield HintEdit("Indent the lines below it", tuple(Splice(at, at, "  ") for at in starts[:count]))
+        column, own = (self._found.column or 1) - 1, self._hint.startswith("indent it and")
+        starts: list[int] = []
+        cuts: list[int] = []
+        least = None
+        for start, end in zip(self._lines[self._found.line :], [*self._lines[self._found.line + 1 :], len(self._text)]):
+            text = self._text[start:end]
+            indent = len(text) - len(text.lstrip(" "))
+            if text.strip() and indent < column + own:
+                break
+            if text.strip():
+                least = indent if least is None else min(least, indent)
+                cuts += [len(starts)] * (indent == least and bool(starts))
+                starts.append(start)
+        mark = [self._lines[self._found.line - 1]] * own
+        if starts or own:
+            for count in [len(starts), *reversed(cuts)][:_FEWER]:
+                splices = tuple(Splice(at, at, "  ") for at in [*mark, *starts[:count]])
+                yield HintEdit("Indent the lines below it", splices)
 
     def _renamed(self, old: str | None, new: str) -> Iterator[HintEdit]:
         """Renames the nearest key, alone or with the entry of the finding removed."""

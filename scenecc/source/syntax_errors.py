@@ -159,7 +159,7 @@ class _Advice:
         return _SURE.search(self.hint or "") is not None
 
 
-_SURE = re.compile(r"write `(?!key: value)[^`…]+`|quote (?:it|the colour): `|parts: `|two spaces instead")
+_SURE = re.compile(r"write `(?!key: value)[^`…]+`|quote (?:it|the colour): `|two spaces instead")
 
 
 def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
@@ -205,10 +205,7 @@ def _find_advice(problem: _Problem) -> _Advice:
     return _find_tab(problem) or _Advice(f"bad YAML: {problem.problem}")
 
 
-_NEAR = 200
-"""Number of characters before an error in which a hint looks for a pattern: a line may be very long."""
-
-_COMMENTED_COLOUR = re.compile(r":[ \t]+(?P<colour>#[0-9A-Fa-f]{3,8})\b")
+_COMMENTED_COLOUR = re.compile(r":[ \t]+(?P<colour>#[0-9A-Fa-f]{3,8})\b[\"']?")
 
 
 def _find_commented_colour(problem: _Problem) -> _Advice | None:
@@ -217,7 +214,13 @@ def _find_commented_colour(problem: _Problem) -> _Advice | None:
         if found := _COMMENTED_COLOUR.search(problem.lines.line(line)):
             colour = found["colour"]
             message = "a bracket is not closed: `#` starts a comment"
-            return _Advice(message, f'quote the colour: `"{colour}"`', line, found.start("colour"), len(colour))
+            return _Advice(
+                message,
+                f'quote the colour: `"{colour}"`',
+                line,
+                found.start("colour"),
+                found.end() - found.start("colour"),
+            )
     return None
 
 
@@ -257,9 +260,6 @@ def _explain_brackets(problem: _Problem) -> _Advice:
         hint = f"close it with `{closing}` before this line, or put a comma between its parts"
     else:
         hint = f"put a comma between the parts of a {what}, and `{closing}` at its end; quote strings with brackets"
-        beside = re.search(r"(\w+): *([\w.\]-]+)(?: +|; *)(\w+)$", problem.text[: problem.mark.column][-_NEAR:])
-        if beside is not None and problem.rest.startswith(":"):
-            hint = f"put a comma between the parts: `{beside[1]}: {beside[2]}, {beside[3]}: …`"
     return _Advice(f"a comma or `{closing}` is missing", hint, related=f"the {what} starts here")
 
 

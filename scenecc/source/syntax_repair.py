@@ -64,8 +64,8 @@ def find_repair(lines: TextLines, line: int, context: int) -> Repair | None:
     window = _Window.around(lines, line)
     if window is None or window.oddities() is not None:
         return None
-    above = next((one for one in range(line - 1, window.first - 1, -1) if window.has_code(one)), line)
-    places = [one for one in dict.fromkeys((line, above, context)) if window.has_code(one)]
+    above = [one for one in range(line - 1, max(window.first, line - 4) - 1, -1) if window.has_code(one)]
+    places = [one for one in dict.fromkeys((line, *above[:1], context, *above[1:])) if window.has_code(one)]
     for list_changes in (_straighten, _separate, _balance, _close_quotes, _reindent):
         for place in places:
             for change in list_changes(window, place):
@@ -79,7 +79,8 @@ def _as_repair(old: str, line: int, change: _Change) -> Repair:
     end = max(len(old.rstrip()), column + 1)
     indent = len(change.text) - len(change.text.lstrip())
     if old.strip() == change.text.strip():
-        return Repair(line, column, end, change.message, f"indent it by {indent} spaces")
+        hint = f"indent it by {indent} spaces" if indent else "remove the blanks before it"
+        return Repair(line, column, end, change.message, hint)
     comment = re.search(r"\s+#[^\"']*$", old)
     new = change.text.strip()
     if comment is not None and new.endswith(comment[0].strip()):
@@ -123,6 +124,10 @@ class _Window:
         before = next((_indent(one) for one in reversed(self._lines[: line - self.first]) if _is_code(one)), None)
         after = next((_indent(one) for one in self._lines[line - self.first + 1 :] if _is_code(one)), None)
         return before, after
+
+    def dashes(self) -> list[int]:
+        """Returns the indentations of list items, the largest first."""
+        return sorted({_indent(one) for one in self._lines if one.lstrip().startswith("- ")}, reverse=True)
 
     def indents(self) -> set[int]:
         return {_indent(one) for one in self._lines if _is_code(one)}
@@ -190,7 +195,7 @@ def _with(text: str, indent: int) -> str:
 
 def _reindent(window: _Window, line: int) -> Iterator[_Change]:
     text = window.text(line)
-    for indent in sorted(window.indents() - {_indent(text)}, key=lambda one: abs(one - _indent(text))):
+    for indent in sorted(window.indents() - {_indent(text)}, key=lambda one: (abs(one - _indent(text)), -one)):
         yield _Change("bad indentation: it matches neither the keys above it nor their values", _with(text, indent))
 
 
@@ -218,9 +223,8 @@ def _separate(window: _Window, line: int) -> Iterator[_Change]:
         yield _Change("the space is missing after a colon", f"{text[: found.end()]} {text[found.end() :]}")
     for found in _NO_COMMA.finditer(text):
         yield _Change("a comma is missing", f"{text[: found.start()]}, {text[found.end() :]}")
-    before = {_indent(one) for one in window._lines[: line - window.first] if one.lstrip().startswith("- ")}
-    for indent in sorted(before, reverse=True):
-        if not text.lstrip().startswith("-"):
+    for indent in window.dashes() if not text.lstrip().startswith("-") else ():
+        if indent < _indent(text):
             yield _Change("a list item has no `-`", f"{' ' * indent}- {text.lstrip()}")
 
 
@@ -255,9 +259,15 @@ def _at_mismatch(code: str, tail: str, at: int, token: str, opened: tuple[int, s
         opening = "[" if token == "]" else "{"
         if token != ")":
             message = f"this `{token}` closes nothing: `{opening}` is missing"
+<<<<<<< HEAD
             for start in sorted(
                 {0, *(found.end() for found in re.finditer(r"(?:- |: |\{|, )", code[:at]))}, reverse=True
             ):
+=======
+            if code[at - 1] in "]}":
+                yield _Change(f"this `{token}` closes nothing", code[:at] + code[at + 1 :] + tail)
+            for start in sorted({0, *(found.end() for found in re.finditer(r"(?:- |: |\{|, )", code[:at]))}, reverse=True):
+>>>>>>> 46ab368808b9debf7aa2eb568776bdc6b31e561d
                 place = start or len(code) - len(code.lstrip())
                 yield _Change(message, code[:place] + opening + code[place:] + tail)
         yield _Change(f"this `{token}` closes nothing", code[:at] + code[at + 1 :] + tail)

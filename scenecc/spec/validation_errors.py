@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from scenecc.diagnostics.messages import LISTS_KEYS, cut, is_slip_of, keyboard_hint, listed, nearest, show
@@ -192,6 +193,9 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
     known, free = known_keys(path, data)
     word = snake_case(key)
     owner = value_at(data, path[:-1])
+    if above := _mapping_above(path, data):
+        _report_dedented(path, above, place, sink)
+        return
     hint = misplaced_hint(key, owner, known, str(path[-2]) if len(path) > 1 else "")
     if hint is None and "use" in known and not suggest_key(key, known):
         form = INSTANCE_HINT if _is_key_of_entities(key) else PARAM_HINT
@@ -207,6 +211,26 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         if near in free and is_slip_of(key, free) and (not is_synonym or nearest(word, (near,), _SAME_WORD)):
             fix = "key", near
     sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint, fix=fix)
+
+
+def _mapping_above(path: Path, data: Any) -> str | None:
+    """Returns the key above a key that belongs inside of it, but is not indented so far; None if there is none."""
+    key, owner = str(path[-1]), value_at(data, path[:-1])
+    above = next((one for one, after in pairwise(owner) if after == key), None)
+    inside = above is not None and owner[above]
+    if not is_mapping(inside) or key in inside or above in FORM_KEYS:
+        return None
+    place = (*path[:-1], above)
+    if place in _NAME_MAPPING_PATHS and is_mapping(owner[key]) and owner[key]:
+        moved = {**data, above: {**inside, key: owner[key]}}
+        known, _ = known_keys((*place, key, ""), moved)
+        return above if next(iter(owner[key])) in known else None
+    return above if key in known_keys((*place, key), data)[0] and path[:-1] in _NAME_MAPPING_PATHS[1:] else None
+
+
+def _report_dedented(path: Path, above: str, place: Origin, sink: Sink) -> None:
+    hint = "indent it and what belongs to it by two more spaces"
+    sink.report("SC101", f"`{cut(str(path[-1]))}` belongs inside `{cut(above)}`, above it", place, at="key", hint=hint)
 
 
 def _report_unsupported(word: Any, place: Origin, sink: Sink, *, at: Literal["key", "value"] = "value") -> bool:
@@ -360,12 +384,19 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
     misspelt = _find_misspelt_keys(located, data)
     short = _find_short_lists(located)
     formed = _find_misplaced_forms(located, data)
+    dedented: dict[Path, str | None] = {}
     for error, path in located:
         if sink.full:
             return
         if error["type"] == "missing" and path in misspelt:
             # Reported as an unknown key, with the missing one as its hint.
             continue
+        name = path[:2]
+        if len(name) == len((*_NAME_MAPPING_PATHS[1], "")) and name[:1] in _NAME_MAPPING_PATHS:
+            if name not in dedented and (above := dedented.setdefault(name, _mapping_above(name, data))):
+                _report_dedented(name, above, origin.child(*name), sink)
+            if dedented[name]:
+                continue
         owner = path[:-1] if error["type"] in {"extra_forbidden", "missing"} else path
         if owner in formed:
             if formed[owner] is not None:
@@ -397,7 +428,7 @@ def _find_misplaced_forms(located: LocatedErrors, data: dict[str, Any]) -> dict[
     return formed
 
 
-_NAME_MAPPING_PATHS: frozenset[Path] = frozenset(((), *((name,) for name in NAME_SECTIONS)))
+_NAME_MAPPING_PATHS: tuple[Path, ...] = ((), *((name,) for name in NAME_SECTIONS))
 """The document and its mappings of names, where an entry may have the name of a form."""
 
 

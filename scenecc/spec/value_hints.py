@@ -259,6 +259,9 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:  # noqa: PLR
         is_first_color = path[-1:] == (0,) and str(path[-2]).endswith("color") and not text.strip().isdecimal()
         if is_first_color and (color := color_of(_commas(text))):
             return f"write `{path[-2]}: {flow(color)}`"
+        parts = numbers(text.replace(";", " "))
+        if not is_list and len(parts) > 1 and isinstance(path[-1], int):
+            return f"write commas: `{flow(parts)[1:-1]}`"
         if hint := unit_hint(path, text) or _slip_hint(path, text, _LIST_SLIPS if is_list else _NUMBER_SLIPS):
             return hint
     if expected == "true or false":
@@ -336,6 +339,9 @@ def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case
         return None
     key, parts = path[-1], numbers(found)
     texts = [one for one in found if isinstance(one, str)]
+    split = [numbers(one.replace(";", " ")) if isinstance(one, str) else [one] for one in found]
+    if any(len(one) > 1 for one in split):
+        return f"write commas: {_entry(path, [part for one in split for part in one])}"
     if texts and (call := _CALL.search(", ".join(texts)[:_MAX_LENGTH])):
         return f"write a form: `{{{call[1]}: [{_commas(call[2])}]}}`"
     if key == "half_size" and len(parts) == 1:
@@ -467,7 +473,7 @@ def unit_hint(path: Path, text: str) -> str | None:
 
 
 def _commas(text: str) -> str:
-    return ", ".join(text.replace(",", " ").split())
+    return ", ".join(re.sub("[,;]", " ", text).split())
 
 
 _MODULES: Final = re.compile(r"\b(?:np|numpy|math)\.(?=(?:pi|sqrt|sin|cos|tan|radians|degrees|floor|ceil|hypot)\b)")
@@ -505,7 +511,7 @@ _TEXT_SLIPS: Final[tuple[TextSlip, ...]] = (
 
 _NUMERIC_SLIPS: Final[tuple[TextSlip, ...]] = (
     (r"\s*\[([-+.\deE, ]*)\]\s*", r"[\1]", "write @, without quotes"),
-    (r"\s*[-+.\d][-+.\deE]*(?:[ ,]+[-+.\d][-+.\deE]*)+\s*", r"[\g<0>]", "write commas and brackets: @"),
+    (r"\s*[-+.\d][-+.\deE]*(?:[ ,;]+[-+.\d][-+.\deE]*)+\s*", r"[\g<0>]", "write commas and brackets: @"),
     (r"([-+]?\d+)[eE](-\d+)", r"\1.0e\2", "write @, without quotes; PyYAML takes `1e-5` for text"),
     (r"([-+]?\d+)[eE]\+?(\d+)", r"\1.0e+\2", "write @, without quotes; PyYAML takes `1e5` for text"),
     (r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*", r"\1", "write @, without quotes"),
