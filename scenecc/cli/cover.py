@@ -112,7 +112,9 @@ def _rows(made: SceneCover) -> str:
         ]
         return table(("scene", *map(escape_text, names)), rows)
     listed = [
-        (str(scene), escape_text(name), cell(value)) for scene, row in enumerate(made.rows) for name, value in row.items()
+        (str(scene), escape_text(name), cell(value))
+        for scene, row in enumerate(made.rows)
+        for name, value in row.items()
     ]
     return table(("scene", "name", "value"), listed)
 

@@ -138,7 +138,9 @@ def cover_scene(
     if not builder.sources:
         sink = Sink()
         hint = "draw something: `choice`, `integers`, `uniform` and others"
-        sink.report("SC945", "the file draws nothing, so that every scene is the same", Location(builder.name), hint=hint)
+        sink.report(
+            "SC945", "the file draws nothing, so that every scene is the same", Location(builder.name), hint=hint
+        )
         raise SceneError(sink.diagnostics())
     if sobol is not None:
         return _SobolCover(builder, sobol).run()
@@ -246,7 +248,10 @@ class Builder:
             if hasattr(item, "key"):
                 from scenecc.variation.chosen import key_text
 
-                place = key_text(item.key.section, item.key.name, item.key.path), item.word if hasattr(item, "word") else 0
+                place = (
+                    key_text(item.key.section, item.key.name, item.key.path),
+                    item.word if hasattr(item, "word") else 0,
+                )
                 if not isinstance(item, Chosen | Drawn) or place not in by_place:
                     if isinstance(item, Chosen) and len(item.possible) < 2:
                         continue
@@ -308,6 +313,7 @@ class _PairCover:
         self._attempts: list[int] = []
         self._given_up: dict[Pair, tuple[str, str]] = {}
         self._tries: dict[Pair, int] = {}
+        self._checked = 0
         self._can_move = not any(one.is_cycle or one.scenes is not None for one in self._factors)
 
     def run(self) -> SceneCover:
@@ -318,7 +324,11 @@ class _PairCover:
             units = self._units()
             result, record, sink = self._builder.compile(units, len(self._rows))
             if result is not None:
-                return self._cover(result, sink, units)
+                rows = without_redundant(self._rows, self._table) if self._can_move else self._rows
+                if len(rows) == len(self._rows):
+                    return self._cover(result, sink, units)
+                self._rows, self._starts, self._attempts = rows, [None] * len(rows), [0] * len(rows)
+                continue
             self._replace_failed(record, sink)
         sink.report("SC945", f"no cover was found in {_MOST_BUILDS} builds", Location(self._builder.name))
         raise SceneError(sink.diagnostics())
@@ -341,21 +351,28 @@ class _PairCover:
         """Adds rows until no pair is open, and at least one."""
         idle = 0
         while self._table.open.any() or not self._rows:
-            start, before = None, self._table.open.sum()
-            found = self._maker.best(len(self._rows))
-            if found is None:
-                self._give_up_excluded()
-                found = self._maker.best(len(self._rows))
-            if found is None and self._rows:
-                found = self._rows[0], None
-            if found is None:
-                raise SceneError(self._builder_error())
-            row, start = found
-            self._append(row, start)
+            before = self._table.open.sum()
+            self._append(*self._next(len(self._rows)))
             idle = 0 if self._table.open.sum() < before else idle + 1
             if idle > _MANY_SCENES:
-                self._close_all("excluded", "")
+                self._close_all("not found", "")
+            if idle and not self._table.open.any():
                 del self._rows[-idle:], self._starts[-idle:], self._attempts[-idle:]
+
+    def _next(self, scene: int) -> tuple[Row, Pair | None]:
+        """Returns a row of a scene, and the pair that it was made for. Gives up the pairs that have no row."""
+        found = self._maker.best(scene)
+        if (
+            self._table.open.any()
+            and (found is None or found[1] is None)
+            and self._checked < len(self._maker.conflicts)
+        ):
+            self._checked = len(self._maker.conflicts)
+            self._give_up_excluded(scene)
+            found = self._maker.best(scene)
+        if found is None:
+            raise SceneError(self._builder_error())
+        return found
 
     def _append(self, row: Row, start: Pair | None) -> None:
         self._rows.append(row)
@@ -371,11 +388,10 @@ class _PairCover:
         sink.report("SC945", message, Location(self._builder.name))
         return sink.diagnostics()
 
-    def _give_up_excluded(self) -> None:
+    def _give_up_excluded(self, scene: int) -> None:
         """Gives up the open pairs for which no row is possible, because of what failed before."""
-        scene = len(self._rows)
         for pair in [*self._table.open_pairs(), *self._open_levels()]:
-            if not any(self._maker.row_for(pair, scene) for _ in range(_TRIES)):
+            if not self._maker.is_possible(pair, scene, _TRIES):
                 self._close(pair, "excluded", self._maker.reason(pair))
 
     def _open_levels(self) -> list[Pair]:
@@ -437,14 +453,8 @@ class _PairCover:
             if not self._table.open.any() and self._can_move and len(self._rows) > 1:
                 del self._rows[scene], self._starts[scene], self._attempts[scene]
                 continue
-            found = self._maker.best(scene)
-            if found is None:
-                self._give_up_excluded()
-                found = self._maker.best(scene)
-            if found is None:
-                raise SceneError(self._builder_error())
-            self._rows[scene], self._starts[scene] = found
-            self._table.meet(found[0])
+            self._rows[scene], self._starts[scene] = self._next(scene)
+            self._table.meet(self._rows[scene])
 
     def _cover(self, result: CompileResult, sink: Sink, units: Mapping[int, Any]) -> SceneCover:
         given_up = {pair: why for pair, why in self._given_up.items() if not self._meets(pair)}
@@ -529,7 +539,5 @@ class _SobolCover:
         return self._builder.row_units(row, ranges)
 
     def _missed(self, pair: Pair, table: PairTable) -> MissedPair:
-        first, second = (
-            (table.factors[f].source.label, table.factors[f].source.values[a]) for f, a in pair
-        )
+        first, second = ((table.factors[f].source.label, table.factors[f].source.values[a]) for f, a in pair)
         return MissedPair(first, second, "not met")

@@ -7,12 +7,16 @@ from dataclasses import replace
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any, Final
 
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan.display import format_color
+from scenecc.plan.scene import placing_draw_name
 from scenecc.variation.chosen import DrawRecord, DrawSource
-from scenecc.variation.nodes import NODES, Chosen, Cycled, Drawn, Shuffled
+from scenecc.variation.nodes import NODES, Chosen, Cycled, Drawn, Key, Shuffled
 
 if TYPE_CHECKING:
     from scenecc.lower.forms import FieldPlace
+    from scenecc.lower.sampling import SamplingContext
+    from scenecc.plan.placement import Placement
 
 MOST_ALTERNATIVES: Final = 64
 """Most integers that are alternatives. More are a range."""
@@ -48,6 +52,25 @@ def add_sources(
     else:
         word, words = (node.word, len(node.items)) if isinstance(node, Shuffled) else (0, 3)
         _add(record, DrawSource(*key, word, "other", (), (), "", words, **common))
+
+
+def add_placing(sampling: SamplingContext, placement: Placement) -> None:
+    """Records the point and the height that a placement draws. Chosen ones become a shared draw that holds their key."""
+    record, origin = sampling.record, placement.origin or Origin(None)
+    assert record is not None
+    words = {"place.region": 2 if placement.at is None and placement.next_to is None else 0}
+    words["place.height"] = 1 if placement.height is not None else 0
+    for path, count in words.items():
+        if count:
+            name = placement.name
+            source = DrawSource(
+                "entities", name, path, 0, "other", (), (), "", count, placement.scene_idxs, origin.child(path[6:])
+            )
+            _add(record, source)
+            if chosen := record.chosen.get(source.key):
+                node = Drawn("uniform", (0.0, 1.0), (count,), Key("entities", name, path, chosen))
+                sampling.add(placing_draw_name(name, path), node, frozenset())
+                sampling.random.add(placing_draw_name(name, path))
 
 
 def _add(record: DrawRecord, source: DrawSource) -> None:

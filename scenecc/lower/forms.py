@@ -214,9 +214,7 @@ class VariationLowerer(Variation):
                 self.drawn = True
                 count, row = len(items), self.plain(items, kind, around, step)
                 key = self._draw_key(place, count)
-                return self._record(
-                    Shuffled(tuple(row[:count]), key, place.word * count, tuple(row[count:])), place
-                )
+                return self._record(Shuffled(tuple(row[:count]), key, place.word * count, tuple(row[count:])), place)
             case _:
                 return self._lower_draw(given, kind, place)
 

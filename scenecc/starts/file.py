@@ -28,7 +28,6 @@ Index = Annotated[int, Field(ge=0)]
 Pose = Annotated[list[float], Field(min_length=7, max_length=7)]
 
 
-
 def _unit(numbers: list[float]) -> list[float]:
     if len(numbers) != 3 or numbers[0] not in {0, 1} or numbers[1] not in range(10_001) or not 0 <= numbers[2] < 1:
         raise ValueError("not a lane, a word and a number of it")
@@ -95,7 +94,10 @@ class StartsFile(_Strict):
         """Returns key → numbers that replace random ones."""
         return chosen_units(
             (
-                (row.scene, {key: [(int(one[0]), int(one[1]), one[2]) for one in units] for key, units in row.chosen.items()})
+                (
+                    row.scene,
+                    {key: [(int(one[0]), int(one[1]), one[2]) for one in units] for key, units in row.chosen.items()},
+                )
                 for row in self.rows
                 if row.scene < self.num_scenes
             ),
