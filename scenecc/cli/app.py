@@ -27,6 +27,7 @@ COMMANDS: Final = (
     "cover",
     "inspect",
     "draws",
+    "coverage",
     "render",
     "view",
     "replay",

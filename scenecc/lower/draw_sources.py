@@ -8,7 +8,6 @@ from itertools import accumulate
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.diagnostic import Origin
-from scenecc.plan.display import format_color
 from scenecc.plan.scene import placing_draw_name
 from scenecc.variation.chosen import DrawRecord, DrawSource
 from scenecc.variation.nodes import NODES, Chosen, Cycled, Drawn, Key, Shuffled
@@ -23,7 +22,12 @@ MOST_ALTERNATIVES: Final = 64
 
 
 def add_sources(
-    record: DrawRecord, node: Any, key: tuple[str, str, str], scenes: tuple[int, ...], place: FieldPlace
+    record: DrawRecord,
+    node: Any,
+    key: tuple[str, str, str],
+    scenes: tuple[int, ...],
+    place: FieldPlace,
+    written: tuple[Any, ...] = (),
 ) -> None:
     """Records what a node draws itself, without the forms inside it.
 
@@ -33,16 +37,17 @@ def add_sources(
         key: section, name and path.
         scenes: the scenes of the object.
         place: of the form.
+        written: items of a choice, as written.
     """
     common = {"scenes": scenes, "origin": place.origin}
     if isinstance(node, Chosen):
         possible = node.possible
         if len(possible) > 1:
-            values, units = tuple(_shown(node.items[j], j, key[2]) for j in possible), _middles(node, possible)
+            values, units = tuple(_shown(node.items[j], written[j], j) for j in possible), _middles(node, possible)
             source = DrawSource(*key, node.word, "choice", values, units, "choice", 1, **common)
             _add(record, replace(source, is_vector=node.word > 0, items=tuple(possible)))
     elif isinstance(node, Cycled):
-        values = tuple(_shown(item, j, key[2]) for j, item in enumerate(node.items))
+        values = tuple(_shown(item, written[j], j) for j, item in enumerate(node.items))
         if len(values) > 1:
             items = tuple(range(len(values)))
             _add(record, DrawSource(*key, place.word, "choice", values, (), "cycle", 1, **common, items=items))
@@ -99,10 +104,10 @@ def _middles(node: Chosen, possible: list[int]) -> tuple[float, ...]:
     return tuple((reached[j] + reached[j + 1]) / 2 / reached[-1] for j in possible)
 
 
-def _shown(item: Any, number: int, path: str) -> Any:
-    """Returns an alternative as plain data: its value, or its number if it is a form itself. Colours are `#rrggbb`."""
-    if path.endswith("color") and isinstance(item, tuple) and not _has_node(item):
-        return format_color(item)
+def _shown(item: Any, written: Any, number: int) -> Any:
+    """Returns an alternative as plain data: a text as written, its value, or its number if it is a form itself."""
+    if isinstance(written, str):
+        return written
     return f"item {number}" if _has_node(item) else item
 
 
