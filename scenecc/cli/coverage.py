@@ -15,6 +15,8 @@ from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text, table
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scenecc import SceneCoverage
 
 _OPTIONS: Final = ("seed", "params", "asset_roots", "allow_outside_assets", "limits")
@@ -86,28 +88,38 @@ def _text(found: SceneCoverage, most: int | None) -> str:
     share = f" ({100 * found.share:.1f} %)" if total else ""
     many = found.episodes != 1
     lines = [f"{found.episodes} episode{'s' * many} met {found.met} of {total} pairs{share}\n"]
-    for name, counts in found.factors.items():
-        unmet = [value for value, count in counts.items() if not count]
-        if unmet:
-            lines.append(f"never drawn: {escape_text(name)} = {escape_text(', '.join(map(str, unmet)))}\n")
+    never = [(name, value) for name, counts in found.factors.items() for value, count in counts.items() if not count]
+    if never:
+        lines.append(f"never drawn: {_some([f'{name} = {value}' for name, value in never], most)}\n")
     lines.append(missed_pairs(found.missed, most))
     rows = [
-        (escape_text(name), f"{one.low:.4g} … {one.high:.4g}", ", ".join(_interval(number) for number in one.empty))
+        (escape_text(name), f"{one.low:.4g} … {one.high:.4g}", _parts(one.empty))
         for name, one in found.ranges.items()
         if one.empty
     ]
     if rows:
-        lines.append(table(("range", "values", "empty parts"), rows))
+        lines.append(table(("range", "values", "empty parts"), rows[:most]))
+        lines.append(f"… {len(rows) - most} more\n" if most is not None and len(rows) > most else "")
     if found.ranges:
         lines.append(f"{len(found.ranges) - len(rows)} of {len(found.ranges)} ranges have no empty tenth\n")
     if found.impossible:
         lines.append(missed_pairs(found.impossible, most))
     if found.hidden:
-        shown = found.hidden if most is None else found.hidden[:most]
-        rest = f", … {len(found.hidden) - len(shown)} more" if len(shown) < len(found.hidden) else ""
-        lines.append(f"not counted, since no drawn value shows it: {escape_text(', '.join(shown))}{rest}\n")
+        lines.append(f"not counted, since no drawn value shows it: {_some(found.hidden, most)}\n")
     return "".join(lines)
 
 
-def _interval(number: int) -> str:
-    return f"{10 * number}–{10 * number + 10} %"
+def _some(names: Sequence[str], most: int | None) -> str:
+    shown = names[:most]
+    return escape_text(", ".join([*shown, *([f"… {len(names) - len(shown)} more"] if len(shown) < len(names) else [])]))
+
+
+def _parts(tenths: Sequence[int]) -> str:
+    """Returns tenths as percentages, adjacent ones together."""
+    runs: list[list[int]] = []
+    for number in tenths:
+        if runs and runs[-1][1] == number:
+            runs[-1][1] = number + 1
+        else:
+            runs.append([number, number + 1])
+    return ", ".join(f"{10 * low}–{10 * high} %" for low, high in runs)

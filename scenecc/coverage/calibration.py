@@ -1,8 +1,8 @@
 """Finds which drawn value shows which alternative of a factor, and how far a range is drawn.
 
-A factor may be seen in a value that is computed from it: a rotation in a quaternion, a material in its friction. So the
-scenes of a cover are compiled, in which the alternatives are known: a column shows a factor if it has one value for each
-alternative and another one for any other, whatever the other factors and ranges are.
+A factor may be seen in a value that is computed from it: a rotation in a quaternion, a material in its friction. So
+the scenes of a cover are compiled, in which the alternatives are known. A column shows a factor if it has one value
+for each alternative, whatever the other factors and ranges are.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 from itertools import pairwise
-from os.path import commonprefix
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from scenecc.coverage.episodes import Cell, cell_of, flat_columns
@@ -135,9 +134,7 @@ class Calibration:
     def _ordered(self, label: str) -> list[str]:
         """Returns the columns, those first whose names are most like a label."""
         plain = label.replace(".pose.p", ".pose").replace("material.physical.", "material.")
-        return sorted(
-            self.columns, key=lambda column: (column not in {label, plain}, -len(commonprefix((column, plain))))
-        )
+        return sorted(self.columns, key=lambda column: (column not in {label, plain}, -_alike(column, plain)))
 
     def _factor(self, number: int) -> FactorReader | None:
         factor = self._builder.factors[number]
@@ -232,6 +229,13 @@ def drawn_table(plan: ScenePlan) -> Table:
     """Returns the drawn values of each scene of a plan by column."""
     drawn = {name: plain_values(rows) for name, rows in DrawnValues(plan).read(range(plan.num_scenes)).items()}
     return [flat_columns({name: rows[scene] for name, rows in drawn.items()}) for scene in range(plan.num_scenes)]
+
+
+def _alike(first: str, second: str) -> int:
+    """Returns the length of the common beginning of two names."""
+    return next(
+        (n for n, (a, b) in enumerate(zip(first, second, strict=False)) if a != b), min(len(first), len(second))
+    )
 
 
 def _base(column: str) -> str:

@@ -95,8 +95,8 @@ def scene_coverage(
     Args:
         source: the scene file of the episodes, as for `validate`, but not a plan.
         draws: what each episode has drawn, as mappings from the names of `scenecc draws` to values, such as
-            `info["draws"]`; or a file of them: the output of `scenecc draws` (JSON, CSV, Parquet), the table of a sweep,
-            starts, or one JSON object per line.
+            `info["draws"]`; or a file of them: the output of `scenecc draws` (JSON, CSV, Parquet), the table of a
+            sweep, starts, or one JSON object per line.
         progress: called with (pairs met, total pairs) while the scenes for comparison are made.
         options: fields of `CompileOptions`, without `num_scenes` and `draws`.
 

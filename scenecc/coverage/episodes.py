@@ -57,10 +57,7 @@ def read_episodes(path: Path) -> Iterator[Episode]:
 
 
 def _of_parquet(content: bytes) -> Iterator[Episode]:
-    try:
-        pq: Any = import_module("pyarrow.parquet")
-    except ImportError:
-        raise
+    pq: Any = import_module("pyarrow.parquet")
     try:
         table = pq.read_table(io.BytesIO(content))
         for number, row in enumerate(table.to_pylist()):

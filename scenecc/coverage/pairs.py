@@ -135,7 +135,7 @@ class RowMaker:
 
     def __init__(self, table: PairTable, seed: int = 0) -> None:
         self._table = table
-        self._random = Random(seed)
+        self._random = Random(seed)  # noqa: S311 - the same rows at every run
         self.conflicts: list[tuple[dict[int, int], str]] = []
         self._conflicts_of: dict[int, list[dict[int, int]]] = {}
 

@@ -53,14 +53,16 @@ def add_sources(
             _add(record, DrawSource(*key, place.word, "choice", values, (), "cycle", 1, **common, items=items))
     elif isinstance(node, Drawn):
         for component in range(node.shape[0] if node.shape else 1):
-            _add(record, _component(node, component, key, common))
+            source = _component(node, component, key, common)
+            if source is not None:
+                _add(record, source)
     else:
         word, words = (node.word, len(node.items)) if isinstance(node, Shuffled) else (0, 3)
         _add(record, DrawSource(*key, word, "other", (), (), "", words, **common))
 
 
 def add_placing(sampling: SamplingContext, placement: Placement) -> None:
-    """Records the point and the height that a placement draws. Chosen ones become a shared draw that holds their key."""
+    """Records the point and the height that a placement draws. A shared draw holds the key of chosen ones."""
     record, origin = sampling.record, placement.origin or Origin(None)
     assert record is not None
     words = {"place.region": 2 if placement.at is None and placement.next_to is None else 0}
@@ -82,10 +84,13 @@ def _add(record: DrawRecord, source: DrawSource) -> None:
     record.sources.setdefault((source.key, source.word), source)
 
 
-def _component(node: Drawn, component: int, key: tuple[str, str, str], common: dict[str, Any]) -> DrawSource:
+def _component(node: Drawn, component: int, key: tuple[str, str, str], common: dict[str, Any]) -> DrawSource | None:
+    """Returns what a component draws; None if its ends are equal."""
     word = node.word + component
     is_vector = bool(node.shape) or node.word > 0
     ends = [item[component] if isinstance(item, tuple) else item for item in node.operands[:2]]
+    if node.kind in {"uniform", "log_uniform", "integers"} and type(ends[0]) in {int, float} and ends[0] == ends[1]:
+        return None
     if node.distribution.whole and all(type(end) in {int, float} and math.isfinite(end) for end in ends):
         low, high = map(int, ends)
         count = high - low + 1
