@@ -390,7 +390,7 @@ def _compile_input(
 
 
 def _read_chosen(scene: SceneFile, document: Document, scope: AssetScope, options: Options) -> KnownStarts | None:
-    """Returns starts that choose values, which lowering must know; None if there are none. Later faults are reported."""
+    """Returns the starts, whose chosen values lowering needs; None if there are none. Faults are reported later."""
     if not options.at_starts or not (options.starts or scene.starts) or options.draws:
         return None
     from scenecc.starts.apply import find_starts

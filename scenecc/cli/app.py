@@ -29,6 +29,7 @@ COMMANDS: Final = (
     "describe",
     "patch",
     "draws",
+    "coverage",
     "render",
     "view",
     "replay",

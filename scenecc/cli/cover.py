@@ -14,6 +14,8 @@ from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text, table
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scenecc import SceneCover
     from scenecc.coverage.cover import MissedPair
 
@@ -23,7 +25,7 @@ _OPTIONS: Final = ("seed", "params", "asset_roots", "allow_outside_assets", "lim
 _WIDEST: Final = 8
 """Most columns of factors in a table. More are listed one per line."""
 
-_SHOWN: Final = 10
+SHOWN: Final = 10
 """Most missed pairs that are listed."""
 
 
@@ -87,9 +89,7 @@ def cover(
             "ranges": list(made.ranges),
             "met": made.met,
             "total": made.met + len(made.missed),
-            "missed": [
-                {"pair": [list(one.first), list(one.second)], "why": one.why, "by": one.by} for one in made.missed
-            ],
+            "missed": pair_records(made.missed),
             "rows": [dict(row) for row in made.rows],
         },
         text=lambda: ("" if output is not None else _rows(made)) + _summary(made, sobol),
@@ -129,20 +129,31 @@ def _summary(made: SceneCover, sobol: int | None) -> str:
         lines[0] += f" and fill{'s' * (count == 1)} {len(made.ranges)} range{'s' * (len(made.ranges) != 1)}"
     if sobol is not None and sobol & (sobol - 1):
         lines.append(f"{sobol} is not a power of two, for which a Sobol sequence fills most evenly")
-    for (why, by), pairs in _grouped(made.missed).items():
-        place = f", by {escape_text(by)}" if by else ""
-        words = {"excluded": f"never occur{place}", "not met": "are not met"}.get(why, "were not found in any scene")
-        lines.append(f"{len(pairs)} pair{'s' * (len(pairs) != 1)} {words}:")
-        lines += [f"  {_named(one.first)}, {_named(one.second)}" for one in pairs[:_SHOWN]]
-        lines += [f"  … {len(pairs) - _SHOWN} more"] if len(pairs) > _SHOWN else []
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n" + missed_pairs(made.missed, SHOWN)
 
 
-def _grouped(missed: tuple[MissedPair, ...]) -> dict[tuple[str, str], list[MissedPair]]:
-    found: dict[tuple[str, str], list[MissedPair]] = {}
+def missed_pairs(missed: Sequence[MissedPair], most: int | None) -> str:
+    """Returns pairs by the reason why they were not met. `most`: pairs that are listed for each; None: all."""
+    groups: dict[tuple[str, str], list[MissedPair]] = {}
     for one in missed:
-        found.setdefault((one.why, one.by), []).append(one)
-    return found
+        groups.setdefault((one.why, one.by), []).append(one)
+    lines: list[str] = []
+    for (why, by), pairs in groups.items():
+        many = len(pairs) != 1
+        place = f", by {escape_text(by)}" if by else ""
+        words = {
+            "excluded": f"cannot occur{place}",
+            "not found": f"{'were' if many else 'was'} found in no scene that can be built",
+        }.get(why, f"{'are' if many else 'is'} {why}")
+        lines.append(f"{len(pairs)} pair{'s' * many} {words}:")
+        lines += [f"  {_named(one.first)}, {_named(one.second)}" for one in pairs[:most]]
+        lines += [f"  … {len(pairs) - most} more"] if most is not None and len(pairs) > most else []
+    return "".join(f"{line}\n" for line in lines)
+
+
+def pair_records(missed: Sequence[MissedPair]) -> list[dict[str, Any]]:
+    """Returns pairs as plain data."""
+    return [{"pair": [list(one.first), list(one.second)], "why": one.why, "by": one.by} for one in missed]
 
 
 def _named(level: tuple[str, Any]) -> str:

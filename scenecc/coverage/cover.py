@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from typing_extensions import Unpack
 
@@ -21,7 +21,7 @@ from scenecc.options import CompileOptions, Options, check_types, path_argument
 from scenecc.pipeline import as_plan, compile_source, read_input
 from scenecc.starts.file import StartRecord, StartsFile, starts_files
 from scenecc.starts.fingerprint import fingerprint
-from scenecc.variation.chosen import DrawRecord, chosen_units
+from scenecc.variation.chosen import DrawRecord, chosen_units, key_text
 from scenecc.variation.nodes import NODE_FIELDS, Chosen, Computed, Drawn, Node, Shared
 
 if TYPE_CHECKING:
@@ -136,12 +136,16 @@ def cover_scene(
         raise ValueError(f"sobol must be at least 1, not {sobol}")
     builder = Builder(source, asked)
     if not builder.sources:
+<<<<<<< HEAD
         sink = Sink()
         hint = "draw something: `choice`, `integers`, `uniform` and others"
         sink.report(
             "SC945", "the file draws nothing, so that every scene is the same", Location(builder.name), hint=hint
         )
         raise SceneError(sink.diagnostics())
+=======
+        report_nothing(builder)
+>>>>>>> 61eccfb1773bd246669971a00e2898f8cf2d20a4
     if sobol is not None:
         return _SobolCover(builder, sobol).run()
     if not builder.factors:
@@ -149,7 +153,15 @@ def cover_scene(
         message = "the file draws only from ranges, so that there are no pairs of alternatives"
         sink.report("SC945", message, Location(builder.name), hint="fill the ranges with --sobol N (`sobol=N`)")
         raise SceneError(sink.diagnostics())
-    return _PairCover(builder, progress).run()
+    return PairCover(builder, progress).run()
+
+
+def report_nothing(builder: Builder) -> NoReturn:
+    """Raises the error of a file that draws nothing."""
+    sink, hint = Sink(), "draw something: `choice`, `integers`, `uniform` and others"
+    message = "the file draws nothing, so that every scene is the same"
+    sink.report("SC945", message, Location(builder.name), hint=hint)
+    raise SceneError(sink.diagnostics())
 
 
 class Builder:
@@ -246,12 +258,16 @@ class Builder:
             todo += [draws[name] for name in names if name in draws and name not in seen]
             seen.update(names)
             if hasattr(item, "key"):
+<<<<<<< HEAD
                 from scenecc.variation.chosen import key_text
 
                 place = (
                     key_text(item.key.section, item.key.name, item.key.path),
                     item.word if hasattr(item, "word") else 0,
                 )
+=======
+                place = key_text(item.key.section, item.key.name, item.key.path), getattr(item, "word", 0)
+>>>>>>> 61eccfb1773bd246669971a00e2898f8cf2d20a4
                 if not isinstance(item, Chosen | Drawn) or place not in by_place:
                     if isinstance(item, Chosen) and len(item.possible) < 2:
                         continue
@@ -293,8 +309,13 @@ _MANY_SCENES: Final = 256
 _NAMED_SCENE: Final = re.compile(r"\bin scene (\d+)\b")
 
 
-class _PairCover:
-    """Makes a cover of all pairs. Arguments are those of `cover_scene`."""
+class PairCover:
+    """Makes a cover of all pairs. Arguments are those of `cover_scene`.
+
+    Attributes:
+        rows: the alternatives of each scene.
+        can_move: whether a row may be in any scene.
+    """
 
     def __init__(self, builder: Builder, progress: Callable[[int, int], None] | None) -> None:
         self._builder = builder
@@ -308,12 +329,13 @@ class _PairCover:
             raise SceneError(sink.diagnostics())
         self._table = PairTable(self._factors)
         self._maker = RowMaker(self._table)
-        self._rows: list[Row] = []
+        self.rows: list[Row] = []
         self._starts: list[Pair | None] = []
         self._attempts: list[int] = []
         self._given_up: dict[Pair, tuple[str, str]] = {}
         self._tries: dict[Pair, int] = {}
-        self._can_move = not any(one.is_cycle or one.scenes is not None for one in self._factors)
+        self._checked = 0
+        self.can_move = not any(one.is_cycle or one.scenes is not None for one in self._factors)
 
     def run(self) -> SceneCover:
         """Returns the cover."""
@@ -321,9 +343,13 @@ class _PairCover:
         for _ in range(_MOST_BUILDS):
             self._extend()
             units = self._units()
-            result, record, sink = self._builder.compile(units, len(self._rows))
+            result, record, sink = self._builder.compile(units, len(self.rows))
             if result is not None:
-                return self._cover(result, sink, units)
+                rows = without_redundant(self.rows, self._table) if self.can_move else self.rows
+                if len(rows) == len(self.rows):
+                    return self._cover(result, sink, units)
+                self.rows, self._starts, self._attempts = rows, [None] * len(rows), [0] * len(rows)
+                continue
             self._replace_failed(record, sink)
         sink.report("SC945", f"no cover was found in {_MOST_BUILDS} builds", Location(self._builder.name))
         raise SceneError(sink.diagnostics())
@@ -331,39 +357,46 @@ class _PairCover:
     def _begin(self) -> None:
         """Makes the first rows: the smallest of several covers."""
         best: list[Row] | None = None
-        for seed in range(_RESTARTS if self._can_move and len(self._table.levels) < _FEW_LEVELS else 1):
+        for seed in range(_RESTARTS if self.can_move and len(self._table.levels) < _FEW_LEVELS else 1):
             self._maker = RowMaker(self._table, seed)
-            self._rows, self._starts, self._attempts = [], [], []
+            self.rows, self._starts, self._attempts = [], [], []
             self._table.reopen([], [])
             self._extend()
-            rows = without_redundant(self._rows, self._table) if self._can_move else self._rows
+            rows = without_redundant(self.rows, self._table) if self.can_move else self.rows
             best = rows if best is None or len(rows) < len(best) else best
         assert best is not None
-        self._rows, self._starts, self._attempts = best, [None] * len(best), [0] * len(best)
+        self.rows, self._starts, self._attempts = best, [None] * len(best), [0] * len(best)
         self._table.reopen(best, [*self._given_up])
 
     def _extend(self) -> None:
         """Adds rows until no pair is open, and at least one."""
         idle = 0
-        while self._table.open.any() or not self._rows:
-            start, before = None, self._table.open.sum()
-            found = self._maker.best(len(self._rows))
-            if found is None:
-                self._give_up_excluded()
-                found = self._maker.best(len(self._rows))
-            if found is None and self._rows:
-                found = self._rows[0], None
-            if found is None:
-                raise SceneError(self._builder_error())
-            row, start = found
-            self._append(row, start)
+        while self._table.open.any() or not self.rows:
+            before = self._table.open.sum()
+            self._append(*self._next(len(self.rows)))
             idle = 0 if self._table.open.sum() < before else idle + 1
             if idle > _MANY_SCENES:
-                self._close_all("excluded", "")
-                del self._rows[-idle:], self._starts[-idle:], self._attempts[-idle:]
+                self._close_all("not found", "")
+            if idle and not self._table.open.any():
+                del self.rows[-idle:], self._starts[-idle:], self._attempts[-idle:]
+
+    def _next(self, scene: int) -> tuple[Row, Pair | None]:
+        """Returns a row of a scene, and the pair that it was made for. Gives up the pairs that have no row."""
+        found = self._maker.best(scene)
+        if (
+            self._table.open.any()
+            and (found is None or found[1] is None)
+            and self._checked < len(self._maker.conflicts)
+        ):
+            self._checked = len(self._maker.conflicts)
+            self._give_up_excluded(scene)
+            found = self._maker.best(scene)
+        if found is None:
+            raise SceneError(self._builder_error())
+        return found
 
     def _append(self, row: Row, start: Pair | None) -> None:
-        self._rows.append(row)
+        self.rows.append(row)
         self._starts.append(start)
         self._attempts.append(0)
         self._table.meet(row)
@@ -376,11 +409,10 @@ class _PairCover:
         sink.report("SC945", message, Location(self._builder.name))
         return sink.diagnostics()
 
-    def _give_up_excluded(self) -> None:
+    def _give_up_excluded(self, scene: int) -> None:
         """Gives up the open pairs for which no row is possible, because of what failed before."""
-        scene = len(self._rows)
         for pair in [*self._table.open_pairs(), *self._open_levels()]:
-            if not any(self._maker.row_for(pair, scene) for _ in range(_TRIES)):
+            if not self._maker.is_possible(pair, scene, _TRIES):
                 self._close(pair, "excluded", self._maker.reason(pair))
 
     def _open_levels(self) -> list[Pair]:
@@ -397,22 +429,22 @@ class _PairCover:
             self._close(pair, why, by)
 
     def _units(self) -> dict[int, dict[str, SceneUnits]]:
-        filling = LatinFilling(len(self._rows))
+        filling = LatinFilling(len(self.rows))
         return {
             scene: self._builder.row_units(
                 row,
                 {n: filling.quantiles(one, scene, attempt) for n, one in enumerate(self._builder.ranges)},
             )
-            for scene, (row, attempt) in enumerate(zip(self._rows, self._attempts, strict=True))
+            for scene, (row, attempt) in enumerate(zip(self.rows, self._attempts, strict=True))
         }
 
     def _replace_failed(self, record: DrawRecord, sink: Sink) -> None:
         """Replaces the rows that cannot be built, and learns which alternatives exclude each other."""
-        failed = self._builder.failed_scenes(record, sink, len(self._rows))
+        failed = self._builder.failed_scenes(record, sink, len(self.rows))
         replaced: list[int] = []
         for scene, node in failed.items():
             read = self._builder.factors_read(node, record.draws)
-            row = self._rows[scene]
+            row = self.rows[scene]
             if read:
                 origin = getattr(node, "origin", None)
                 by = "" if origin is None else _line(origin, sink)
@@ -424,7 +456,7 @@ class _PairCover:
                 replaced.append(scene)
                 self._note_failure(scene)
         if replaced:
-            kept = [row for scene, row in enumerate(self._rows) if scene not in replaced]
+            kept = [row for scene, row in enumerate(self.rows) if scene not in replaced]
             self._table.reopen(kept, [*self._given_up])
             self._renew(replaced)
 
@@ -439,17 +471,11 @@ class _PairCover:
     def _renew(self, scenes: Sequence[int]) -> None:
         """Makes other rows of these scenes, or removes them if nothing is open."""
         for scene in sorted(scenes, reverse=True):
-            if not self._table.open.any() and self._can_move and len(self._rows) > 1:
-                del self._rows[scene], self._starts[scene], self._attempts[scene]
+            if not self._table.open.any() and self.can_move and len(self.rows) > 1:
+                del self.rows[scene], self._starts[scene], self._attempts[scene]
                 continue
-            found = self._maker.best(scene)
-            if found is None:
-                self._give_up_excluded()
-                found = self._maker.best(scene)
-            if found is None:
-                raise SceneError(self._builder_error())
-            self._rows[scene], self._starts[scene] = found
-            self._table.meet(found[0])
+            self.rows[scene], self._starts[scene] = self._next(scene)
+            self._table.meet(self.rows[scene])
 
     def _cover(self, result: CompileResult, sink: Sink, units: Mapping[int, Any]) -> SceneCover:
         given_up = {pair: why for pair, why in self._given_up.items() if not self._meets(pair)}
@@ -457,10 +483,10 @@ class _PairCover:
         missed += [self._missed(pair, *why) for pair, why in given_up.items() if pair[0] != pair[1]]
         total = self._table.total
         met = total - sum(1 for pair in given_up if pair[0] != pair[1])
-        return self._builder.cover(result, sink, self._rows, units, met=met, missed=tuple(missed))
+        return self._builder.cover(result, sink, self.rows, units, met=met, missed=tuple(missed))
 
     def _meets(self, pair: Pair) -> bool:
-        return any(all(row[f] == a for f, a in pair) for row in self._rows)
+        return any(all(row[f] == a for f, a in pair) for row in self.rows)
 
     def _missed(self, pair: Pair, why: str, by: str) -> MissedPair:
         first, second = (self._named(level) for level in pair)

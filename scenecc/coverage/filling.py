@@ -46,13 +46,13 @@ class LatinFilling:
         """Returns the quantiles of a range in a scene. `attempt`: above 0 they are random, since others failed."""
         words = range(source.word, source.word + source.words)
         if attempt:
-            return [Random(f"{source.key} {word} {scene} {attempt}").random() for word in words]
+            return [Random(f"{source.key} {word} {scene} {attempt}").random() for word in words]  # noqa: S311
         return [(self._order(source.key, word)[scene] + 0.5) / self._num_scenes for word in words]
 
     def _order(self, key: str, word: int) -> list[int]:
         if (key, word) not in self._orders:
             order = list(range(self._num_scenes))
-            Random(f"{key} {word} {self._num_scenes}").shuffle(order)
+            Random(f"{key} {word} {self._num_scenes}").shuffle(order)  # noqa: S311
             self._orders[key, word] = order
         return self._orders[key, word]
 

@@ -6,6 +6,7 @@ combinatorial design", 1997): of several random rows, each built factor by facto
 
 from __future__ import annotations
 
+from math import lcm
 from random import Random
 from typing import TYPE_CHECKING, Final
 
@@ -33,6 +34,9 @@ _WORK: Final = 20_000
 
 _FEW: Final = 2000
 """Open pairs that are all considered as the start of a row. Of more, some are."""
+
+_LONGEST: Final = 256
+"""Scenes in which a pair with a `cycle` is looked for."""
 
 _EXCLUDED: Final = np.int64(-(2**40))
 
@@ -131,7 +135,7 @@ class RowMaker:
 
     def __init__(self, table: PairTable, seed: int = 0) -> None:
         self._table = table
-        self._random = Random(seed)
+        self._random = Random(seed)  # noqa: S311 - the same rows at every run
         self.conflicts: list[tuple[dict[int, int], str]] = []
         self._conflicts_of: dict[int, list[dict[int, int]]] = {}
 
@@ -152,7 +156,9 @@ class RowMaker:
         count = max(min(_CANDIDATES, _WORK // max(len(table.factors), 1)), 4)
         starts = self._starts(scene, count)
         found: tuple[int, Row, Pair | None] | None = None
-        for start in starts or [None] * count:
+        for start in (*starts, *[None] * count):
+            if start is None and found is not None and starts:
+                break
             row = self._build(scene, start)
             if row is None:
                 continue
@@ -162,10 +168,14 @@ class RowMaker:
                 found = gain, row, None if start is None else table.pair(*start)
         return None if found is None else (found[1], found[2])
 
-    def row_for(self, pair: Pair, scene: int) -> Row | None:
-        """Returns a row of a scene with a pair; None: it conflicts with what is known."""
+    def is_possible(self, pair: Pair, scene: int, tries: int) -> bool:
+        """Returns whether a row with a pair is found in this scene or a later one."""
         (f, a), (g, b) = pair
-        return self._build(scene, (self._table.at[f] + a, self._table.at[g] + b))
+        start = self._table.at[f] + a, self._table.at[g] + b
+        needs = self._table.together(*start)
+        period = min(lcm(*(one.count for one in self._table.factors if one.is_cycle)), _LONGEST)
+        scenes = [one for one in range(scene, scene + period) if needs is not None and self._is_possible(needs, one)]
+        return any(self._build(one, start) is not None for one in scenes for _ in range(tries))
 
     def reason(self, pair: Pair) -> str:
         """Returns where a pair is excluded; empty if several places exclude it together."""

@@ -144,11 +144,12 @@ class VariationLowerer(Variation):
                 return self._lower_once(form, place, leaf)
             case Cycle(items):
                 self.cycled = True
-                return self._record(Cycled(self._select_each(items, "cycle", place, leaf)), place)
+                return self._record(Cycled(self._select_each(items, "cycle", place, leaf)), place, items)
             case _:
                 self.drawn = True
                 items = self._select_each(given.items, "choice", place, leaf)
-                return self._record(Chosen(items, given.weights, self._draw_key(place), place.word), place)
+                node = Chosen(items, given.weights, self._draw_key(place), place.word)
+                return self._record(node, place, given.items)
 
     def _lower_once(self, form: Any, place: FieldPlace, leaf: LeafReader) -> Any:
         """Reads a `once`: drawn like the form inside it, as a shared draw that resets keep."""
@@ -290,13 +291,13 @@ class VariationLowerer(Variation):
         found = chosen.get(key_text(self._section, self._name, place.path), ()) if chosen else ()
         return Key(self._section, self._name, place.path, found)
 
-    def _record(self, node: Any, place: FieldPlace) -> Any:
-        """Records what a node draws, if asked for, and returns the node."""
+    def _record(self, node: Any, place: FieldPlace, written: tuple[Any, ...] = ()) -> Any:
+        """Records what a node draws, if asked for, and returns the node. `written`: items of a choice, as written."""
         record = self._fields.sampling.record
         if record is not None:
             from scenecc.lower.draw_sources import add_sources  # noqa: PLC0415 - only to cover what a file draws
 
-            add_sources(record, node, (self._section, self._name, place.path), self._fields.scenes, place)
+            add_sources(record, node, (self._section, self._name, place.path), self._fields.scenes, place, written)
         return node
 
 

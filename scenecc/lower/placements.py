@@ -152,6 +152,10 @@ class PlacementLowerer:
         made = self._with_rotation(made, place, turn, fields, owner)
         # All tries of a neighbour without drawn rotation are the same.
         is_one = made.next_to is not None and (made.rotation is None or made.rotation.is_constant)
+        if fields.sampling.record is not None:
+            from scenecc.lower.draw_sources import add_placing  # noqa: PLC0415 - only where numbers are chosen
+
+            add_placing(fields.sampling, made)
         return replace(made, tries=1) if is_one else made
 
     def _mount(self, written: str, name: str, fields: FieldLowerer, place: Origin) -> Mount | None:

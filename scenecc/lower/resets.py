@@ -17,7 +17,7 @@ from scenecc.plan.display import to_tuples
 from scenecc.plan.placement import TRIED_FIELDS
 from scenecc.plan.properties import Quantity
 from scenecc.plan.rendering import Camera, Light
-from scenecc.plan.scene import MAX_COMPOSED_POSES, is_unnamed_draw, shared_pose_name
+from scenecc.plan.scene import MAX_COMPOSED_POSES, is_unnamed_draw, placing_draw_name, shared_pose_name
 from scenecc.plan.schema import plan_fields
 from scenecc.variation.nodes import NODES, Composed, Const, Node, Rows, Shared
 
@@ -131,6 +131,8 @@ class RecipeBuilder:
 
     def placement(self, placement: Placement) -> Placement:
         """Adds the recipes of the values that are redrawn for every try of a placement."""
+        chosen = (placing_draw_name(placement.name, path) for path in ("place.region", "place.height"))
+        self._read |= {name for name in chosen if name in self._sampling.draws}
         given = [(name, value) for name in TRIED_FIELDS if (value := getattr(placement, name)) is not None]
         drawn = {name: self._add_recipe(value) for name, value in given}
         if placement.frame is not None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from scenecc.placing.bodies import Part, matrices
 from scenecc.placing.surfaces import footprint, hull_order
+from scenecc.plan.scene import placing_draw_name
 from scenecc.variation.evaluation import Batch, key_units
 from scenecc.variation.nodes import Key
 
@@ -56,7 +57,8 @@ def turn_points(points: Floats, angle: Floats) -> Floats:
 
 def drawn_units(batch: Batch, name: str, path: str, count: int) -> Floats:
     """Returns random numbers in [0, 1) for a key of `place`, (B, count)."""
-    return key_units(batch, Key("entities", name, path), 0, count)
+    chosen: Any = batch.draws.get(placing_draw_name(name, path))
+    return key_units(batch, Key("entities", name, path) if chosen is None else chosen.key, 0, count)
 
 
 def points_in_regions(

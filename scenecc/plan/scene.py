@@ -219,8 +219,13 @@ def kept_draw_name(path: str) -> str:
     return path + _ONCE_SUFFIX
 
 
+def placing_draw_name(name: str, path: str) -> str:
+    """Name of the draw with the chosen numbers of a placement; no draw of a file can have it. `path`: of its key."""
+    return f"{name}.{path}"
+
+
 def is_unnamed_draw(name: str) -> bool:
-    """Whether a shared draw is a pose or the value of a `once`. A file's draw has no dot after its scope."""
+    """Whether a shared draw is a pose, the value of a `once` or the numbers of a placement. A file's draw has no dot after its scope."""
     return "." in name.rpartition("/")[2]
 
 

@@ -521,16 +521,19 @@ def _units(
     count: int,
     lane: int = 0,
 ) -> Floats:
-    return key_units(batch, node.key, first, count, lane)
+    return key_units(batch, node.key, first, count, lane, every_try=isinstance(node, nodes.Chosen))
 
 
-def key_units(batch: Batch, key: Key, first: int, count: int, lane: int = 0) -> Floats:
-    """Numbers in [0, 1) of a key (B, count): chosen ones, otherwise random. Placement tries after the first are random."""
+def key_units(batch: Batch, key: Key, first: int, count: int, lane: int = 0, *, every_try: bool = False) -> Floats:
+    """Numbers in [0, 1) of a key (B, count): chosen ones, otherwise random.
+
+    Chosen numbers are for the first try of a placement, or for `every_try`.
+    """
     found = units(words(batch.seed, key, batch.scenes, first, count, lane, batch.tries))
     for in_lane, word, column in key.chosen:
         if in_lane == lane and first <= word < first + count:
             given = np.array(column)[batch.scenes]
-            taken = given >= 0 if batch.tries is None else (given >= 0) & (batch.tries == 0)
+            taken = given >= 0 if batch.tries is None or every_try else (given >= 0) & (batch.tries == 0)
             found[:, word - first] = np.where(taken, given, found[:, word - first])
     return found
 
