@@ -136,16 +136,7 @@ def cover_scene(
         raise ValueError(f"sobol must be at least 1, not {sobol}")
     builder = Builder(source, asked)
     if not builder.sources:
-<<<<<<< HEAD
-        sink = Sink()
-        hint = "draw something: `choice`, `integers`, `uniform` and others"
-        sink.report(
-            "SC945", "the file draws nothing, so that every scene is the same", Location(builder.name), hint=hint
-        )
-        raise SceneError(sink.diagnostics())
-=======
         report_nothing(builder)
->>>>>>> 61eccfb1773bd246669971a00e2898f8cf2d20a4
     if sobol is not None:
         return _SobolCover(builder, sobol).run()
     if not builder.factors:
@@ -258,16 +249,7 @@ class Builder:
             todo += [draws[name] for name in names if name in draws and name not in seen]
             seen.update(names)
             if hasattr(item, "key"):
-<<<<<<< HEAD
-                from scenecc.variation.chosen import key_text
-
-                place = (
-                    key_text(item.key.section, item.key.name, item.key.path),
-                    item.word if hasattr(item, "word") else 0,
-                )
-=======
                 place = key_text(item.key.section, item.key.name, item.key.path), getattr(item, "word", 0)
->>>>>>> 61eccfb1773bd246669971a00e2898f8cf2d20a4
                 if not isinstance(item, Chosen | Drawn) or place not in by_place:
                     if isinstance(item, Chosen) and len(item.possible) < 2:
                         continue
