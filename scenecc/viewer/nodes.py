@@ -285,7 +285,10 @@ def page_content(
     nodes, bodies = painter.nodes(poses.rows, origins)
     if half is not None:
         corner = half * _NUMBER_AT
-        nodes |= {f"/number {index}": Name(f"Scene {index}", (x + corner, y + corner, z)) for index, (x, y, z) in origins.items()}
+        nodes |= {
+            f"/number {index}": Name(f"Scene {index}", (x + corner, y + corner, z))
+            for index, (x, y, z) in origins.items()
+        }
     return PageContent(nodes, bodies, poses, np.concatenate(corners), look.shadows, origins, _solids(drawn[0]))
 
 
