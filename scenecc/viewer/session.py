@@ -348,7 +348,7 @@ class Session:
         before, self._selected, self._moves = self._selected, key, self._moves and key == self._selected
         self._tell_selected()
         if before is None or before[0] != key[0]:
-            self._mail.post("draws", self._tell_draws)
+            self._tell_draws()
 
     def _tell_selected(self) -> None:
         """Shows the selection in the panel, the tree and the view."""
@@ -489,7 +489,7 @@ class Session:
         self._touch(world)
         self._tell_time()
         self._tell_selected()
-        self._mail.post("draws", self._tell_draws)  # after the first picture
+        self._tell_draws()
 
     def _paint(self, world: World) -> None:
         poses = world.poses()
