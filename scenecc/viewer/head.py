@@ -27,13 +27,14 @@ div:has(> * > .scenecc-tree) {
   .mantine-Button-inner { justify-content: flex-start }
   div:has(> .mantine-Button-root) { margin: 0 0.3em !important; padding: 0 !important }
   [data-with-border] {
-    border: 0; margin: 0 0 0 0.5em; padding: 0;
+    border: 0; margin: 0 0 0 0.5em !important; padding: 0;
     > .mantine-Paper-root { position: static; transform: none; display: flex; flex-direction: row-reverse;
       justify-content: flex-end; gap: 0.4em; padding: 0.15em 0.3em; background: none }
     > .mantine-Paper-root svg { margin: 0.15em 0 0; transform: rotate(180deg) }
     > .mantine-Paper-root svg.tabler-icon-chevron-down { transform: rotate(-90deg) }
     > .mantine-Paper-root:hover { background: #8883 }
-    > .mantine-Paper-root + div { margin-left: 0.65em; border-left: 1px solid #8886; > div, > div > div { padding: 0 !important } }
+    > .mantine-Paper-root + div { margin-left: 0.65em; border-left: 1px solid #8886;
+      > div, > div > div { padding: 0 !important } }
     > .mantine-Paper-root + div + div { display: none !important }
     /* a closed folder shows the selected row in it, and no other */
     > div[aria-hidden="true"]:has([style*="-orange-"]) { display: block !important; height: auto !important;

@@ -4,15 +4,25 @@ from __future__ import annotations
 
 from html import escape
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
+from scenecc.drawn_values import plain_values
+from scenecc.inspect.facts import rotation_words
+from scenecc.plan.display import format_item, to_tuples
+
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
 
     from scenecc.diagnostics import Diagnostic
+    from scenecc.geometry.rotations import Pose7
     from scenecc.inspect import Item
 
+
+_MOST_DRAWS: Final = 200
+"""Maximum number of rows of a table."""
 
 _STYLE = "font-size:0.75rem;line-height:1.45;padding:0.2rem 0.6rem;overflow-wrap:anywhere;"
 
@@ -56,6 +66,27 @@ def _aside(text: str | None) -> str:
 def line(text: str) -> str:
     """Returns a short text."""
     return f'<div style="{_STYLE}" class="scenecc-line">{escape(text)}</div>'
+
+
+def pose(name: str, at: Pose7) -> str:
+    """Returns where a body is now."""
+    turned = rotation_words([round(number, 4) for number in at[3:]])
+    place = format_item(tuple(round(number, 4) + 0.0 for number in at[:3]))
+    words = f"{escape(name)}<br>{_label('now at')}{place} m<br>{_label('turned')}{escape(turned)}"
+    return f'<div style="{_STYLE}" class="scenecc-pose">{words}</div>'
+
+
+def draws(title: str, values: Mapping[str, NDArray[Any]]) -> str:
+    """Returns a table of the drawn values of one scene, `values`: name → (1, …). Those that it lacks are left out."""
+    found = [(name, value) for name, rows in values.items() if (value := plain_values(rows)[0]) is not None]
+    rows = (
+        f'<tr><td style="vertical-align:top;padding-right:0.5em">{_label(name)}</td>'
+        f"<td>{escape(format_item(to_tuples(value)))}</td></tr>"
+        for name, value in found[:_MOST_DRAWS]
+    )
+    more = f"<div>and {len(found) - _MOST_DRAWS} more</div>" if len(found) > _MOST_DRAWS else ""
+    table = f'<div style="max-height:16em;overflow:auto"><table>{"".join(rows)}</table>{more}</div>'
+    return f'<div style="{_STYLE}" class="scenecc-draws">{escape(title)}{table}</div>'
 
 
 def facts(item: Item) -> str:

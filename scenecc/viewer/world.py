@@ -175,6 +175,17 @@ class World:
         articulation.set_qpos(qpos[:dof], [key[0]])
         articulation.set_qvel(qvel[:dof], [key[0]])
 
+    def pose(self, key: Key) -> tuple[str, Pose7] | None:
+        """Returns the name and the current pose of a body, in its scene; None for a static body."""
+        if key not in self.keys:
+            return None
+        body = _bodies_of(self._visual, key)[0].body
+        return body.name or key[1], to_pose(self.poses()[self.keys.index(key)])
+
+    def draws(self, scene: int) -> dict[str, NDArray[Any]]:
+        """Returns what the last build or reset drew in a scene: name → (1, …)."""
+        return self._batch.drawn([scene])
+
     def named(self, names: Collection[tuple[int, str]]) -> list[Key]:
         """Returns the bodies named ENTITY or ENTITY/LINK in scenes; `names`: (scene, name)."""
         return [
