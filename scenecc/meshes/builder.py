@@ -53,6 +53,7 @@ class MeshBuilder:
         self._terrains: dict[tuple[object, ...], Surface] = {}
         self._meshes: dict[str, Surface] = {}
         self._flat: dict[Surface, Surface] = {}
+        self._boxes: dict[Surface, NDArray[np.float64]] = {}
 
     def visuals(self, body: BodyStructure, row: int) -> tuple[MeshShape, ...]:
         """Returns the visual shapes of a body in a row of its entity; empty if its visibility is 0.
@@ -69,6 +70,25 @@ class MeshBuilder:
     def collisions(self, body: MeasuredBody) -> tuple[MeshShape, ...]:
         """Returns the collision shapes of a body, with cooked meshes."""
         return tuple(self.collision(shape, body) for shape in body.shapes)
+
+    def body(self, body: MeasuredBody, shapes: tuple[MeshShape, ...]) -> BodyMeshes:
+        """Returns a body at its measured pose, with some of its shapes."""
+        place = pose_matrix(body.pose)
+        corners = [
+            self._box_corners(part.surface, place, shape)
+            for shape in shapes
+            if shape.kind != "plane"
+            for part in shape.parts
+        ]
+        return BodyMeshes(body, shapes, place, np.concatenate([np.zeros((0, 3)), *corners]))
+
+    def _box_corners(self, surface: Surface, body: NDArray[np.float64], shape: MeshShape) -> NDArray[np.float64]:
+        """Returns (8, 3) corners of a surface's bounding box along its own axes."""
+        if surface not in self._boxes:
+            ends = np.array([surface.vertices.min(axis=0), surface.vertices.max(axis=0)], np.float64)
+            self._boxes[surface] = np.array(list(product(*ends.T)))
+        place = body @ pose_matrix(shape.pose)
+        return (self._boxes[surface] * shape.scale) @ place[:3, :3].T + place[:3, 3]
 
     @property
     def at(self) -> Origin | None:
@@ -151,18 +171,6 @@ class BodyMeshes:
     place: NDArray[np.float64]
     corners: NDArray[np.float64]
 
-    @staticmethod
-    def of(body: MeasuredBody, shapes: tuple[MeshShape, ...]) -> BodyMeshes:
-        """Creates a body at its measured pose."""
-        place = pose_matrix(body.pose)
-        corners = [
-            _box_corners(part.surface, place, shape)
-            for shape in shapes
-            if shape.kind != "plane"
-            for part in shape.parts
-        ]
-        return BodyMeshes(body, shapes, place, np.concatenate([np.zeros((0, 3)), *corners]))
-
 
 @dataclass(frozen=True, slots=True)
 class EntityMeshes:
@@ -213,7 +221,7 @@ def build_scene_meshes(
         bodies: list[BodyMeshes] = []
         for body in entity.bodies:
             shapes = mesh_builder.visuals(body.body, entity.row) if show == "visual" else mesh_builder.collisions(body)
-            bodies.append(BodyMeshes.of(body, shapes))
+            bodies.append(mesh_builder.body(body, shapes))
         entities.append(EntityMeshes(entity, tuple(bodies)))
     return SceneMeshes(scene, tuple(entities))
 
@@ -261,13 +269,6 @@ def scene_corners(scenes: Iterable[SceneMeshes]) -> NDArray[np.float64]:
     """Returns (·, 3) corners of all bodies, each in its own scene [m]. Planes have none."""
     corners = [body.corners for scene in scenes for entity in scene.entities for body in entity.bodies]
     return np.concatenate([np.zeros((0, 3)), *corners])
-
-
-def _box_corners(surface: Surface, body: NDArray[np.float64], shape: MeshShape) -> NDArray[np.float64]:
-    """Returns (8, 3) corners of a surface's bounding box along its own axes."""
-    ends = np.array([surface.vertices.min(axis=0), surface.vertices.max(axis=0)], np.float64)
-    place = body @ pose_matrix(shape.pose)
-    return (np.array(list(product(*ends.T))) * shape.scale) @ place[:3, :3].T + place[:3, 3]
 
 
 @frozen

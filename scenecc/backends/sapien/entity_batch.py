@@ -207,7 +207,7 @@ class ArticulationBatch(MovingBatch):
         In build order, the root first. Raises RuntimeError once the batch is closed.
         """
         self._check_open()
-        return NamedObjects(_index_by_name(self._objects.links), "link", self.name)
+        return NamedObjects({name: [*links] for name, links in self._link_rows.items()}, "link", self.name)
 
     @property
     def joints(self) -> dict[str, list[Any]]:

@@ -99,7 +99,8 @@ class _BatchReader:
     def _links(self, name: str, structure: ArticulationStructure, row: int, index: int) -> tuple[MeasuredBody, ...]:
         batch = self._batch.articulations[name]
         number = batch.scene_idxs.index(index)
-        links = [batch.links[link.name][number] for link in structure.links]
+        named = batch.links
+        links = [named[link.name][number] for link in structure.links]
         numbers = _joint_positions(batch.objs[number], links)
         return tuple(
             MeasuredBody(
@@ -227,7 +228,8 @@ def _moving_objects(batch: SceneBatch, name: str, structure: Any, index: int) ->
     if isinstance(structure, ArticulationStructure):
         articulation = batch.articulations[name]
         row = articulation.scene_idxs.index(index)
-        links = [articulation.links[link.name][row].get_entity() for link in structure.links]
+        named = articulation.links
+        links = [named[link.name][row].get_entity() for link in structure.links]
         return [((index, name, number), link) for number, link in enumerate(links)]
     if structure.body_type not in {"dynamic", "kinematic"}:
         return []
