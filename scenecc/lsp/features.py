@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from lsprotocol import types
-from pygls.exceptions import JsonRpcException
+from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
 
 from scenecc.diagnostics.fixing import is_better, is_mended
 from scenecc.lsp import edits, worker
@@ -89,7 +89,8 @@ def serve(options: Options, finding_filter: FindingFilter) -> None:
 
 def _is_fault(record: logging.LogRecord) -> bool:
     """Returns whether a log record reports an error, not a refused request."""
-    return record.exc_info is None or not isinstance(record.exc_info[1], RequestRefusedError | asyncio.CancelledError)
+    refused = RequestRefusedError | JsonRpcInvalidParams | asyncio.CancelledError
+    return record.exc_info is None or not isinstance(record.exc_info[1], refused)
 
 
 async def _initialized(ls: SceneServer, params: types.InitializedParams) -> None:
@@ -322,15 +323,15 @@ async def _code_action(ls: SceneServer, params: types.CodeActionParams) -> list[
     lines = range(params.range.start.line, params.range.end.line + 1)
     found = [one for one in findings_in(view, text.path) if (one.line or 1) - 1 in lines]
     actions: dict[tuple[Splice, ...], types.CodeAction] = {}
-    tries = _MOST_TRIED
+    tries, end = _MOST_TRIED, asyncio.get_running_loop().time() + _MOST_SECONDS
     for one in found:
         titles: set[str] = set()
         for edit in await asyncio.to_thread(edits.corrections, text, one):
             if edit.title in titles or edit.splices in actions:
                 continue
             if not edit.is_guess:
-                tries -= 1
-                if tries < 0 or not await _mends(ls, view, text.path, one, edit.applied(text.text)):
+                tries = 0 if asyncio.get_running_loop().time() > end else tries - 1
+                if tries <= 0 or not await _mends(ls, view, text.path, one, edit.applied(text.text)):
                     continue
             titles.add(edit.title)
             actions[edit.splices] = types.CodeAction(
@@ -344,6 +345,9 @@ async def _code_action(ls: SceneServer, params: types.CodeActionParams) -> list[
 
 _MOST_TRIED: Final = 12
 """Maximum number of edits that are checked for one line."""
+
+_MOST_SECONDS: Final = 2.0
+"""Time after which no further edit is checked [s]."""
 
 
 def _splice_edit(server: SceneServer, text: SceneText, splice: Splice) -> types.TextEdit:

@@ -41,18 +41,27 @@ class AnalysisProcess:
             WorkerStopped: there is no answer.
             FaultError: scenecc has a bug.
         """
-        async with self._lock:
-            is_new = self._process is None
-            try:
-                answer = await self._answer(request)
-            except WorkerStopped as end:
-                if is_new or not end.crashed:
-                    raise
-                # It may have crashed earlier.
-                answer = await self._answer(request)
+        await self._lock.acquire()
+        # A request whose caller is cancelled goes on: its late answer would be taken for that to the next request.
+        task = asyncio.create_task(self._exchange_once(request))
+        task.add_done_callback(lambda ended: ended.cancelled() or ended.exception())
+        answer = await asyncio.shield(task)
         if isinstance(answer, worker.Fault):
             raise FaultError(answer.report)
         return answer
+
+    async def _exchange_once(self, request: Any) -> Any:
+        """Returns the answer to a request, and then lets the next one start."""
+        is_new = self._process is None
+        try:
+            return await self._answer(request)
+        except WorkerStopped as end:
+            if is_new or not end.crashed:
+                raise
+            # It may have crashed earlier.
+            return await self._answer(request)
+        finally:
+            self._lock.release()
 
     async def _answer(self, request: Any) -> Any:
         process = await self._start()
@@ -62,10 +71,6 @@ class AnalysisProcess:
         except (OSError, asyncio.IncompleteReadError):
             await self._end(process)
             raise WorkerStopped(crashed=not self._stopped) from None
-        except asyncio.CancelledError:
-            # A late answer would be taken for the answer to the next request.
-            await self._end(process)
-            raise
         finally:
             self._since = None
 

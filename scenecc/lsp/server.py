@@ -11,10 +11,12 @@ import logging
 import os
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from lsprotocol import types
+from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol
 
 from scenecc.lsp import worker
 from scenecc.lsp.findings import findings_in, to_client
@@ -47,6 +49,28 @@ _ENGINE_SECONDS: Final = 3.0
 """Maximum wait for an entity's mass in a hover text [s]."""
 
 
+_INVALID: Final = "scenecc/invalid"
+"""The request that stands for one whose parameters are not of the protocol."""
+
+
+class _Protocol(LanguageServerProtocol):
+    """The protocol, with an answer to requests of the wrong form: pygls would only show a message."""
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """Converts a message of a client."""
+        try:
+            return super().structure_message(data)
+        except JsonRpcException:
+            if "id" not in data or "method" not in data:
+                raise
+            return super().structure_message({"jsonrpc": "2.0", "id": data["id"], "method": _INVALID, "params": {}})
+
+
+def _refuse_invalid(*params: Any) -> None:
+    del params
+    raise JsonRpcInvalidParams("the parameters are not those of the protocol")
+
+
 class SceneServer(LanguageServer):
     """The language server of scene files.
 
@@ -64,7 +88,10 @@ class SceneServer(LanguageServer):
 
     def __init__(self, options: Options, finding_filter: FindingFilter) -> None:
         full = types.TextDocumentSyncKind.Full  # the lines of a full text are counted only here
-        super().__init__("scenecc", VERSION, text_document_sync_kind=full)  # pyright: ignore[reportUnknownMemberType]
+        super().__init__(  # pyright: ignore[reportUnknownMemberType]
+            "scenecc", VERSION, text_document_sync_kind=full, protocol_cls=_Protocol
+        )
+        self.feature(_INVALID)(_refuse_invalid)
         self.is_ending = False
         self.scenes = Workspace(options)
         self.checker = AnalysisProcess()

@@ -73,6 +73,7 @@ class Workspace:
 
     def put(self, path: Path, text: str) -> None:
         """Stores the editor's text of a file."""
+        text = text.removeprefix("\ufeff")
         self.texts[path] = SceneText(path, text)
         if is_scene_text(text):
             self.projects.setdefault(path, Project())
@@ -207,7 +208,7 @@ class WorkspaceView:
 def _read(path: Path, size: int = 4 * MAX_CHARACTERS) -> str | None:
     try:
         with open_regular(path) as file:
-            return file.read(size).decode("utf-8", errors="replace")
+            return file.read(size).decode("utf-8", errors="replace").removeprefix("\ufeff")
     except (OSError, ValueError):
         return None
 

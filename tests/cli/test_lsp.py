@@ -75,6 +75,11 @@ def test_an_incomplete_file_has_one_error_at_its_place(client, scene):
     assert checked(client, scene, SCENE) == []
 
 
+def test_a_byte_order_mark_is_not_text(client, scene):
+    (found,) = checked(client, scene, "\ufeff" + SCENE.replace("relative_to: table", "relative_to: tabel"))
+    assert (found["code"], found["range"]["start"]["line"]) == ("SC303", 4)
+
+
 def test_columns_count_utf_16_units(client, scene):
     text = SCENE.replace("p: [0, 0, 1]", 'p: [0, 0, 1], x-note: "😀😀"').replace("table}", "tabel}")
     (found,) = checked(client, scene, text)
@@ -313,11 +318,47 @@ def test_an_editor_without_show_document_gets_no_request(tmp_path, runtime):
 
 
 def test_the_server_survives_an_invalid_message(client, scene):
-    client.send({"id": "x", "method": "textDocument/hover", "params": {"textDocument": 3}})
+    client.notify("textDocument/didSave", textDocument=3)
     assert client.wait(lambda one: one.get("method") == "window/showMessage")["params"]["type"] == 1
+    assert client.ask("textDocument/hover", {"textDocument": 3})["code"] == -32602
+    assert client.at("hover", scene, -1, 0)["code"] == -32602
     assert "code" in client.ask("textDocument/nonsense", {})
     assert client.at("hover", scene, 2**31 - 1, 2**31 - 1) is None
     assert client.at("hover", scene, 3, 3) is not None
+
+
+def test_a_half_typed_scene_has_answers(client, scene):
+    part = scene.with_name("part.yaml")
+    part.write_text(f"scenecc: 1\ninclude: [{scene.name}]\n")
+    text = SCENE.replace("entities", "include: [part.yaml]\nentities") + "    material: oak\n    friction: 0.5\n"
+    for end in range(0, len(text), 7):
+        client.change(scene, text[:end])
+        line, column = text.count("\n", 0, end), end - (text.rfind("\n", 0, end) + 1)
+        for method in ("completion", "hover", "definition", "documentHighlight"):
+            answer = client.at(method, scene, line, column)
+            assert answer is None or "code" not in answer
+        assert isinstance(quick_fixes(client, scene, text[:end], line), dict)
+    assert not client.has_asked("window/showMessage")
+
+
+def test_a_storm_of_changes_and_cancelled_requests_leaves_answers_in_order(client, scene):
+    for number in range(100):
+        version = client.change(scene, SCENE.replace("to: table", f"to: t{number}"))
+        asked = {"textDocument": {"uri": scene.as_uri()}, "position": {"line": 3, "character": 3}}
+        client.send({"id": f"h{number}", "method": "textDocument/hover", "params": asked})
+    for number in range(100):
+        assert "result" in client.wait(lambda one, number=number: one.get("id") == f"h{number}")
+    (found,) = client.findings(scene, version)
+    assert "`t99`" in found["message"]
+    place = {"start": {"line": 4, "character": 0}, "end": {"line": 4, "character": 0}}
+    asked = {"textDocument": {"uri": scene.as_uri()}, "range": place, "context": {"diagnostics": []}}
+    checked(client, scene, SCENE + "    num_envs: 4\n")
+    for number in range(20):
+        client.send({"id": f"c{number}", "method": "textDocument/codeAction", "params": asked})
+        client.notify("$/cancelRequest", id=f"c{number}")
+    for number in range(20):
+        assert client.wait(lambda one, number=number: one.get("id") == f"c{number}")
+    assert checked(client, scene, SCENE) == []
 
 
 HOSTILE = {

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from plugins.language_client import LanguageClient
 
+from scenecc.version import VERSION
+
 ROOT = Path(__file__).parents[2]
 VSCODE = ROOT / "editors" / "vscode"
 MANIFEST = json.loads((VSCODE / "package.json").read_text())
@@ -77,6 +79,14 @@ def test_the_extension_takes_scene_files() -> None:
         assert (VSCODE / file).is_file()
     assert json.loads((VSCODE / grammar["path"]).read_text())["scopeName"] == grammar["scopeName"]
     json.loads((VSCODE / language["configuration"]).read_text())
+
+
+def test_the_extension_has_the_version_of_the_package() -> None:
+    assert MANIFEST["version"] == VERSION
+    readme = (VSCODE / "README.md").read_text()
+    assert re.findall(r"scenecc-([\d.]+)\.vsix", readme) == [VERSION]
+    # vsce refuses links to files outside of the folder.
+    assert "](../" not in readme
 
 
 def test_a_folder_that_is_not_trusted_chooses_no_program() -> None:

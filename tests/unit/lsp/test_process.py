@@ -34,17 +34,20 @@ def test_the_worker_reports_bugs_and_restarts_after_a_crash(tmp_path):
             await process.ask(without_text)
         first = await process.ask(good)
         waiting = asyncio.create_task(process.ask(good))
-        await asyncio.sleep(0)
+        for _ in range(3):
+            await asyncio.sleep(0)
         process.stop_older(60)
         assert (await waiting).diagnostics == []
         waiting = asyncio.create_task(process.ask(slow))
-        await asyncio.sleep(0)
+        for _ in range(3):
+            await asyncio.sleep(0)
         process.stop_older(0)
         with pytest.raises(WorkerStopped) as end:
             await waiting
         again = await process.ask(good)
         waiting = asyncio.create_task(process.ask(good))
-        await asyncio.sleep(0)
+        for _ in range(3):
+            await asyncio.sleep(0)
         waiting.cancel()
         with pytest.raises(asyncio.CancelledError):
             await waiting
