@@ -14,7 +14,7 @@ _NUMBER: Final = re.compile(r"\d+")
 
 _VERBS: Final = (
     ("is_in", "in"),
-    ("hangs_on", "hangs on"),
+    ("hangs_on", "suspended from"),
     ("attached_to", "attached to"),
     ("touches", "touches"),
     ("overlaps", "overlaps"),
