@@ -36,7 +36,7 @@ def color_text(color: Sequence[float], tolerance: float) -> str | None:
     return (text.removesuffix("ff") if len(color) == 4 else text) if near else None
 
 
-_HUES = ((15, "red"), (42, "orange"), (70, "yellow"), (165, "green"), (195, "cyan"), (260, "blue"), (290, "purple"))
+_HUES = ((15, "red"), (42, "orange"), (70, "yellow"), (165, "green"), (195, "cyan"), (260, "blue"), (310, "purple"))
 """Upper ends of hues [°], in order; above is pink, then red again."""
 
 
@@ -51,6 +51,8 @@ def color_name(color: Sequence[float]) -> str:
     name = next((name for end, name in _HUES if degrees < end), "pink" if degrees < 340 else "red")
     if lightness < 0.12:
         return "black"
-    if name in {"red", "orange"} and 12 <= degrees < 45 and (lightness < 0.45 or saturation < 0.55):
-        return "beige" if lightness > 0.7 else "brown"
-    return f"dark {name}" if lightness < 0.25 else f"light {name}" if lightness > 0.8 else name
+    if 12 <= degrees < 45:
+        if lightness > 0.7 and spread < 0.5:
+            return "beige"
+        name = "brown" if lightness < 0.45 or saturation < 0.55 else name
+    return f"dark {name}" if lightness < 0.2 else f"light {name}" if lightness > 0.8 else name

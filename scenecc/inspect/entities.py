@@ -17,7 +17,7 @@ from scenecc.plan import ArticulationStructure, BodyStructure, Constraint, Plane
 from scenecc.plan.articulation import friction_force
 from scenecc.plan.constraint import is_ball
 from scenecc.plan.display import link_shape_path, shape_path
-from scenecc.plan.geometry import SOLID_SIZES, SOLIDS, Primitive
+from scenecc.plan.geometry import SOLID_SIZES, SOLIDS, Primitive, Solid
 from scenecc.plan.properties import JOINT_PROPERTIES
 from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import structure_type
@@ -77,12 +77,22 @@ def measured_size(bodies: Iterable[MeasuredBody]) -> Size | None:
 
 def shape_bounds(shape: MeasuredShape, frame: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Returns points (n, 3) that bound a shape at a pose (4, 4): the vertices of a mesh; None for a plane."""
+    return _bounds(SOLIDS.get(shape.kind), shape.sizes, None if shape.mesh is None else shape.mesh.vertices, frame)
+
+
+def _bounds(
+    solid: type[Solid] | None,
+    sizes: tuple[float, ...],
+    vertices: NDArray[np.float64] | None,
+    frame: NDArray[np.float64],
+) -> NDArray[np.float64] | None:
+    """Returns points (n, 3) that bound a solid or a mesh at a pose (4, 4), or None for a plane."""
     rotation, centre = frame[:3, :3], frame[:3, 3]
-    if shape.mesh is not None:
-        return shape.mesh.vertices @ rotation.T + centre
-    if (solid := SOLIDS.get(shape.kind)) is None:
+    if vertices is not None:
+        return vertices @ rotation.T + centre
+    if solid is None:
         return None
-    half = solid.extent(rotation, *shape.sizes)
+    half = solid.extent(rotation, *sizes)
     return np.array([centre - half, centre + half])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -21,7 +21,6 @@ from scenecc.source.edits import EditError, Style, TextEdits
 from scenecc.source.events import describe_type
 
 if TYPE_CHECKING:
-
     from scenecc.diagnostics.diagnostic import Path
     from scenecc.source import Limits
     from scenecc.source.edits import Write
@@ -35,6 +34,9 @@ _MEMBERS: Final = {
     "test": ("path", "value"),
 }
 """The members that each operation must have."""
+
+_State = tuple[str, dict[str, Any]]
+"""The text and its data."""
 
 _INDEX: Final = re.compile(r"0|[1-9][0-9]{0,17}").fullmatch
 
@@ -88,7 +90,7 @@ _EXAMPLE: Final = 'for example `[{"op": "replace", "path": "/entities/cube/mass"
 def patch_text(text: str, operations: Sequence[Any], limits: Limits) -> str:
     """Returns a text with all operations of a patch applied in order.
 
-    After each, the text is read again and must hold what RFC 6902 says, so no edit through an anchor changes two places.
+    After each, the text is read again and must hold what RFC 6902 says. So no edit at an anchor changes two places.
 
     Args:
         text: a scene file that can be read.
@@ -163,79 +165,101 @@ def pointer(path: Sequence[str | int]) -> str:
 
 def _fault(value: Any) -> str | None:
     """Returns what a scene file cannot hold in a value; None: it can."""
-    if isinstance(value, Mapping):
-        for key, inner in cast("Mapping[Any, Any]", value).items():
-            if fault := "a key that is not a string" if not isinstance(key, str) else _fault(key) or _fault(inner):
-                return fault
-        return None
-    if isinstance(value, list | tuple):
-        return next(filter(None, map(_fault, cast("Sequence[Any]", value))), None)
-    if value is None:
-        return "null: a scene file has no null; `remove` the key instead"
-    if isinstance(value, str):
-        return "half of a character (a lone surrogate)" if _SURROGATE(value) else None
-    if isinstance(value, float):
-        return None if math.isfinite(value) else f"{value}, which is not a finite number"
-    return None if isinstance(value, int) else f"{type(value).__name__}, which is not JSON"
+    match value:
+        case Mapping():
+            items = cast("Mapping[Any, Any]", value).items()
+            faults = (_fault(key) or _fault(one) if isinstance(key, str) else _KEY_FAULT for key, one in items)
+            return next(filter(None, faults), None)
+        case list() | tuple():
+            return next(filter(None, map(_fault, cast("Sequence[Any]", value))), None)
+        case None:
+            return "null: a scene file has no null; `remove` the key instead"
+        case str():
+            return "half of a character (a lone surrogate)" if _SURROGATE(value) else None
+        case bool() | int() | float():
+            return None if math.isfinite(value) else f"{value}, which is not a finite number"
+        case _:
+            return f"{type(value).__name__}, which is not JSON"
 
 
-def _apply(text: str, data: dict[str, Any], one: Operation, limits: Limits) -> tuple[str, dict[str, Any]]:
+_KEY_FAULT: Final = "a key that is not a string"
+
+
+def _apply(text: str, data: dict[str, Any], one: Operation, limits: Limits) -> _State:
     """Returns text and data after an operation. Raises PatchError or EditError."""
     if one.op == "test":
-        _, found = _look_up(data, one.path)
+        path, found = _look_up(data, one.path)
         if not equal(found, one.value):
             shown = cut(json.dumps(found, ensure_ascii=False))
-            raise PatchError(f"the value is {shown}, not {cut(json.dumps(one.value))}", _steps(data, one.path))
+            raise PatchError(f"the value is {shown}, not {cut(json.dumps(one.value))}", path)
         return text, data
     if not one.path:
         raise PatchError("the whole document cannot be replaced: write the file")
-    wanted = deepcopy(data)
-    if one.op == "remove":
-        path, _ = _look_up(wanted, one.path)
-        _remove(wanted, path)
-        return _checked([lambda edits: edits.remove(path)], text, wanted, path, limits)
-    if one.op == "replace":
-        path = _place(wanted, one.path)
-        if _is_new_key(wanted, one.path):
-            fault = _missing(wanted, one.path[-1], path[:-1])
-            raise PatchError(f"{fault}; `add` adds a key", path[:-1], fault.hint)
-        path, _ = _look_up(wanted, one.path)
-        _put(wanted, path, one.value, is_new=False)
-        return _checked([lambda edits: _set(edits, path, one.value)], text, wanted, path, limits)
-    if one.op == "add":
-        path = _place(wanted, one.path)
-        return _added(text, wanted, path, one.value, [], limits)
-    start, value = _look_up(wanted, one.source)
+    apply = {"add": _add, "remove": _remove, "replace": _replace, "copy": _copy, "move": _move}[one.op]
+    return apply(text, deepcopy(data), one, limits)
+
+
+def _remove(text: str, data: dict[str, Any], one: Operation, limits: Limits) -> _State:
+    return _removed(text, data, _look_up(data, one.path)[0], limits)
+
+
+def _removed(text: str, data: dict[str, Any], path: Path, limits: Limits) -> _State:
+    del _at(data, path[:-1])[path[-1]]
+    return _checked([lambda edits: edits.remove(path)], text, data, path, limits)
+
+
+def _replace(text: str, data: dict[str, Any], one: Operation, limits: Limits) -> _State:
+    if _is_new_key(data, one.path):
+        above = _look_up(data, one.path[:-1])[0]
+        fault = _missing(_at(data, above), one.path[-1], above)
+        raise PatchError(f"{fault}; `add` adds a key", above, fault.hint)
+    path, _ = _look_up(data, one.path)
+    _at(data, path[:-1])[path[-1]] = deepcopy(one.value)
+    return _checked([lambda edits: _set(edits, path, one.value)], text, data, path, limits)
+
+
+def _add(text: str, data: dict[str, Any], one: Operation, limits: Limits) -> _State:
+    return _added(text, data, _place(data, one.path), one.value, [], limits)
+
+
+def _copy(text: str, data: dict[str, Any], one: Operation, limits: Limits) -> _State:
+    start, value = _look_up(data, one.source)
     if not start:
         raise PatchError("the whole document cannot be copied into itself")
-    value = deepcopy(value)
-    as_written = TextEdits(text).source(start)
-    if one.op == "move":
-        if one.source == one.path:
-            return text, data
-        if start[:-1] == _steps(data, one.path[:-1]) and _is_new_key(wanted, one.path):
-            path = (*start[:-1], one.path[-1])
-            above = _at(wanted, start[:-1])
-            renamed = [(one.path[-1] if key == start[-1] else key, inner) for key, inner in above.items()]
-            above.clear()
-            above.update(renamed)
-            return _checked(
-                [lambda edits: edits.rename(start, key_text(one.path[-1], path))], text, wanted, path, limits
-            )
-        _remove(wanted, start)
-        text, wanted = _checked([lambda edits: edits.remove(start)], text, wanted, start, limits)
-        wanted = deepcopy(wanted)
-    path = _place(wanted, one.path)
-    return _added(text, wanted, path, value, [] if as_written is None else [as_written], limits)
+    return _added(text, data, _place(data, one.path), deepcopy(value), _as_written(text, start), limits)
 
 
-def _added(
-    text: str, wanted: dict[str, Any], path: Path, value: Any, first: list[Write], limits: Limits
-) -> tuple[str, dict[str, Any]]:
+def _move(text: str, data: dict[str, Any], one: Operation, limits: Limits) -> _State:
+    """Moves a value; renames a key in its place if both places are in one mapping."""
+    start, value = _look_up(data, one.source)
+    if one.source == one.path:
+        return text, data
+    if one.source[:-1] == one.path[:-1] and _is_new_key(data, one.path):
+        path = (*start[:-1], one.path[-1])
+        above = _at(data, start[:-1])
+        above[one.path[-1]] = above.pop(start[-1])
+        return _checked([lambda edits: edits.rename(start, key_text(one.path[-1], path))], text, data, path, limits)
+    written = _as_written(text, start)
+    text, data = _removed(text, data, start, limits)
+    return _added(text, data, _place(data, one.path), value, written, limits)
+
+
+def _as_written(text: str, path: Path) -> list[Write]:
+    try:
+        write = TextEdits(text).source(path)
+    except EditError:  # it comes from a merge key
+        return []
+    return [] if write is None else [write]
+
+
+def _added(text: str, wanted: dict[str, Any], path: Path, value: Any, first: list[Write], limits: Limits) -> _State:
     """Adds a value that is not there, or replaces that of a key. `first`: how to write it, if it reads back so."""
     above = _at(wanted, path[:-1])
     is_there = isinstance(above, dict) and path[-1] in above
-    _put(wanted, path, value, is_new=True)
+    if isinstance(above, list):
+        cast("list[Any]", above).insert(int(path[-1]), deepcopy(value))
+    else:
+        above[path[-1]] = deepcopy(value)
 
     def edit(edits: TextEdits, write: Write) -> None:
         if is_there:
@@ -265,8 +289,8 @@ def _writer(value: Any, path: Path, step: int) -> Write:
 
 
 def _checked(
-    edits: Sequence[Any], text: str, wanted: dict[str, Any], path: Path, limits: Limits
-) -> tuple[str, dict[str, Any]]:
+    edits: Sequence[Callable[[TextEdits], None]], text: str, wanted: dict[str, Any], path: Path, limits: Limits
+) -> _State:
     """Returns the text after the first edit that makes it read as wanted, and that data.
 
     Raises:
@@ -289,7 +313,8 @@ def _checked(
     anchor = TextEdits(text).anchor(path)
     if anchor is None:
         raise PatchError("it cannot be written in this place", path)
-    raise PatchError(f"the node has the anchor `{anchor}`, so other places use it and would change or break", path)
+    hint = f"replace the values at `*{anchor}` first, or edit the text"
+    raise PatchError(f"it is in `&{anchor}`, which other places use: they would change or break", path, hint)
 
 
 def _look_up(data: Any, tokens: Sequence[str]) -> tuple[Path, Any]:
@@ -329,23 +354,12 @@ def _step(data: Any, token: str, path: list[str | int]) -> str | int:
 
 
 def _missing(data: Any, token: str, path: Sequence[str | int]) -> PatchError:
-    data = _at(data, path) if isinstance(path, tuple) else data
     where = cut(pointer(path)) or "the document"
     if isinstance(data, dict):
         hint = suggest(token, cast("dict[str, Any]", data))
         return PatchError(f"there is no key `{cut(token)}` in {where}", tuple(path), hint)
     count = len(data)
     return PatchError(f"there is no item `{cut(token)}` in {where}, which has {count} (0 is the first)", tuple(path))
-
-
-def _steps(data: Any, tokens: Sequence[str]) -> Path:
-    """Returns the path of a pointer, as far as it exists."""
-    for count in range(len(tokens), 0, -1):
-        try:
-            return _look_up(data, tokens[:count])[0]
-        except PatchError:
-            continue
-    return ()
 
 
 def _at(data: Any, path: Path) -> Any:
@@ -359,20 +373,8 @@ def _is_new_key(data: Any, tokens: Sequence[str]) -> bool:
     return isinstance(above, dict) and tokens[-1] not in above
 
 
-def _remove(data: Any, path: Path) -> None:
-    del _at(data, path[:-1])[path[-1]]
-
-
-def _put(data: Any, path: Path, value: Any, *, is_new: bool) -> None:
-    above = _at(data, path[:-1])
-    if is_new and isinstance(above, list):
-        cast("list[Any]", above).insert(int(path[-1]), deepcopy(value))
-    else:
-        above[path[-1]] = deepcopy(value)
-
-
 def equal(a: Any, b: Any) -> bool:
-    """Returns whether two values are equal in JSON. Numbers are equal if they are the same float32, as the engine's are."""
+    """Returns whether two values are equal in JSON. Numbers are equal if they are the same float32, as in the engine."""
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         return a.keys() == b.keys() and all(equal(a[key], b[key]) for key in cast("Mapping[str, Any]", a))
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):
@@ -382,5 +384,5 @@ def equal(a: Any, b: Any) -> bool:
         return type(a) is type(b) and a == b
     if isinstance(a, int | float) and isinstance(b, int | float):
         with np.errstate(over="ignore"):
-            return a == b or (a != a and b != b) or (abs(a) < 3e38 and np.float32(a) == np.float32(b))
+            return a == b or (math.isnan(a) and math.isnan(b)) or (abs(a) < 3e38 and np.float32(a) == np.float32(b))
     return a == b

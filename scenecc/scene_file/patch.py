@@ -64,8 +64,8 @@ def patch_scene(
 
     Args:
         path: a YAML scene file.
-        operations: mappings with `op` (add, remove, replace, move, copy, test), `path`, and `value` or `from`. Paths are
-            JSON Pointers such as `/entities/cube/pose/0`.
+        operations: mappings with `op` (add, remove, replace, move, copy, test), `path`, and `value` or `from`. Paths
+            are JSON Pointers such as `/entities/cube/pose/0`.
         dry_run: do not write the file.
         allow_errors: write the file also if it has new errors, for a scene that takes several patches.
         options: fields of `CompileOptions` for the compilation.

@@ -26,6 +26,7 @@ from scenecc.plan.geometry import Primitive
 from scenecc.plan.rendering import Perspective
 from scenecc.plan.schema import type_name
 from scenecc.simulation.bodies import up_of
+from scenecc.simulation.description_text import description_text
 from scenecc.simulation.reach import gripper_of, reach_of
 from scenecc.simulation.relations import TOUCH, Neighbours, find_neighbours
 from scenecc.simulation.sight import View, view_of
@@ -63,8 +64,6 @@ class SceneDescription:
     @property
     def text(self) -> str:
         """The same for people, as `scenecc describe` prints it."""
-        from scenecc.simulation.description_text import description_text
-
         return description_text(self.data)
 
 
@@ -93,7 +92,7 @@ def describe_scene(source: Source, **given: Unpack[DescribeArguments]) -> SceneD
     done = compile_or_raise(source, asked, sink)
     if select_scenes(str(scene), done.plan.num_scenes, sink, "scene") is None:
         raise SceneError(sink.diagnostics())
-    from scenecc.backends.sapien.measure import measure_bodies
+    from scenecc.backends.sapien.measure import measure_bodies  # noqa: PLC0415 - it loads the engine
 
     neighbours, measured = find_neighbours(done.plan, scene, measure_bodies, given.get("progress"))
     return SceneDescription(_Describer(done, sink, neighbours, measured.scenes[0]).data(), sink.diagnostics())

@@ -25,6 +25,8 @@ _VERBS: Final = (
 _MOST: Final = 8
 """Maximum number of names in a list."""
 
+_MOST_COLORS: Final = 3
+
 Object = Mapping[str, Any]
 
 
@@ -77,9 +79,7 @@ def _entry(group: Sequence[Object]) -> Iterator[str]:
         "visual only" if first["kind"] == "visual" else first["kind"],
         f"line {first['line']}" if first["line"] else "",
         f"prefab {first['prefab']}" if first["prefab"] else "",
-        ", ".join(dict.fromkeys(one["color"] for one in group if one["color"]))
-        if _few_colors(group)
-        else "colours differ",
+        _colors(group),
         _sizes([one["size_m"] for one in group if one["size_m"] and one["plane_height_m"] is None]),
         _range([one["mass_kg"] for one in group if one["mass_kg"] is not None], " kg"),
         "hidden from sensors" if first["hidden"] else "",
@@ -90,8 +90,9 @@ def _entry(group: Sequence[Object]) -> Iterator[str]:
         yield f"  {_robot(first)}"
 
 
-def _few_colors(group: Sequence[Object]) -> bool:
-    return len({one["color"] for one in group}) <= 3
+def _colors(group: Sequence[Object]) -> str:
+    colors = dict.fromkeys(one["color"] for one in group if one["color"])
+    return ", ".join(colors) if len(colors) <= _MOST_COLORS else "colours differ"
 
 
 def _where(group: Sequence[Object]) -> str:
@@ -100,7 +101,9 @@ def _where(group: Sequence[Object]) -> str:
         return f"a plane at z = {_number(first['plane_height_m'])}"
     place = ", ".join(_range([one["position_m"][axis] for one in group]) for axis in range(3))
     boxes = [one["box_m"] for one in group if one["box_m"]]
-    low, high = (_range([pick(one[end][2] for one in boxes)]) if boxes else "" for end, pick in (("low", min), ("high", max)))  # fmt: skip
+    low, high = (
+        _range([pick(one[end][2] for one in boxes)]) if boxes else "" for end, pick in (("low", min), ("high", max))
+    )
     heights = f", z from {low} to {high}" if boxes else ""
     return f"at ({place}){_turn(group)}{heights}"
 

@@ -75,7 +75,8 @@ def reach_of(robot: MeasuredEntity, link: str | None) -> float | None:
     else:
         chain = max(chains, key=lambda one: sum(body.joint is not None and body.joint.type != "fixed" for body in one))
     links = [body for body in chain if body.joint is not None]
-    frames = [(pose_matrix(b.joint.pose_in_parent), np.linalg.inv(pose_matrix(b.joint.pose_in_child))) for b in links if b.joint]  # fmt: skip
+    joints = [body.joint for body in links if body.joint is not None]
+    frames = [(pose_matrix(one.pose_in_parent), np.linalg.inv(pose_matrix(one.pose_in_child))) for one in joints]
     ranges = [_positions(body) for body in links]
     free = [number for number, one in enumerate(ranges) if len(one) > 1]
     if not free:

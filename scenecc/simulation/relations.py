@@ -88,8 +88,8 @@ def find_neighbours(
         measured = measure(batch)
         system = batch.scenes[0].physx_system
         for component in system.get_rigid_dynamic_components():
-            if component.kinematic and not any("Triangle" in type(one).__name__ for one in component.collision_shapes):
-                component.kinematic = False
+            kinds = {type(shape).__name__ for shape in component.collision_shapes}
+            component.kinematic = component.kinematic and any("Triangle" in kind for kind in kinds)
         for component in (
             *system.get_rigid_dynamic_components(),
             *system.get_rigid_static_components(),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from yaml.events import AliasEvent, MappingEndEvent, MappingStartEvent, ScalarEvent, SequenceEndEvent
 
-from scenecc.source.events import NextEvent, NodeEvent, next_event
+from scenecc.source.events import NextEvent, NodeEvent, next_event, resolve_scalar
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Path
@@ -203,18 +203,21 @@ class TextEdits:
         above = self._find(path[:-1])
         key, node = self._entry(above, path[-1])
         if above.is_flow:
-            self._splice(node.start, node.end, _one(write(0, self._style(above, flow=True))))
+            value = _one(write(0, self._style(above, flow=True)))
+            self._splice(node.start, node.end, self._quoted(node, value))
             return
         if key is None:
             place = self._dash(above, int(path[-1])) + 1
             column = self._column(place - 1) + 2
         else:
-            place = (_BLANK.match(self._text, key.end) or key).end() + 1  # pyright: ignore[reportCallIssue]
+            place = self._skip(_BLANK, key.end) + 1
             column = key.column + self.step
         own = node.is_block and not self._is_inline(node, place)
-        new = write(node.column if own else column, "block" if node.is_block else "any")
+        # Lists may be at the column of their key, other blocks not.
+        column = node.column if own and (key is None or node.column > key.column) else column
+        new = write(column, "block" if node.is_block else "any")
         if isinstance(new, str):
-            self._replace_inline(node, place, new, own=own)
+            self._replace_inline(node, place, self._quoted(node, new), own=own)
         elif own:
             self._splice(self._line_start(node.start), self._after(node), self._joined(new, self._after(node)))
         elif key is None:
@@ -240,7 +243,7 @@ class TextEdits:
             if above.is_flow:
                 self._splice(above.start, above.end, empty)
             else:
-                self.replace(path[:-1], lambda column, style: empty)
+                self.replace(path[:-1], lambda *_: empty)
         elif above.is_flow:
             self._remove_in_brackets(above, number)
         else:
@@ -282,19 +285,25 @@ class TextEdits:
     def source(self, path: Path) -> Write | None:
         """Returns a function that writes a value as it is written at a path; None if it is an alias."""
         node = self._find(path)
-        if node.is_alias or _PROPERTIES.match(self._text, node.start, node.end)[0]:  # pyright: ignore[reportOptionalSubscript]
+        if node.is_alias or self._skip(_PROPERTIES, node.start) > node.start:
             return None
         if not node.is_block:
             inline = self._text[node.start : node.end]
-            return None if _BREAK.search(inline) else lambda column, style: inline
-        lines = _BREAK.split(" " * node.column + self._text[node.start : node.end])
+            return None if _BREAK.search(inline) else lambda *_: inline
+        key = self._entry(self._find(path[:-1]), path[-1])[0] if path else None
+        if key is None or self._is_inline(node, key.end):
+            lines = _BREAK.split(" " * node.column + self._text[node.start : node.end])
+        else:  # with the comments above the first entry
+            lines = _BREAK.split(self._text[self._next_line(key.end) : node.end])
 
         def write(column: int, style: Style) -> Sequence[str]:
             if style in {"flow", "json"}:
                 raise EditError("a block cannot be written in brackets")
-            return [" " * column + line[node.column :] if line.strip() else "" for line in lines]
+            shifts = (min(len(line) - len(line.lstrip(" ")), node.column) for line in lines)
+            moved = (line[shift:] for line, shift in zip(lines, shifts, strict=True))
+            return [" " * column + line if line.strip() else "" for line in moved]
 
-        return write if all(not line[: node.column].strip() for line in lines) else None
+        return write
 
     def _fill(self, path: Path, node: _Node, key: str, write: Write) -> None:
         """Writes the first entry of an empty mapping or list."""
@@ -350,8 +359,7 @@ class TextEdits:
 
     def _comma(self, place: int) -> int | None:
         """Returns the offset of the comma after an item; None if the bracket closes."""
-        found = _BLANK.match(self._text, place)
-        end = found.end() if found else place
+        end = self._skip(_BLANK, place)
         return end if self._text[end : end + 1] == "," else None
 
     def _replace_inline(self, node: _Node, place: int, new: str, *, own: bool) -> None:
@@ -362,6 +370,13 @@ class TextEdits:
         else:
             self._splice(place, place, f" {new}")
             self._splice(self._line_start(node.start), self._after(node), "")
+
+    def _quoted(self, old: _Node, new: str) -> str:
+        """Returns a plain text in the quotes of the string that it replaces."""
+        quote = self._text[old.start : old.start + 1]
+        if not old.is_scalar or quote not in {"'", '"'} or new[0] in "'\"[{" or not _is_string(new):
+            return new
+        return quote + (new.replace("'", "''") if quote == "'" else new) + quote
 
     def _is_inline(self, node: _Node, place: int) -> bool:
         """Returns whether a value begins on the line of its key or dash."""
@@ -391,12 +406,13 @@ class TextEdits:
 
     def _dash(self, node: _Node, number: int) -> int:
         """Returns the offset of the dash of an item."""
-        if number:
-            start = node.entries[number - 1][1].end
-        else:
-            start = _PROPERTIES.match(self._text, node.start).end()  # pyright: ignore[reportOptionalMemberAccess]
-        found = _BLANK.match(self._text, start)
-        return found.end() if found else start
+        before = node.entries[number - 1][1].end if number else self._skip(_PROPERTIES, node.start)
+        return self._skip(_BLANK, before)
+
+    def _skip(self, pattern: re.Pattern[str], place: int) -> int:
+        """Returns the offset after what a pattern matches."""
+        found = pattern.match(self._text, place)
+        return found.end() if found else place
 
     def _after(self, node: _Node) -> int:
         """Returns the offset of the line after a node."""
@@ -460,6 +476,13 @@ def text_diff(before: str, after: str, name: str) -> str:
     old, new = (re.findall(r"[^\n]*\n|[^\n]+", text) for text in (before, after))
     diff = difflib.unified_diff(old, new, name, name)
     return "".join(line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in diff)
+
+
+def _is_string(text: str) -> bool:
+    try:
+        return isinstance(resolve_scalar(text), str)
+    except OverflowError:
+        return False
 
 
 def _one(value: str | Sequence[str]) -> str:

@@ -24,6 +24,8 @@ ASKED: dict[str, tuple[str, ...]] = {
     "check": ("check", "SCENE", "--settle", "0"),
     "settle": ("settle", "SCENE", "--seconds", "0.1", "-o", "starts.json"),
     "inspect": ("inspect", "SCENE", "--no-build"),
+    "describe": ("describe", "SCENE"),
+    "patch": ("patch", "SCENE", "[]"),
     "draws": ("draws", "SCENE"),
     "emit": ("emit", "SCENE", "-o", "out.py"),
     "import": ("import", "SOURCE", "-o", "made.yaml"),
@@ -43,6 +45,8 @@ WRONG = {"SCENE": "bad.yaml", "SOURCE": "cube.yaml", "NAME": "tabel", "CODE": "S
 RESULTS = {
     "build": "objects",
     "inspect": "entities",
+    "describe": "objects",
+    "patch": "written",
     "draws": "draws",
     "emit": "files",
     "import": "files",

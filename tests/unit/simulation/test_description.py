@@ -1,0 +1,146 @@
+"""What `describe_scene` says of built scenes."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import scenecc
+from scenecc.colors import color_name, read_color_text
+from scenecc.simulation.relations import TOUCH
+
+ROOT = Path(__file__).parents[3]
+
+ROOM = """\
+scenecc: 1
+entities:
+  ground: {body_type: static, shapes: [{type: plane}]}
+  table:
+    body_type: static
+    shapes:
+      - {type: box, half_size: [0.5, 0.5, 0.02], pose: [0, 0, 0.38], color: "#8b5a2b"}
+      - {type: box, half_size: [0.02, 0.02, 0.18], pose: [0.4, 0.4, 0.18]}
+  under: {pose: [0, 0, 0.05], shapes: [{type: box, half_size: [0.05, 0.05, 0.05]}]}
+  bin:
+    body_type: kinematic
+    pose: {p: [0.2, 0, 0.4], rpy_deg: [0, 0, 30]}
+    shapes:
+      - {type: box, half_size: [0.1, 0.1, 0.005], pose: [0, 0, 0.005]}
+      - {type: box, half_size: [0.1, 0.005, 0.05], pose: [0, 0.1, 0.05]}
+      - {type: box, half_size: [0.1, 0.005, 0.05], pose: [0, -0.1, 0.05]}
+      - {type: box, half_size: [0.005, 0.1, 0.05], pose: [0.1, 0, 0.05]}
+      - {type: box, half_size: [0.005, 0.1, 0.05], pose: [-0.1, 0, 0.05]}
+  ball: {pose: [0.2, 0, 0.43], mass: 0.3, shapes: [{type: sphere, radius: 0.02, color: "#d62828"}]}
+  lid: {pose: [0.2, 0, 0.461], shapes: [{type: cylinder, radius: 0.02, half_length: 0.01, axis: z}]}
+  cup: {pose: [-0.2, 0, 0.46], shapes: [{type: cylinder, radius: 0.03, half_length: 0.03, axis: z}]}
+  side: {pose: [-0.14, 0, 0.43], shapes: [{type: cylinder, radius: 0.03, half_length: 0.03, axis: z}]}
+  deep: {pose: [-0.3, -0.3, 0.415], shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]}
+  high: {pose: [-0.3, 0.3, 1], shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]}
+  bob: {pose: [1, 0, 0.7], shapes: [{type: sphere, radius: 0.02}]}
+  mark: {body_type: none, pose: [0.2, 0.3, 0.401], visuals: [{type: box, half_size: [0.02, 0.02, 0.001]}]}
+constraints:
+  string: {type: ball, parent: world, child: bob, pose_in_child: [0, 0, 0.1], pose_in_parent: [1, 0, 0.8]}
+cameras:
+  eye: {pose: {p: [0.2, 0, 1.2], rpy_deg: [0, 90, 0]}, width: 64, height: 64, fovy_deg: 40, near: 0.01, far: 5}
+"""
+
+
+@pytest.fixture(scope="module")
+def room() -> dict[str, Any]:
+    data = dict(scenecc.describe_scene(io.StringIO(ROOM)).data)
+    json.dumps(data, allow_nan=False)
+    return data | {one["name"]: one for one in data["objects"]}
+
+
+def test_what_a_body_stands_on_and_is_in(room: dict[str, Any]) -> None:
+    assert room["table"]["stands_on"] == ["ground"]
+    assert (room["under"]["stands_on"], room["under"]["is_in"]) == (["ground"], [])
+    assert (room["bin"]["stands_on"], room["bin"]["is_in"]) == (["table"], [])
+    assert (room["ball"]["stands_on"], room["ball"]["is_in"]) == (["bin"], ["bin"])
+    assert (room["lid"]["stands_on"], room["lid"]["is_in"]) == (["ball"], ["bin"])
+    assert set(room["table"]["carries"]) == {"bin", "side", "deep"}
+    assert {name for name, one in room.items() if isinstance(one, dict) and one["falls"]} == {"cup", "high"}
+
+
+def test_gaps_contacts_and_overlaps_are_exact(room: dict[str, Any]) -> None:
+    assert room["cup"]["above"] == {"name": "table", "gap_m": pytest.approx(0.03, abs=1e-5), "by": "contact"}
+    assert room["cup"]["touches"] == ["side"]
+    assert room["high"]["above"] == {"name": "table", "gap_m": pytest.approx(0.58, abs=1e-5), "by": "boxes"}
+    assert room["mark"]["above"] == {"name": "table", "gap_m": 0, "by": "boxes"}
+    assert room["deep"]["overlaps"] == [{"name": "table", "depth_m": pytest.approx(0.005, abs=1e-5)}]
+    assert (room["bob"]["hangs_on"], room["bob"]["attached_to"]) == (["world"], ["world"])
+    assert room["touch_m"] == TOUCH
+
+
+def test_sizes_masses_places_and_views(room: dict[str, Any]) -> None:
+    table, ball = room["table"], room["ball"]
+    assert table["size_m"] == [1, 1, 0.4]
+    assert table["box_m"] == {"low": [-0.5, -0.5, 0], "high": [0.5, 0.5, 0.4]}
+    assert (table["kind"], table["mass_kg"], table["color"], table["line"]) == ("static", None, "brown", 4)
+    assert (ball["kind"], ball["mass_kg"], ball["color"]) == ("dynamic", 0.3, "red")
+    assert room["bin"]["rpy_deg"] == [0, 0, 30]
+    assert room["ground"]["plane_height_m"] == 0
+    (eye,) = room["cameras"]
+    assert {"ball", "lid", "bin"} <= set(eye["frames"])
+    assert "bob" not in eye["frames"]
+    assert "table" in eye["cuts"]
+
+
+def test_the_text_folds_copies_and_fits_a_screen() -> None:
+    text = scenecc.describe_scene(ROOT / "scenes/tabletop.yaml").text
+    assert len(text.splitlines()) < 40
+    assert "cube: dynamic, line 35, red, 0.04 × 0.04 × 0.04 m, 0.0704 kg\n" in text
+    assert "  at (-0.1, 0, 0.02), yaw 30°, z from 0 to 0.04; on table\n" in text
+    scene = (
+        "scenecc: 1\nentities:\n  ground: {body_type: static, shapes: [{type: plane}]}\n  thing:\n"
+        "    repeat: {i: {count: 30}}\n    pose: ['${i}', 0, 0.1]\n"
+        "    shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]\n"
+    )
+    text = scenecc.describe_scene(io.StringIO(scene)).text
+    assert "thing_0 … thing_29 (30): dynamic" in text
+    assert "at (0…29, 0, 0.1), z from 0 to 0.2; on ground" in text
+    assert "carries thing_0 … thing_29 (30)" in text
+
+
+def test_a_robot_has_links_a_gripper_and_a_reach() -> None:
+    data = scenecc.describe_scene(ROOT / "scenes/robot_gripper.yaml", scene=1).data
+    arm = next(one for one in data["objects"] if one["name"] == "arm")
+    assert (arm["kind"], arm["base"], arm["links"], len(arm["joints"])) == ("robot", "fixed", 8, 4)
+    assert arm["gripper"]["link"] == "gripper/palm"
+    assert arm["gripper"]["opening_m"] == 0.08
+    assert arm["stands_on"] == ["ground"]
+    assert 0.6 < arm["reach_m"] < 0.8
+
+
+def test_a_scene_that_does_not_exist_is_an_error() -> None:
+    with pytest.raises(scenecc.SceneError):
+        scenecc.describe_scene(io.StringIO(ROOM), scene=1)
+    with pytest.raises(TypeError, match="scenes"):
+        scenecc.describe_scene(io.StringIO(ROOM), scenes=1)  # pyright: ignore[reportCallIssue]
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("#d62828", "red"),
+        ("#cc9966", "brown"),
+        ("#3366cc", "blue"),
+        ("#ffffff", "white"),
+        ("#808080", "grey"),
+        ("#101010", "black"),
+        ("#ffa500", "orange"),
+        ("#ffd700", "yellow"),
+        ("#2e8b57", "green"),
+        ("#800080", "purple"),
+        ("#ff69b4", "pink"),
+        ("#f5deb3", "beige"),
+        ("#006400", "dark green"),
+        ("#00ced1", "cyan"),
+    ],
+)
+def test_colours_have_names(text: str, name: str) -> None:
+    assert color_name(read_color_text(text)) == name
