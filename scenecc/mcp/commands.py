@@ -102,7 +102,10 @@ class CommandRunner:
             CallRefused: it took too long, printed too much, or crashed.
         """
         # As an installed `scenecc`: no module is imported from the root folder.
-        start = f"import sys; sys.path[:] = {sys.path!r}; from scenecc.cli import main; main()"
+        start = (
+            f"import sys; sys.path[:] = {sys.path!r}; from scenecc.interrupt import exit_with_parent; "
+            f"exit_with_parent({os.getpid()}); from scenecc.cli import main; main()"
+        )
         argv = [sys.executable, "-I", "-c", start, command, "--format", "json", *arguments]
         async with self.slots:
             with anyio.move_on_after(self.seconds):

@@ -80,7 +80,8 @@ class SceneTools:
         none has the severity `error`. `unchecked` lists what could not be checked because of errors.
         Example: {"file": "scenes/table.yaml"}
         """
-        return await self._run(context, "validate", file, text, _settings(params), worst=1)
+        status, document = await self._run(context, "validate", file, text, _settings(params))
+        return _result(document, failed=status > 1)
 
     async def check(
         self,
@@ -104,7 +105,8 @@ class SceneTools:
             *_choice(seeds=seeds, scene=scenes, num_scenes=num_scenes or None),
             *_settings(params),
         ]
-        return await self._run(context, "check", file, text, options, worst=1)
+        status, document = await self._run(context, "check", file, text, options)
+        return _result(document, failed=status > 1)
 
     async def describe(
         self,
@@ -122,7 +124,8 @@ class SceneTools:
         names: _m, _kg, _deg. Example: {"file": "scenes/table.yaml"}
         """
         options = [f"--scene={scene}", *_choice(seed=seed), *_settings(params)]
-        return await self._run(context, "describe", file, text, options)
+        status, document = await self._run(context, "describe", file, text, options)
+        return _result(document, failed=status > 0)
 
     async def patch(
         self,
@@ -166,7 +169,8 @@ class SceneTools:
         Example: {"file": "scenes/clutter.yaml", "seeds": "0:5", "scenes": "0"}
         """
         options = [*_choice(seeds=seeds, scene=scenes, num_scenes=num_scenes or None), *_settings(params)]
-        return await self._run(context, "draws", file, text, options)
+        status, document = await self._run(context, "draws", file, text, options)
+        return _result(document, failed=status > 0)
 
     async def render(
         self,
@@ -196,11 +200,15 @@ class SceneTools:
         options = [*choice, f"--scene={scene}", f"--steps={steps}", f"--size={width}x{height}", *_settings(params)]
         options += ["--labels"] if labels else []
         with temporary_folder("scenecc-") as folder:
-            picture = Path(folder) / "picture.png"
-            result = await self._run(context, "render", file, text, [*options, f"--output={picture}"])
-            if not result.is_error:
-                data = base64.b64encode(await anyio.Path(picture).read_bytes()).decode()
-                result.content.insert(0, ImageContent(type="image", data=data, mime_type="image/png"))
+            picture = anyio.Path(folder, "picture.png")
+            status, document = await self._run(context, "render", file, text, [*options, f"--output={picture}"])
+            data = await picture.read_bytes() if status == 0 else b""
+        for row in document.get("files", ()):
+            del row["file"]  # it exists no longer
+        result = _result(document, failed=status > 0)
+        if data:
+            image = ImageContent(type="image", data=base64.b64encode(data).decode(), mime_type="image/png")
+            result.content.insert(0, image)
         return result
 
     async def explain(
@@ -216,17 +224,16 @@ class SceneTools:
         return json.dumps(document)
 
     async def _run(
-        self, context: Context[Any, Any], command: str, file: str, text: str, options: list[str], *, worst: int = 0
-    ) -> CallToolResult:
-        """Runs a command on a scene, which is a file or a text. `worst`: highest exit status that is not an error."""
+        self, context: Context[Any, Any], command: str, file: str, text: str, options: list[str]
+    ) -> tuple[int, Document]:
+        """Runs a command on a scene, which is a file or a text. Returns its exit status and its document."""
         if bool(file) == bool(text):
             raise CallRefused("give either `file` or `text`", 'for example {"file": "scenes/table.yaml"}')
         if len(text) > _MOST_TEXT:
             raise CallRefused(f"`text` has {len(text)} characters; {_MOST_TEXT} are allowed", "write it to a file")
         scene = self._runner.check_file(file) if file else "-"
         arguments = [*self._runner.options, *options, "--", scene]
-        status, document = await self._document(context, command, arguments, text)
-        return _result(document, failed=status > worst)
+        return await self._document(context, command, arguments, text)
 
     async def _document(
         self, context: Context[Any, Any], command: str, arguments: list[str], text: str

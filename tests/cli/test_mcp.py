@@ -247,7 +247,8 @@ def test_progress_is_reported_to_clients_that_ask_for_it(client):
 
 
 @pytest.mark.parametrize(
-    ("number", "status"), [(None, 0), (signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129)]
+    ("number", "status"),
+    [(None, 0), (signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129), (signal.SIGKILL, -9)],
 )
 def test_the_end_of_the_server_ends_its_commands(root, number, status):
     with AgentClient(root) as client:

@@ -93,5 +93,6 @@ def test_an_agent_looks_at_a_scene(tmp_path):
         picture = result.content[0]
         assert isinstance(picture, ImageContent)
         assert base64.b64decode(picture.data).startswith(b"\x89PNG")
+        assert result.structured_content["files"][0]["size"] == [64, 48]
 
     with_agent(tmp_path, work)
