@@ -11,6 +11,7 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scenecc.diagnostics.diagnostic import dotted
@@ -333,7 +334,7 @@ class _Editor:
         starts: list[int] = []
         cuts: list[int] = []
         least = None
-        for start, end in zip(self._lines[self._found.line :], [*self._lines[self._found.line + 1 :], len(self._text)]):
+        for start, end in pairwise([*self._lines[self._found.line :], len(self._text)]):
             text = self._text[start:end]
             indent = len(text) - len(text.lstrip(" "))
             if text.strip() and indent < column + own:

@@ -197,6 +197,8 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         _report_dedented(path, above, place, sink)
         return
     hint = misplaced_hint(key, owner, known, str(path[-2]) if len(path) > 1 else "")
+    if hint is None:
+        hint = _other_place(path, data, known)
     if hint is None and "use" in known and not suggest_key(key, known):
         form = INSTANCE_HINT if _is_key_of_entities(key) else PARAM_HINT
         hint = form.format(entry=f"{key}: {flow(owner[key])}")
@@ -211,6 +213,36 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         if near in free and is_slip_of(key, free) and (not is_synonym or nearest(word, (near,), _SAME_WORD)):
             fix = "key", near
     sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint, fix=fix)
+
+
+def _other_place(path: Path, data: Any, known: Sequence[str]) -> str | None:
+    """Returns a hint for a key that a mapping beside it, or one around it, may have."""
+    key, owner = str(path[-1]), value_at(data, path[:-1])
+    entry = f"{key}: {flow(owner[key])}"
+    inner = [one for one in dict.fromkeys((*owner, *known)) if one not in FORM_KEYS and one != key]
+    for name in inner:
+        beside = owner.get(name)
+        if not is_mapping(beside) and name in owner:
+            continue
+        moved = {**owner, name: {**(beside or {}), key: owner[key]}}
+        if key in known_keys((*path[:-1], name, key), replaced(data, path[:-1], moved))[0] and key not in (beside or {}):
+            return f"write it under `{name}`: `{name}: {{{entry}}}`"
+    for depth in range(len(path) - 2, 0, -1):
+        around = value_at(data, path[:depth])
+        is_free = is_mapping(around) and isinstance(path[depth], str) and key not in around
+        if is_free and key in known_keys((*path[:depth], key), data)[0]:
+            return f"write `{entry}` beside `{path[depth]}`"
+    return None
+
+
+def replaced(data: Any, path: Path, value: Any) -> Any:
+    """Returns a copy of data with another value at a path."""
+    if not path:
+        return value
+    key, *below = path
+    if is_mapping(data):
+        return {**data, key: replaced(data[key], tuple(below), value)}
+    return [replaced(one, tuple(below), value) if index == key else one for index, one in enumerate(data)]
 
 
 def _mapping_above(path: Path, data: Any) -> str | None:
