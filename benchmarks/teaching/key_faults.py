@@ -127,7 +127,24 @@ def _flow(value: object) -> str:
 
 
 _REFERENCES: Final = frozenset(
-    ["material", "relative_to", "parent", "child", "on", "inside", "above", "of", "to", "mount", "facing", "near", "collision_group", "group", "a", "b"]
+    [
+        "material",
+        "relative_to",
+        "parent",
+        "child",
+        "on",
+        "inside",
+        "above",
+        "of",
+        "to",
+        "mount",
+        "facing",
+        "near",
+        "collision_group",
+        "group",
+        "a",
+        "b",
+    ]
 )
 _FILES: Final = re.compile(r"[\w./-]+\.(?:urdf|xml|obj|stl|glb|png|yaml)")
 

@@ -11,7 +11,6 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scenecc.diagnostics.diagnostic import dotted

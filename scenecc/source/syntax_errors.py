@@ -214,7 +214,13 @@ def _find_commented_colour(problem: _Problem) -> _Advice | None:
         if found := _COMMENTED_COLOUR.search(problem.lines.line(line)):
             colour = found["colour"]
             message = "a bracket is not closed: `#` starts a comment"
-            return _Advice(message, f'quote the colour: `"{colour}"`', line, found.start("colour"), found.end() - found.start("colour"))
+            return _Advice(
+                message,
+                f'quote the colour: `"{colour}"`',
+                line,
+                found.start("colour"),
+                found.end() - found.start("colour"),
+            )
     return None
 
 

@@ -191,12 +191,14 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
     if key == "type" and _report_unsupported(value_at(data, path), place, sink):
         return
     known, free = known_keys(path, data)
+    model = place_at(path[:-1], partial(value_at, data)).model(value_at(data, path[:-1]))
+    models = {one.__name__ for one in model.__mro__} if model else set[str]()
     word = snake_case(key)
     owner = value_at(data, path[:-1])
     if above := _mapping_above(path, data):
         _report_dedented(path, above, place, sink)
         return
-    hint = misplaced_hint(key, owner, known, str(path[-2]) if len(path) > 1 else "")
+    hint = misplaced_hint(key, owner, known, str(path[-2]) if len(path) > 1 else "", models)
     if hint is None:
         hint = _other_place(path, data, known)
     if hint is None and "use" in known and not suggest_key(key, known):
@@ -216,22 +218,24 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
 
 
 def _other_place(path: Path, data: Any, known: Sequence[str]) -> str | None:
-    """Returns a hint for a key that a mapping beside it, or one around it, may have."""
-    key, owner = str(path[-1]), value_at(data, path[:-1])
-    entry = f"{key}: {flow(owner[key])}"
-    inner = [one for one in dict.fromkeys((*owner, *known)) if one not in FORM_KEYS and one != key]
-    for name in inner:
-        beside = owner.get(name)
-        if not is_mapping(beside) and name in owner:
-            continue
-        moved = {**owner, name: {**(beside or {}), key: owner[key]}}
-        if key in known_keys((*path[:-1], name, key), replaced(data, path[:-1], moved))[0] and key not in (beside or {}):
-            return f"write it under `{name}`: `{name}: {{{entry}}}`"
-    for depth in range(len(path) - 2, 0, -1):
-        around = value_at(data, path[:depth])
-        is_free = is_mapping(around) and isinstance(path[depth], str) and key not in around
-        if is_free and key in known_keys((*path[:depth], key), data)[0]:
-            return f"write `{entry}` beside `{path[depth]}`"
+    """Returns a hint for a key that a mapping beside it, or one around it, may have; for another name of it too."""
+    owner, word = value_at(data, path[:-1]), snake_case(str(path[-1]))
+    value, meanings = flow(owner[path[-1]]), KEY_SYNONYMS.get(word, ())
+    if not {*meanings}.isdisjoint(known) or nearest(word, known, _SAME_WORD):
+        return None
+    names = [str(path[-1]), *(() if suggest_key(str(path[-1]), known) else meanings)]
+    beside = [one for one in dict.fromkeys((*owner, *known)) if one not in FORM_KEYS and is_mapping(owner.get(one, {}))]
+    for key in names:
+        for name in beside:
+            inside = owner.get(name, {})
+            moved = replaced(data, path[:-1], {**owner, name: {**inside, key: owner[path[-1]]}})
+            if key not in inside and key in known_keys((*path[:-1], name, key), moved)[0]:
+                return f"write it under `{name}`: `{name}: {{{key}: {value}}}`"
+        for depth in reversed(range(len(path) - 1)):
+            around = value_at(data, path[:depth])
+            is_free = is_mapping(around) and isinstance(path[depth], str) and key not in around
+            if is_free and key in known_keys((*path[:depth], key), data)[0]:
+                return f"write `{key}: {value}` beside `{path[depth]}`"
     return None
 
 
