@@ -51,7 +51,15 @@ from scenecc.spec.nodes import (
 from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.repetition import RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
-from scenecc.spec.value_hints import MAPPING_OF_NAMES, choice_hint, color_hint, kind_hint, length_hint, name_hint
+from scenecc.spec.value_hints import (
+    MAPPING_OF_NAMES,
+    choice_hint,
+    color_hint,
+    entry_at,
+    kind_hint,
+    length_hint,
+    name_hint,
+)
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
@@ -167,13 +175,19 @@ def _report_bound(error: ErrorDetails, path: Path, data: Any, place: Origin, sin
     hint = None
     if limit == FLOAT32_MIN and found <= 0:
         words, limit = "greater than", 0
-        if path and path[-1] == "mass":
+        if found < 0 and path:
+            hint = f"write {entry_at(path, -found)}, without the minus"
+        elif path and path[-1] == "mass":
             hint = "remove it to get it from `density`; a body that never moves is `body_type: static`"
     elif abs(limit) in {FLOAT32_MIN, FLOAT32_MAX}:
         hint = "this is the range of single precision, in which the engine computes"
     elif limit == 1 and found > 1 and any(str(key).endswith("color") for key in path[-2:]):
         whole = next(length for length in (1, 2) if str(path[-length]).endswith("color"))
         hint = color_hint(path[: len(path) - whole + 1], value_at(data, path[: len(path) - whole + 1]))
+    elif isinstance(found, int | float) and found < 0 <= limit <= -found and path:
+        hint = f"write {entry_at(path, -found)}, without the minus"
+    elif limit == 1 < found <= _PERCENT and path:
+        hint = f"write {entry_at(path, found / _PERCENT)}: it is not in percent"
     elif path and limit == math.pi:
         hint = f"write `{path[-1]}_deg: {flow(found)}`: angles are radians"
     sink.report(
@@ -182,6 +196,9 @@ def _report_bound(error: ErrorDetails, path: Path, data: Any, place: Origin, sin
         place,
         hint=hint,
     )
+
+
+_PERCENT: Final = 100
 
 
 def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> None:
