@@ -14,7 +14,7 @@ from benchmarks.teaching.scene_text import Edit, Entry, Fault, SceneText, number
 
 _UNIT: Final = "SC10[3468]|SC11[29]|SC5(1[2378]|2[036]|3\\d|4[01]|67)|SC8[56]|SC820|SC355|SC354"
 _NUMBER: Final = (
-    "SC014|SC006|SC003|SC10[2-8]|SC11[234789]|SC120|SC21[12]|SC220|SC222|SC5\\d\\d|SC8[56]|SC60[45]|SC35|SC202|SC20"
+    "SC014|SC006|SC003|SC10[2-8]|SC11[234789]|SC120|SC21[124]|SC220|SC222|SC5\\d\\d|SC8[56]|SC60[45]|SC35|SC202|SC20"
 )
 _PHYSICS: Final = "SC10[1345]|SC111|SC115|SC5\\d\\d|SC8[56]|SC820|SC35"
 
@@ -29,7 +29,7 @@ def show(value: Any) -> str:
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key}: {show(one)}" for key, one in value.items()) + "}"
     if isinstance(value, float):
-        return f"{value:.7g}"
+        return f"{value:.15g}"
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
@@ -69,7 +69,7 @@ def wrong_unit(unit: int, scene: SceneText, draw: Random) -> Iterator[Fault]:
     for entry in scene.keys(*keys):
         value = scene.at_path(entry.path)
         found = numbers(value)
-        if not any(found) or (what == "degrees" and not _is_angle(entry)):
+        if not any(found) or (what == "degrees" and not _is_angle(entry, found)):
             continue
         made: list[Any] = [change(one) if one else 0 for one in found]
         if what == "radians in degrees" and max(map(abs, found)) < 20:
@@ -78,8 +78,12 @@ def wrong_unit(unit: int, scene: SceneText, draw: Random) -> Iterator[Fault]:
         yield _changed(scene, entry, f"{what}: `{entry.path[-1]}`", show(new), _UNIT, key)
 
 
-def _is_angle(entry: Entry) -> bool:
-    return entry.path[-1] not in {"qpos", "limits", "target"} or entry.path[0] == "entities"
+_SLIDES: Final = 0.4
+
+
+def _is_angle(entry: Entry, found: list[float]) -> bool:
+    """Whether a value is of a joint that turns: one that slides has few centimetres here."""
+    return entry.path[-1] not in {"qpos", "limits", "target"} or (entry.path[0] == "entities" and max(found) > _SLIDES)
 
 
 def unit_as_text(scene: SceneText, draw: Random) -> Iterator[Fault]:
@@ -167,7 +171,7 @@ def quaternion(scene: SceneText, draw: Random) -> Iterator[Fault]:
             at, half = next(index for index, one in enumerate(found) if one), math.radians(sum(found)) / 2
             found = [math.cos(half), *(math.sin(half) * (index == at) for index in range(3))]
         if len(found) == 4:
-            found = [round(one, 6) + 0.0 for one in found]
+            found = [round(one, 12) + 0.0 for one in found]
             what, made = draw.choice(
                 [("x, y, z, w", [*found[1:], found[0]]), ("not of unit length", [2 * one for one in found]),
                  ("not of unit length", [*found[:3], found[3] + 0.5])]

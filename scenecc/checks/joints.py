@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, hypot, isfinite, pi
+from math import ceil, degrees, hypot, isfinite, pi
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.checks.value_queries import (
@@ -65,7 +65,9 @@ def _check_joint_limits(joint: Joint, origin: Origin, sink: Sink) -> None:
         message = f"the lower limit of {_format_joint(joint)}, {low:g}, is above its upper limit, {high:g}"
         place = joint.limits_origin or joint.origin or origin
         at: Literal["key", "value"] = "key" if joint.limits_origin is None else "value"
-        report_fault(sink, "SC520", message, place, f"write `limits: [{high:g}, {low:g}]`", found.sample, at=at)
+        key = str(place.path[-1]) if place.path[-1:] == ("limits_deg",) else "limits"
+        ends = [f"{degrees(one) if key == 'limits_deg' else one:.10g}" for one in (high, low)]
+        report_fault(sink, "SC520", message, place, f"write `{key}: [{', '.join(ends)}]`", found.sample, at=at)
 
 
 def _find_reversed(limits: Row) -> Row | None:

@@ -113,7 +113,7 @@ def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Si
     if found is not None:
         (dynamic, static), sample = found
         message = f"dynamic friction {dynamic:g} is above static friction {static:g}"
-        hint = "dynamic friction cannot exceed static friction; missing values come from the default material"
+        hint = f"write `dynamic_friction: {static:g}`, or less; missing values come from the default material"
         report_fault(sink, "SC504", message, origin, hint, sample)
     found = find_single_fault(material.restitution, lambda row: None if 0 <= row[0] <= 1 else row[0])
     if found is not None:
@@ -325,13 +325,15 @@ def _check_planes(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
     if body.body_type not in DYNAMIC_TYPES:
         return
     is_link = body.body_type == "link"
+    kind = origin.child("body_type")
+    written = None if sink.locate(kind, "key") == sink.locate(origin, "key") else kind
     for shape in body.collisions:
         if isinstance(shape.geometry, Plane):
             sink.report(
                 "SC503",
                 f"`{name}` is {'a link' if is_link else 'dynamic'}, but a plane is infinite and cannot move",
-                shape.origin or origin,
-                hint="use a box" if is_link else "set body_type: static, or use a box",
+                written or shape.origin or origin,
+                hint="use a box" if is_link else "write `body_type: static`, or use a box",
             )
 
 
@@ -392,7 +394,7 @@ def _check_moving_meshes(body: BodyStructure, name: str, origin: Origin, sink: S
                 "SC508",
                 f"`{name}` is {what}, but PhysX cannot move a plain triangle mesh",
                 shape.origin or origin,
-                hint="use convex_mesh or convex_parts, or set sdf: true",
+                hint="write `type: convex_mesh` or `convex_parts`, or set `sdf: true`",
             )
 
 

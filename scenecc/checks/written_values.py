@@ -158,7 +158,7 @@ def _check_radians(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
         if key[-4:] != "_deg" or key == "within_deg":
             continue
         if any(_RADIANS.search(text) and not _DEGREES.search(text) for text in _expressions(value)):
-            hint = f"use `{key[:-4]}`, which takes radians, or `degrees(…)`"
+            hint = f"write `{key[:-4]}` instead of `{key}`, or use `degrees(…)`"
             sink.report("SC526", f"`{key}` takes degrees, but this is in radians", origin.child(key), hint=hint)
             continue
         numbers = [number for number in _numbers(value, names) if number]
@@ -172,7 +172,7 @@ def _check_radians(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
             found = next((number for number in numbers if not number.is_integer()), None)
         if found is not None:
             message = f"`{key}` has {found:g}°; {found:g} rad would be {math.degrees(found):.4g}°"
-            hint = f"write degrees, or use `{key[:-4]}`, which takes radians"
+            hint = f"write `{key[:-4]}` instead of `{key}`, which takes degrees"
             sink.report("SC526", message, origin.child(key), hint=hint)
 
 
@@ -212,7 +212,7 @@ def _check_degrees(mapping: Mapping[str, Any], origin: Origin, names: Mapping[st
         is_told = key == "target" and any(one.code == "SC523" and one.path == place for one in sink.diagnostics())
         if found and not is_told:
             message = f"`{key}` has {found[0]:g} rad, which is {math.degrees(found[0]):.4g}°"
-            hint = f"angles are in radians; `{key}_deg` takes degrees"
+            hint = f"write `{key}_deg` instead of `{key}`: angles are in radians"
             if key in {"qpos", "target"}:
                 hint = f"positions are radians or metres: for {found[0]:g}° write {math.radians(found[0]):.4g}"
                 hint += "; if it is intended, `# scenecc: ignore SC526`"

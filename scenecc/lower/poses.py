@@ -74,7 +74,7 @@ def warn_probable_degrees(written: Any, key: str, owner: Origin, at: Path, sink:
     """
     largest = suspect_degrees(written)
     if largest:
-        hint = f"angles are radians; `{key}_deg` takes degrees{more}"
+        hint = f"write `{key}_deg` instead of `{key}`: angles are radians{more}"
         place = owner.child(*at)
         # No automatic fix for `limits`: a joint that turns freely may have large limits in radians.
         is_named = place.path[-1:] == (key,) and key != "limits"
@@ -251,9 +251,13 @@ def lower_quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | Non
         f"the quaternion's length is {math.hypot(*q):.6g}, not 1",
         owner.child(*at),
         fix=("value", str([float(x) for x in rotations.normalized(q)])) if off <= _FIXED_LENGTH else None,
-        hint="write [w, x, y, z] of length 1 (within 0.001), or use rpy, rpy_deg or axis_angle",
+        hint=f"write `q: {_shown(rotations.normalized(q))}`, of length 1 (within 0.001), or use `rpy_deg`" if any(q) else None,
     )
     return None
+
+
+def _shown(q: Quat) -> str:
+    return f"[{', '.join(f'{x:.9g}' for x in q)}]"
 
 
 def has_angle(given: AxisAngle, origin: Origin, sink: Sink) -> bool:

@@ -333,7 +333,7 @@ class _Editor:
         starts: list[int] = []
         cuts: list[int] = []
         least = None
-        for start, end in zip(self._lines[self._found.line :], [*self._lines[self._found.line + 1 :], len(self._text)]):
+        for start, end in pairwise([*self._lines[self._found.line :], len(self._text)]):
             text = self._text[start:end]
             indent = len(text) - len(text.lstrip(" "))
             if text.strip() and indent < column + own:

@@ -105,7 +105,9 @@ class _Window:
         coded = [one for one in range(at + 1) if _is_code(every[one])]
         least = min((_indent(every[one]) for one in coded), default=0)
         start = next((one for one in coded if _indent(every[one]) == least), 0)
-        stop = next((one for one in range(at + 1, len(every)) if _is_code(every[one]) and _indent(every[one]) < least), None)
+        stop = next(
+            (one for one in range(at + 1, len(every)) if _is_code(every[one]) and _indent(every[one]) < least), None
+        )
         return _Window(every[start:stop], line - at + start)
 
     def text(self, line: int) -> str:
@@ -113,7 +115,9 @@ class _Window:
 
     def has_code(self, line: int) -> bool:
         """Whether a line is in the window, and has more than a comment."""
-        return 0 <= line - self.first < len(self._lines) and _is_code(self.text(line)) and len(self.text(line)) <= _LONGEST
+        return (
+            0 <= line - self.first < len(self._lines) and _is_code(self.text(line)) and len(self.text(line)) <= _LONGEST
+        )
 
     def neighbours(self, line: int) -> tuple[int | None, int | None]:
         """Returns the indentation of the lines with code before and after a line."""
@@ -169,7 +173,9 @@ def _is_odd(node: yaml.Node) -> bool:
         return is_plain and (node.value == "" or is_split or _ODD.match(node.value) is not None)
     if isinstance(node, yaml.MappingNode):
         keys = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
-        is_pair = node.flow_style and len(node.value) == 1 and node.start_mark.index == node.value[0][0].start_mark.index
+        is_pair = (
+            node.flow_style and len(node.value) == 1 and node.start_mark.index == node.value[0][0].start_mark.index
+        )
         return len({*keys}) < len(node.value) or is_pair
     return False
 
@@ -178,7 +184,9 @@ def _straighten(window: _Window, line: int) -> Iterator[_Change]:
     """The indentation that the lines before and after have."""
     text, (before, after) = window.text(line), window.neighbours(line)
     if before == after is not None and before != _indent(text):
-        yield _Change(f"bad indentation: the lines around it have {before} spaces, not {_indent(text)}", _with(text, before))
+        yield _Change(
+            f"bad indentation: the lines around it have {before} spaces, not {_indent(text)}", _with(text, before)
+        )
 
 
 def _with(text: str, indent: int) -> str:
@@ -192,7 +200,9 @@ def _reindent(window: _Window, line: int) -> Iterator[_Change]:
 
 
 _NO_COLON: Final = re.compile(r"^(\s*(?:- +)*)([A-Za-z_.*|][\w.*|/-]*)( ?[=-])?(?: +(?=\S)|$)")
-_INNER_COLON: Final = re.compile(r'(?<=[{,] )([A-Za-z_]\w*)( ?[=-])? +(?=[\w"\[{$.-])|(?<=\{)([A-Za-z_]\w*)( ?[=-])? +(?=[\w"\[{$.-])')
+_INNER_COLON: Final = re.compile(
+    r'(?<=[{,] )([A-Za-z_]\w*)( ?[=-])? +(?=[\w"\[{$.-])|(?<=\{)([A-Za-z_]\w*)( ?[=-])? +(?=[\w"\[{$.-])'
+)
 _NO_COMMA: Final = re.compile(r'(?<=[\w"\]}]);? +(?=["\[{\w.-])|(?<=[\w"\]}]);(?=\S)')
 
 
@@ -251,7 +261,9 @@ def _at_mismatch(code: str, tail: str, at: int, token: str, opened: tuple[int, s
             message = f"this `{token}` closes nothing: `{opening}` is missing"
             if code[at - 1] in "]}":
                 yield _Change(f"this `{token}` closes nothing", code[:at] + code[at + 1 :] + tail)
-            for start in sorted({0, *(found.end() for found in re.finditer(r"(?:- |: |\{|, )", code[:at]))}, reverse=True):
+            for start in sorted(
+                {0, *(found.end() for found in re.finditer(r"(?:- |: |\{|, )", code[:at]))}, reverse=True
+            ):
                 place = start or len(code) - len(code.lstrip())
                 yield _Change(message, code[:place] + opening + code[place:] + tail)
         yield _Change(f"this `{token}` closes nothing", code[:at] + code[at + 1 :] + tail)

@@ -289,7 +289,10 @@ def _check_order(
             return
         if a > b:
             first, second = (_OPERAND_WORDS[name] for name in names)
-            hint = f"write `{loc[-1]}: [{show(b)}, {show(a)}]`" if (a, b) == (low, high) else None
+            ends = [(min(one), max(one)) for one in _pair_components(low, high) if all(map(_is_number, one))]
+            is_vector = is_sequence(low) and is_sequence(high) and len(ends) == len(low)
+            swapped = [list(one) for one in zip(*ends, strict=True)] if is_vector else [b, a]
+            hint = f"write `{loc[-1]}: {swapped}`" if is_vector or (a, b) == (low, high) else None
             reader.mistake("SC119", f"{first} {show(a)} is above {second} {show(b)}", low, loc, hint)
             return
         if domain.nonzero and a <= 0 <= b:

@@ -6,6 +6,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterator
+from collections.abc import Set as AbstractSet
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -91,7 +92,9 @@ class _Key(NamedTuple):
         return next((found[word] for word in words if word in found), None)
 
 
-def misplaced_hint(key: str, owner: Mapping[str, Any], known: Sequence[str], name: str) -> str | None:
+def misplaced_hint(
+    key: str, owner: Mapping[str, Any], known: Sequence[str], name: str, models: AbstractSet[str]
+) -> str | None:
     """Returns what to write instead of a key that is known elsewhere or in another tool, or None.
 
     Args:
@@ -99,18 +102,19 @@ def misplaced_hint(key: str, owner: Mapping[str, Any], known: Sequence[str], nam
         owner: the mapping that has it.
         known: the keys that the mapping may have.
         name: the key of that mapping.
+        models: the names of its model and of those that it inherits from.
     """
     word, value = snake_case(key), owner.get(key)
     if word != key and word in known:
         return None
-    if word != key and "locked_axes" in known and word in _ENTITY_FORMS:
+    if word != key and "RigidBodyKeys" in models and word in _ENTITY_FORMS:
         return f"did you mean `{word}`?"
     unknown = _Key(word, value, owner)
-    for beside, words, make in _MAKERS:
-        if beside in known and word in words.split() and (hint := make(unknown)):
+    for places, words, make in MAKERS:
+        if word in words.split() and not models.isdisjoint(places.split()) and (hint := make(unknown)):
             return hint
     rows = (row for row in MISPLACED_KEYS if word in row[1].split())
-    hint = next((hint for beside, _, hint in rows if not set(beside.split()).isdisjoint(known)), None)
+    hint = next((hint for places, _, hint in rows if not models.isdisjoint(places.split())), None)
     if hint is None:
         return None
     listed = flow(value) if is_sequence(value) else f"[{flow(value)}]"
@@ -146,7 +150,7 @@ def half_hint(key: str, near: str, value: Any, *, is_shape: bool = True) -> str:
 
 def _rotation(word: str, value: Any) -> tuple[str, str] | None:
     """Returns the entry of a pose for a rotation in another notation, and how its numbers are read."""
-    found = numbers(value)
+    found = _vector(value)
     if len(found) == 4:
         turned = flow([found[-1], *found[:-1]])
         if word == "xyzw":
@@ -155,35 +159,37 @@ def _rotation(word: str, value: Any) -> tuple[str, str] | None:
         return f"q: {flow(found)}", f"w first{other}"
     if len(found) != 3:
         return None
-    if word.endswith("deg") or any(abs(one) > 2 * math.pi for one in found):
+    if word.endswith("deg") or any(abs(one) > 2 * math.pi for one in found if isinstance(one, int | float)):
         return f"rpy_deg: {flow(found)}", "in degrees"
     return f"rpy: {flow(found)}", "in radians, or `rpy_deg` in degrees"
 
 
+def _vector(value: Any) -> list[Any]:
+    """Returns the parts of a list, also those that are expressions; of a string, its numbers."""
+    return list(value) if is_sequence(value) else numbers(value)
+
+
 def _rotation_in_pose(key: _Key) -> str | None:
+    if key.word == "heading":
+        return f"write `rpy: [0, 0, {flow(key.value)}]`, or `rpy_deg: [0, 0, {flow(key.value)}]` in degrees"
     entry = _rotation(key.word, key.value)
     return entry and f"write `{entry[0]}`, {entry[1]}"
 
 
-def _rotation_beside(pose: str, key: _Key) -> str | None:
-    """Returns a hint for a rotation beside the pose that should have it."""
-    entry = _rotation(key.word, key.value)
-    place = key.among(pose, *PLACES.split())
-    found = numbers(place.get("p") if is_mapping(place) else place)
-    position = f"p: {flow(found)}, " if len(found) == 3 else ""
-    return entry and f"write it in the {pose}: `{pose}: {{{position}{entry[0]}}}`, {entry[1]}"
-
-
-def _pose(key: _Key) -> str | None:
-    """Returns a hint for a pose with the keys of a URDF or SDF."""
-    if not is_mapping(key.value):
+def _pose(pose: str, key: _Key) -> str | None:
+    """Returns a hint for a pose whose position and rotation are keys beside it, or have the names of a URDF or SDF."""
+    if key.word in ROTATIONS.split():
+        place, turn = key.among(pose, *PLACES.split()), _rotation(key.word, key.value)
+        place, note = place.get("p") if is_mapping(place) else place, f", {turn[1]}" if turn else ""
+        lead = f"write it in the {pose}: "
+    elif is_mapping(key.value):
+        inner = _Key(key.word, None, key.value)
+        place, note, lead = inner.among(*PLACES.split()), "", "write "
+        turn = next((entry for word in ROTATIONS.split() if (entry := _rotation(word, inner.among(word)))), None)
+    else:
         return None
-    inner = {snake_case(name): one for name, one in key.value.items()}
-    place = next((f"p: {flow(numbers(inner[word]))}" for word in PLACES.split() if word in inner), "")
-    turn = next(
-        (found[0] for word in inner if word in ROTATIONS.split() if (found := _rotation(word, inner[word]))), ""
-    )
-    return f"write `pose: {{{', '.join(filter(None, (place, turn)))}}}`" if place or turn else None
+    parts = [f"p: {flow(_vector(place))}"] * (len(_vector(place)) == 3) + [turn[0]] * bool(turn)
+    return f"{lead}`{pose}: {{{', '.join(parts)}}}`{note}" if turn or (parts and lead == "write ") else None
 
 
 def _coordinates(key: _Key) -> str | None:
@@ -235,7 +241,7 @@ def _size(key: str, value: Any) -> tuple[str, Any]:
 
 
 _TYPES: Final = "box sphere capsule cylinder plane convex_mesh triangle_mesh"
-_FILES: Final = "file filename mesh_file"
+_FILES: Final = "file filename mesh_file path uri src"
 _SHAPE_WORDS: Final = " ".join(("half_size half_length radius", *HALVES, _FILES, _TYPES, "mesh cube ball type shape"))
 
 
@@ -258,9 +264,9 @@ def _body_type(key: _Key) -> str | None:
         meant = isinstance(key.value, str) and synonym(key.value, ("static", "kinematic", "dynamic"))
         return f"write `body_type: {meant}`" if meant else None
     is_off = key.value is False or key.value == 0
-    if key.word in {"dynamic", "is_dynamic", "movable"}:
-        return f"write `body_type: {'static' if is_off else 'dynamic'}`"
-    return "write `body_type: dynamic`" if is_off else None
+    meant = next((one for one in ("kinematic", "dynamic", "static") if one in key.word), "static")
+    meant = "dynamic" if key.word == "movable" else meant
+    return f"write `body_type: {meant if not is_off else 'static' if meant == 'dynamic' else 'dynamic'}`"
 
 
 _FRICTIONS: Final = "friction mu mu1 lateral_friction"
@@ -370,36 +376,37 @@ def _limits(key: _Key) -> str | None:
 
 _HERTZ: Final = "sim_freq control_freq frequency fps hz"
 
-_MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
-    ("qpos", "q", _positions),
-    ("entities", "robot table cube box arm object", _entity),
-    ("fovy", "clip clipping near_far clip_range", _clipping),
-    ("rpy_deg", ROTATIONS, _rotation_in_pose),
-    ("matrix", "x y z roll pitch yaw", _coordinates),
-    ("pose", ROTATIONS, partial(_rotation_beside, "pose")),
-    ("origin", ROTATIONS, partial(_rotation_beside, "origin")),
-    ("pose", f"{PLACES} origin", _pose),
-    ("locked_axes", "collision visual", _shape_switch),
-    ("locked_axes", "file filename path uri src model mesh robot xml", _robot_file),
-    ("fovy", "fov fov_deg", _angle_of_view),
-    ("entities", "gravity", _gravity),
-    ("timestep", _HERTZ, _frequency),
-    ("entities", _HERTZ, _frequency),
-    ("color", " ".join(BRIGHTNESS), _brightness),
-    ("fovy", "look_at lookat eye target", _look_at),
-    ("fovy", "resolution res image_size img_size size", _resolution),
-    ("limits", "limit lower upper lower_limit upper_limit min max", _limits),
+MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
+    ("ArticulationKeys PartKeys", "q", _positions),
+    ("SceneFile", "robot table cube box arm object", _entity),
+    ("CameraSpec", "clip clipping near_far clip_range", _clipping),
+    ("PoseMapping", f"{ROTATIONS} heading", _rotation_in_pose),
+    ("PoseMapping", "x y z roll pitch yaw", _coordinates),
+    ("ShapeKeys EntityKeys PartKeys CameraSpec LightKeys FrameSpec", ROTATIONS, partial(_pose, "pose")),
+    ("TreeJoint", ROTATIONS, partial(_pose, "origin")),
+    ("ShapeKeys EntityKeys PartKeys CameraSpec LightKeys FrameSpec", f"{PLACES} origin", partial(_pose, "pose")),
+    ("RigidBodyKeys", "collision visual", _shape_switch),
+    ("RigidBodyKeys", "file filename path uri src model mesh robot xml", _robot_file),
+    ("CameraSpec", "fov fov_deg", _angle_of_view),
+    ("SceneFile", "gravity", _gravity),
+    ("PhysicsSpec", _HERTZ, _frequency),
+    ("SceneFile", _HERTZ, _frequency),
+    ("LightKeys", " ".join(BRIGHTNESS), _brightness),
+    ("CameraSpec", "look_at lookat eye target", _look_at),
+    ("CameraSpec", "resolution res image_size img_size size", _resolution),
+    ("ConstraintKeys JointKeys TreeJoint", "limit lower upper lower_limit upper_limit min max", _limits),
     (
-        "locked_axes",
-        "type static fixed freeze locked fix_root_link fix_base fixed_base kinematic dynamic is_dynamic movable",
+        "RigidBodyKeys",
+        "type static immovable is_static fixed fix freeze frozen locked fix_root_link fix_base fixed_base kinematic "
+        "is_kinematic dynamic is_dynamic movable",
         _body_type,
     ),
-    ("locked_axes", f"{_SHAPE_WORDS} geometry geom geoms collider", _shape_of_body),
+    ("RigidBodyKeys", f"{_SHAPE_WORDS} geometry geom geoms collider", _shape_of_body),
     (
-        "material",
+        "ShapeKeys BodyKeys LinkKeys ArticulationKeys",
         f"{_FRICTIONS} {_PHYSICAL}",
         lambda key: f"write it in the material: `material: {{{_physical(key)}}}`",
     ),
-    ("physical", f"{_FRICTIONS} {_PHYSICAL}", lambda key: f"write `{_physical(key)}`"),
+    ("Material", f"{_FRICTIONS} {_PHYSICAL}", lambda key: f"write `{_physical(key)}`"),
 )
-"""A key that the mapping may have, unknown keys, and what makes a hint of their values. The first hint is used."""
+"""Models, unknown keys, and what makes a hint of their values. The first hint is used."""

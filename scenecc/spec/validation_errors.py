@@ -51,7 +51,15 @@ from scenecc.spec.nodes import (
 from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.repetition import RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
-from scenecc.spec.value_hints import MAPPING_OF_NAMES, choice_hint, color_hint, kind_hint, length_hint, name_hint
+from scenecc.spec.value_hints import (
+    MAPPING_OF_NAMES,
+    choice_hint,
+    color_hint,
+    entry_at,
+    kind_hint,
+    length_hint,
+    name_hint,
+)
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
@@ -167,13 +175,19 @@ def _report_bound(error: ErrorDetails, path: Path, data: Any, place: Origin, sin
     hint = None
     if limit == FLOAT32_MIN and found <= 0:
         words, limit = "greater than", 0
-        if path and path[-1] == "mass":
+        if found < 0 and path:
+            hint = f"write {entry_at(path, -found)}, without the minus"
+        elif path and path[-1] == "mass":
             hint = "remove it to get it from `density`; a body that never moves is `body_type: static`"
     elif abs(limit) in {FLOAT32_MIN, FLOAT32_MAX}:
         hint = "this is the range of single precision, in which the engine computes"
     elif limit == 1 and found > 1 and any(str(key).endswith("color") for key in path[-2:]):
         whole = next(length for length in (1, 2) if str(path[-length]).endswith("color"))
         hint = color_hint(path[: len(path) - whole + 1], value_at(data, path[: len(path) - whole + 1]))
+    elif isinstance(found, int | float) and found < 0 <= limit <= -found and path:
+        hint = f"write {entry_at(path, -found)}, without the minus"
+    elif limit == 1 < found <= _PERCENT and path:
+        hint = f"write {entry_at(path, found / _PERCENT)}: it is not in percent"
     elif path and limit == math.pi:
         hint = f"write `{path[-1]}_deg: {flow(found)}`: angles are radians"
     sink.report(
@@ -184,6 +198,9 @@ def _report_bound(error: ErrorDetails, path: Path, data: Any, place: Origin, sin
     )
 
 
+_PERCENT: Final = 100
+
+
 def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> None:
     key = str(path[-1])
     if _report_unsupported(key, place, sink, at="key"):
@@ -191,12 +208,16 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
     if key == "type" and _report_unsupported(value_at(data, path), place, sink):
         return
     known, free = known_keys(path, data)
+    model = place_at(path[:-1], partial(value_at, data)).model(value_at(data, path[:-1]))
+    models = {one.__name__ for one in model.__mro__} if model else set[str]()
     word = snake_case(key)
     owner = value_at(data, path[:-1])
     if above := _mapping_above(path, data):
         _report_dedented(path, above, place, sink)
         return
-    hint = misplaced_hint(key, owner, known, str(path[-2]) if len(path) > 1 else "")
+    hint = misplaced_hint(key, owner, known, str(path[-2]) if len(path) > 1 else "", models)
+    if hint is None:
+        hint = _other_place(path, data, known)
     if hint is None and "use" in known and not suggest_key(key, known):
         form = INSTANCE_HINT if _is_key_of_entities(key) else PARAM_HINT
         hint = form.format(entry=f"{key}: {flow(owner[key])}")
@@ -211,6 +232,38 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         if near in free and is_slip_of(key, free) and (not is_synonym or nearest(word, (near,), _SAME_WORD)):
             fix = "key", near
     sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint, fix=fix)
+
+
+def _other_place(path: Path, data: Any, known: Sequence[str]) -> str | None:
+    """Returns a hint for a key that a mapping beside it, or one around it, may have; for another name of it too."""
+    owner, word = value_at(data, path[:-1]), snake_case(str(path[-1]))
+    value, meanings = flow(owner[path[-1]]), KEY_SYNONYMS.get(word, ())
+    if not {*meanings}.isdisjoint(known) or nearest(word, known, _SAME_WORD):
+        return None
+    names = [str(path[-1]), *(() if suggest_key(str(path[-1]), known) else meanings)]
+    beside = [one for one in dict.fromkeys((*owner, *known)) if one not in FORM_KEYS and is_mapping(owner.get(one, {}))]
+    for key in names:
+        for name in beside:
+            inside = owner.get(name, {})
+            moved = replaced(data, path[:-1], {**owner, name: {**inside, key: owner[path[-1]]}})
+            if key not in inside and key in known_keys((*path[:-1], name, key), moved)[0]:
+                return f"write it under `{name}`: `{name}: {{{key}: {value}}}`"
+        for depth in reversed(range(len(path) - 1)):
+            around = value_at(data, path[:depth])
+            is_free = is_mapping(around) and isinstance(path[depth], str) and key not in around
+            if is_free and key in known_keys((*path[:depth], key), data)[0]:
+                return f"write `{key}: {value}` beside `{path[depth]}`"
+    return None
+
+
+def replaced(data: Any, path: Path, value: Any) -> Any:
+    """Returns a copy of data with another value at a path."""
+    if not path:
+        return value
+    key, *below = path
+    if is_mapping(data):
+        return {**data, key: replaced(data[key], tuple(below), value)}
+    return [replaced(one, tuple(below), value) if index == key else one for index, one in enumerate(data)]
 
 
 def _mapping_above(path: Path, data: Any) -> str | None:

@@ -118,7 +118,7 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
         **dict.fromkeys(("color", "base_color", "ambient_light"), flow([found] * 3)),
     }
     if expected == "a whole number":
-        return f"write {_entry(path, round(found))}" if isfinite(found) else None
+        return f"write {entry_at(path, round(found))}" if isfinite(found) else None
     if key in meant:
         return f"write `{key}: {meant[key]}`"
     is_list = expected == "a list" or expected.startswith("[")
@@ -145,7 +145,7 @@ _ON: Final = frozenset(("true", "yes", "on", "y", "1"))
 _OFF: Final = frozenset(("false", "no", "off", "n", "0"))
 
 
-def _entry(path: Path, value: Any) -> str:
+def entry_at(path: Path, value: Any) -> str:
     """Returns what to write at a path: the entry of a mapping, or the item of a list."""
     text = value if isinstance(value, str) else flow(value)
     return f"`{path[-1]}: {text}`" if path and isinstance(path[-1], str) else f"`{text}`"
@@ -191,7 +191,7 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  
     if expected == "one of x, y, z" and sorted(found, key=str) == [0, 0, 1]:
         return f"write `axis: {'xyz'[list(found).index(1)]}`"
     if "friction" in str(path[-1:]) and expected == "a number" and found:
-        return f"write {_entry(path, found[0])}: PhysX has no torsional and no rolling friction"
+        return f"write {entry_at(path, found[0])}: PhysX has no torsional and no rolling friction"
     if expected == "a number" and path and isinstance(path[-1], str):
         if len({*numbers(found)}) == 1:
             return f"write `{path[-1]}: {flow(found[0])}`"
@@ -199,7 +199,7 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  
             return f"write one number; a drawn one is `{path[-1]}: {{uniform: {flow(sorted(numbers(found)))}}}`"
         return f"write one number; one for each scene is `{path[-1]}: {{per_scene: {flow(found)}}}`"
     if expected == "a text" and len(found) == 1:
-        return f"write {_entry(path, flow(found[0]))}"
+        return f"write {entry_at(path, flow(found[0]))}"
     return None
 
 
@@ -267,12 +267,12 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:  # noqa: PLR
     if expected == "true or false":
         if path[-1:] in {("if",), ("that",)} and text.lower() not in _ON | _OFF:
             quoted = f'"${{{cut(text)}}}"'
-            return f"an expression is written {_entry(path, quoted)}"
+            return f"an expression is written {entry_at(path, quoted)}"
         return _switch_hint(str(path[-1]) if path else "", text)
     hint = _slip_hint(path, text, _TEXT_SLIPS) or _place_hint(path, text)
     if hint is None and path and path[-1] in _NAME_LISTS and _WORDS.fullmatch(text):
         words = ", ".join(text) if path[-1] == "locked_axes" and {*text} <= {*"xyz"} else _commas(text)
-        return f"write it in brackets: {_entry(path, f'[{words}]')}"
+        return f"write it in brackets: {entry_at(path, f'[{words}]')}"
     return hint
 
 
@@ -341,7 +341,7 @@ def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case
     texts = [one for one in found if isinstance(one, str)]
     split = [numbers(one.replace(";", " ")) if isinstance(one, str) else [one] for one in found]
     if any(len(one) > 1 for one in split):
-        return f"write commas: {_entry(path, [part for one in split for part in one])}"
+        return f"write commas: {entry_at(path, [part for one in split for part in one])}"
     if texts and (call := _CALL.search(", ".join(texts)[:_MAX_LENGTH])):
         return f"write a form: `{{{call[1]}: [{_commas(call[2])}]}}`"
     if key == "half_size" and len(parts) == 1:
@@ -387,7 +387,7 @@ def color_hint(path: Path, found: Any) -> str:
         return 'write three or four numbers in 0..1, or `"#rrggbb"`'
     text = entry if isinstance(entry, str) else flow(entry)
     quoted = f'"{text}"' if isinstance(entry, str) else text
-    return f"write {_entry(path, quoted)}"
+    return f"write {entry_at(path, quoted)}"
 
 
 _LEAST_BYTE: Final = 5
@@ -462,14 +462,14 @@ def unit_hint(path: Path, text: str) -> str | None:
         return None
     number, unit = float(found[1].replace(",", ".")), found[2]
     if unit in {"Hz", "hz", "fps"} and number > 0:
-        return f"write {_entry(path, 1 / number)}: a time step is one divided by the frequency [s]"
+        return f"write {entry_at(path, 1 / number)}: a time step is one divided by the frequency [s]"
     factor = _UNITS.get(unit, _UNITS.get(unit.lower()))
     if factor is None:
         return None
     takes_degrees = any(str(key).endswith("_deg") for key in path)
     if takes_degrees and unit[:1] in {"d", "r", "°"}:
-        return f"write {_entry(path, number * factor * 180 / pi)}: this key is in degrees"
-    return f"write {_entry(path, number * factor)}: {_SI}"
+        return f"write {entry_at(path, number * factor * 180 / pi)}: this key is in degrees"
+    return f"write {entry_at(path, number * factor)}: {_SI}"
 
 
 def _commas(text: str) -> str:
@@ -486,7 +486,7 @@ def _slip_hint(path: Path, text: str, slips: Iterable[TextSlip]) -> str | None:
     for pattern, value, words in slips:
         if found := re.fullmatch(pattern, text):
             made = found.expand(value)
-            entry = _entry(path, re.sub(r"\[(.*)\]", lambda items: f"[{_commas(items[1])}]", made))
+            entry = entry_at(path, re.sub(r"\[(.*)\]", lambda items: f"[{_commas(items[1])}]", made))
             before, at, after = words.partition("@")
             return f"{found.expand(before)}{entry if at else ''}{found.expand(after)}"
     return None

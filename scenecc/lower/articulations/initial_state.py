@@ -261,6 +261,8 @@ class InitialStateLowerer:
         if found is None:
             return
         row, at, low, high = found
+        if low > high:
+            return  # reported for the limits
         several = max(len(limits.numbers()) // 2, len(positions)) > 1
         scene = f" in scene {self._fields.scenes[row]}" if several else ""
         message = f"`{cut(joint.name)}` starts at {at:g}{scene}, outside its limits [{low:g}, {high:g}]"
