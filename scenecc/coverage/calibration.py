@@ -13,8 +13,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from scenecc.coverage.episodes import Cell, cell_of, flat_columns
-from scenecc.coverage.factors import conditions
-from scenecc.coverage.filling import LatinFilling
 from scenecc.drawn_values import DrawnValues, plain_values
 from scenecc.errors import SceneError
 
@@ -104,10 +102,7 @@ class Calibration:
         self._builder = builder
         many = [rows[scene % len(rows)] for scene in range(max(_SCENES, len(rows)))] if can_move else [*rows]
         self._rows: Sequence[Row] = many
-        filling = LatinFilling(len(many))
-        known = [
-            {n: filling.quantiles(one, scene, 0) for n, one in enumerate(builder.ranges)} for scene in range(len(many))
-        ]
+        known = builder.filled(many, [0] * len(many))
         table = self._compile(many, known)
         if table is None:
             # Other numbers of the ranges than those of the cover cannot be built.
@@ -182,28 +177,23 @@ class Calibration:
                 first = [*hosts].index(self._host(number, column)) * (TENTHS + 1)
                 edges = _edges([row.get(column) for row in table[first : first + TENTHS + 1]])
             is_bounded = self._builder.ranges[number].distribution != "normal"
-            needs = self._needs(number)
+            needs = self._builder.range_needs[number]
             found.append(None if edges is None else RangeReader(str(column), edges, is_bounded, needs))
         return found
-
-    def _needs(self, number: int) -> tuple[tuple[int, frozenset[int]], ...]:
-        """Returns the alternatives of factors with which a range is drawn."""
-        return tuple(conditions(self._builder.ranges[number], [one.source for one in self._builder.factors]))
-
-    def _is_drawn(self, number: int, scene: int) -> bool:
-        return all(self._rows[scene][factor] in allowed for factor, allowed in self._needs(number))
 
     def _host(self, number: int, column: str) -> int:
         """Returns the first scene in which a range is drawn and a column has a value."""
         cells = enumerate(self._columns_of[column])
-        return next(scene for scene, cell in cells if cell is not None and self._is_drawn(number, scene))
+        return next(
+            scene for scene, cell in cells if cell is not None and self._builder.draws_range(number, self._rows[scene])
+        )
 
     def _range_column(self, number: int, known: Sequence[Mapping[int, Sequence[float]]]) -> str | None:
         """Returns the column that rises, or falls, with the quantile of a range."""
         source = self._builder.ranges[number]
         if source.kind != "range":
             return None
-        drawn = [scene for scene in range(len(known)) if self._is_drawn(number, scene)]
+        drawn = [scene for scene in range(len(known)) if self._builder.draws_range(number, self._rows[scene])]
         order = sorted(drawn, key=lambda scene: known[scene][number][0])
         for column in self._ordered(source.label)[:_LIKELY]:
             cells = [cell for scene in order if isinstance(cell := self._columns_of[column][scene], float)]

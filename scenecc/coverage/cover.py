@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from typing_extensions import Unpack
 
-from scenecc.coverage.factors import factors_of, named_sources
-from scenecc.coverage.filling import LatinFilling, range_units, sobol_points
+from scenecc.coverage.factors import conditions, factors_of, named_sources
+from scenecc.coverage.filling import latin_quantiles, range_units, sobol_points
 from scenecc.coverage.pairs import PairTable, RowMaker, without_redundant
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
@@ -193,6 +193,8 @@ class Builder:
             if len(more.sources) == len(record.sources):
                 self.factors = factors_of(named_sources(more.sources.values()), _MANY_SCENES)
         self.ranges = [one for one in self.sources if one.kind != "choice"]
+        choices = [one.source for one in self.factors]
+        self.range_needs = [tuple(conditions(one, choices)) for one in self.ranges]
 
     def compile(
         self, rows: Mapping[int, Mapping[str, SceneUnits]], num_scenes: int | None
@@ -214,6 +216,19 @@ class Builder:
             source = self.ranges[number]
             units.setdefault(source.key, []).extend(range_units(source, quantiles))
         return units
+
+    def draws_range(self, number: int, row: Row) -> bool:
+        """Returns whether a scene with these alternatives draws a range."""
+        return all(row[factor] in allowed for factor, allowed in self.range_needs[number])
+
+    def filled(self, rows: Sequence[Row], attempts: Sequence[int]) -> list[dict[int, list[float]]]:
+        """Returns for each scene the quantiles of the ranges that it draws, which fill them evenly."""
+        found: list[dict[int, list[float]]] = [{} for _ in rows]
+        for number, source in enumerate(self.ranges):
+            scenes = [scene for scene, row in enumerate(rows) if self.draws_range(number, row)]
+            for scene, quantiles in latin_quantiles(source, scenes, [attempts[scene] for scene in scenes]).items():
+                found[scene][number] = quantiles
+        return found
 
     def failed_scenes(self, record: DrawRecord, sink: Sink, num_scenes: int) -> dict[int, Node | None]:
         """Returns the scenes that cannot be built, with the value that fails. Raises SceneError if none is named."""
@@ -411,14 +426,8 @@ class PairCover:
             self._close(pair, why, by)
 
     def _units(self) -> dict[int, dict[str, SceneUnits]]:
-        filling = LatinFilling(len(self.rows))
-        return {
-            scene: self._builder.row_units(
-                row,
-                {n: filling.quantiles(one, scene, attempt) for n, one in enumerate(self._builder.ranges)},
-            )
-            for scene, (row, attempt) in enumerate(zip(self.rows, self._attempts, strict=True))
-        }
+        filled = self._builder.filled(self.rows, self._attempts)
+        return {scene: self._builder.row_units(row, filled[scene]) for scene, row in enumerate(self.rows)}
 
     def _replace_failed(self, record: DrawRecord, sink: Sink) -> None:
         """Replaces the rows that cannot be built, and learns which alternatives exclude each other."""

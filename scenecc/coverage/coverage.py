@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -18,11 +18,9 @@ from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, check_types
+from scenecc.options import CompileOptions, Options, check_types, path_argument
 
 if TYPE_CHECKING:
-    from os import PathLike
-
     from scenecc.coverage.pairs import Row
     from scenecc.pipeline import Source
 
@@ -108,17 +106,32 @@ def scene_coverage(
     """
     asked = replace(Options.of_call(scene_coverage, options), starts=None, at_starts=False, num_scenes=None)
     check_types(scene_coverage, {"progress": progress}, {"progress": Callable[[int, int], None] | None})
+    file, episodes = _episodes(draws)
     builder = Builder(source, asked)
     if not builder.sources:
         report_nothing(builder)
-    return _Counting(builder, progress).run(*_episodes(draws))
+    return _Counting(builder, file, progress).run(episodes)
 
 
 def _episodes(draws: str | PathLike[str] | Iterable[Mapping[str, Any]]) -> tuple[str, Iterable[Episode]]:
-    if isinstance(draws, str) or hasattr(draws, "__fspath__"):
-        path = Path(draws)  # pyright: ignore[reportArgumentType]
+    """Returns the name of the file, or "", and the episodes."""
+    if not isinstance(draws, str | PathLike):
+        return "", (Episode(f"episode {number + 1}", _plain(one)) for number, one in enumerate(draws))
+    path, sink = path_argument(scene_coverage, "draws", draws), Sink()
+    try:
         return str(path), read_episodes(path)
-    return "", (Episode(f"episode {number + 1}", _plain(one)) for number, one in enumerate(draws))  # pyright: ignore[reportArgumentType]
+    except InvalidEpisodesError as error:
+        sink.report("SC946", _unreadable(path, error), Location(str(path)), hint=_HINT)
+    except OSError as error:
+        sink.report("SC946", f"`{cut(str(path), 200)}` cannot be read: {error.strerror}", Location(str(path)))
+    raise SceneError(sink.diagnostics())
+
+
+def _unreadable(file: object, error: InvalidEpisodesError) -> str:
+    return f"`{cut(str(file), 200)}` has no drawn values: {error}"
+
+
+_HINT: Final = 'give what `scenecc draws`, a sweep or `info["draws"]` has for this scene file and these parameters'
 
 
 def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -129,8 +142,9 @@ def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
 class _Counting:
     """Counts what episodes have met. Arguments are those of `scene_coverage`."""
 
-    def __init__(self, builder: Builder, progress: Callable[[int, int], None] | None) -> None:
+    def __init__(self, builder: Builder, file: str, progress: Callable[[int, int], None] | None) -> None:
         self._builder = builder
+        self._file = file
         rows: list[Row] = [()]
         can_move = True
         self._impossible: tuple[MissedPair, ...] = ()
@@ -144,36 +158,12 @@ class _Counting:
         self._counts = [[0] * TENTHS for _ in builder.ranges]
         self._faults: list[str] = []
 
-    def run(self, file: str, episodes: Iterable[Episode]) -> SceneCoverage:
-        """Returns the coverage. `file`: of the episodes, for messages."""
-        factors, sink = self._builder.factors, Sink()
-        levels: dict[Row, int] = {}
-        seen: set[str] = set()
-        wanted = self._calibration.in_all_scenes()
-        count = 0
-        try:
-            for count, episode in enumerate(episodes, 1):  # noqa: B007
-                row = self._read(episode)
-                levels[row] = levels.get(row, 0) + 1
-                if len(seen) < len(wanted):
-                    seen.update(column for column in wanted if cell_of(episode.values, column) is not None)
-        except InvalidEpisodesError as error:
-            self._report(f"`{cut(file, 200)}` has no drawn values: {error}", file, sink)
-        except OSError as error:
-            self._report(f"`{cut(file, 200)}` cannot be read: {error.strerror}", file, sink)
-        if not count:
-            self._report("there is no episode", file, sink)
-        for fault in self._faults[:_MOST_FAULTS]:
-            self._report(fault, file, sink, end=False)
-        if self._faults:
-            more = len(self._faults) - _MOST_FAULTS
-            self._report(f"{more} more values cannot be drawn", file, sink) if more > 0 else self._raise(sink)
-        absent = [column for column in wanted if column not in seen]
-        if absent:
-            self._report(f"no episode has `{cut(absent[0])}`", file, sink)
+    def run(self, episodes: Iterable[Episode]) -> SceneCoverage:
+        """Returns the coverage."""
+        levels, count = self._levels(episodes)
         table = self._pairs_met(levels)
         hidden = [
-            one.source.label for one, reader in zip(factors, self._calibration.factors, strict=True) if reader is None
+            one.source.label for one, reader in zip(self._builder.factors, self._calibration.factors, strict=True) if reader is None
         ]
         ranges: dict[str, RangeCoverage] = {}
         for source, reader, tenths in zip(self._builder.ranges, self._calibration.ranges, self._counts, strict=True):
@@ -195,16 +185,29 @@ class _Counting:
             self._diagnostics,
         )
 
-    def _raise(self, sink: Sink) -> None:
-        raise SceneError(sink.diagnostics())
-
-    def _report(self, message: str, file: str, sink: Sink, *, end: bool = True) -> None:
-        hint = (
-            'give what `scenecc draws`, a sweep or `info["draws"]` has written for this scene file and its parameters'
-        )
-        sink.report("SC946", message, Location(file or None), hint=hint)
-        if end:
-            self._raise(sink)
+    def _levels(self, episodes: Iterable[Episode]) -> tuple[dict[Row, int], int]:
+        """Returns how many episodes have each combination of alternatives, and the number of episodes."""
+        wanted = self._calibration.in_all_scenes()
+        levels, seen, count = dict["Row", int](), set[str](), 0
+        try:
+            for count, episode in enumerate(episodes, 1):  # noqa: B007
+                row = self._read(episode)
+                levels[row] = levels.get(row, 0) + 1
+                if len(seen) < len(wanted):
+                    seen.update(column for column in wanted if cell_of(episode.values, column) is not None)
+        except InvalidEpisodesError as error:
+            self._faults = [_unreadable(self._file, error)]
+        absent = [column for column in wanted if column not in seen]
+        if not count and not self._faults:
+            self._faults = ["there is no episode"]
+        elif absent and not self._faults:
+            self._faults = [f"no episode has `{cut(absent[0])}`"]
+        if self._faults:
+            sink, more = Sink(), len(self._faults) - _MOST_FAULTS
+            for fault in [*self._faults[:_MOST_FAULTS], *([f"{more} more values cannot be drawn"] if more > 0 else [])]:
+                sink.report("SC946", fault, Location(self._file or None), hint=_HINT)
+            raise SceneError(sink.diagnostics())
+        return levels, count
 
     def _read(self, episode: Episode) -> Row:
         """Returns the alternatives of an episode, and counts the tenths of its ranges."""

@@ -29,32 +29,25 @@ def range_units(source: DrawSource, quantiles: Sequence[float]) -> SceneUnits:
     return [*found, (1, source.word, _BELOW_ONE)] if source.distribution == "beta" else found
 
 
-class LatinFilling:
-    """Fills each range in as many equal parts as there are scenes, one scene in each part: a Latin hypercube.
+def latin_quantiles(source: DrawSource, scenes: Sequence[int], attempts: Sequence[int]) -> dict[int, list[float]]:
+    """Returns the quantiles of a range for each of some scenes, each in another of as many equal parts.
 
-    The order of the parts depends only on the draw's key and the number of scenes.
+    Together, the ranges are a Latin hypercube. The order of the parts depends only on the draw's key and the number of
+    scenes.
 
     Args:
-        num_scenes: number of scenes.
+        source: the range.
+        scenes: the scenes that draw it.
+        attempts: of each scene; above 0 its quantiles are random, since others failed.
     """
-
-    def __init__(self, num_scenes: int) -> None:
-        self._num_scenes = num_scenes
-        self._orders: dict[tuple[str, int], list[int]] = {}
-
-    def quantiles(self, source: DrawSource, scene: int, attempt: int) -> list[float]:
-        """Returns the quantiles of a range in a scene. `attempt`: above 0 they are random, since others failed."""
-        words = range(source.word, source.word + source.words)
-        if attempt:
-            return [Random(f"{source.key} {word} {scene} {attempt}").random() for word in words]  # noqa: S311
-        return [(self._order(source.key, word)[scene] + 0.5) / self._num_scenes for word in words]
-
-    def _order(self, key: str, word: int) -> list[int]:
-        if (key, word) not in self._orders:
-            order = list(range(self._num_scenes))
-            Random(f"{key} {word} {self._num_scenes}").shuffle(order)  # noqa: S311
-            self._orders[key, word] = order
-        return self._orders[key, word]
+    found: dict[int, list[float]] = {scene: [] for scene in scenes}
+    for word in range(source.word, source.word + source.words):
+        parts = list(range(len(scenes)))
+        Random(f"{source.key} {word} {len(scenes)}").shuffle(parts)  # noqa: S311 - the same at every run
+        for scene, attempt, part in zip(scenes, attempts, parts, strict=True):
+            other = Random(f"{source.key} {word} {scene} {attempt}").random()  # noqa: S311 - see above
+            found[scene].append(other if attempt else (part + 0.5) / len(scenes))
+    return found
 
 
 def sobol_points(dimensions: int, count: int) -> list[list[float]]:

@@ -225,7 +225,10 @@ def placing_draw_name(name: str, path: str) -> str:
 
 
 def is_unnamed_draw(name: str) -> bool:
-    """Whether a shared draw is a pose, the value of a `once` or the numbers of a placement. A file's draw has no dot after its scope."""
+    """Whether a shared draw is a pose, the value of a `once` or the numbers of a placement.
+
+    A file's draw has no dot after its scope.
+    """
     return "." in name.rpartition("/")[2]
 
 

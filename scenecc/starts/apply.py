@@ -118,6 +118,7 @@ def compare_starts(starts: KnownStarts, now: dict[str, Any], num_scenes: int, na
         sink: collects diagnostics.
     """
     was, of = starts.content.made_from, cut(starts.content.scene)
+    is_chosen = any(row.chosen for row in starts.content.rows)
     found = scene_differences(was, now)
     versions = ", ".join(other_versions(was, now))
     made_with = f"`{starts.name}` was made with {versions}"
@@ -126,12 +127,14 @@ def compare_starts(starts: KnownStarts, now: dict[str, Any], num_scenes: int, na
         sink.report("SC936", f"`{starts.name}` has starts of another scene (`{of}`)", starts.place, hint=hint)
     elif found:
         shown = "; ".join([*found[:_SHOWN], *(["…"] if len(found) > _SHOWN else [])])
-        hint = "settle the scene again, or restore what changed" + (f"; {made_with}" if versions else "")
+        hint = f"{'cover' if is_chosen else 'settle'} the scene again, or restore what changed" + (f"; {made_with}" if versions else "")
         sink.report("SC936", f"the scene is not the one of `{starts.name}`: {shown}", starts.place, hint=hint)
     elif starts.content.num_scenes != num_scenes:
         known = starts.content.num_scenes
         message = f"`{starts.name}` was made with {known} scene{'s' * (known > 1)}, and {num_scenes} are built"
-        sink.report("SC937", message, starts.place, hint=f"settle with `--num-scenes {num_scenes}`")
+        hint = f"settle with `--num-scenes {num_scenes}`"
+        hint = f"build with `--num-scenes {known}`, or set `num_scenes: {known}`" if is_chosen else hint
+        sink.report("SC937", message, starts.place, hint=hint)
     elif versions:
         message = f"{made_with}: the scenes begin at the same poses, but may move differently from there"
         sink.report("SC936", message, starts.place, severity="warning")

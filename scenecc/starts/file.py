@@ -154,7 +154,7 @@ def read_starts(path: Path, find: Callable[[str], Path], most: int) -> StartsFil
     data = _parse(text)
     digest = str(data.pop("sha256", "")).encode("utf-8", "replace")
     if not digest or _digest(text.replace(_UNSIGNED[:-1] + digest, _UNSIGNED[:-1], 1)) != digest:
-        raise InvalidStartsError("it was changed or cut off after `scenecc settle` wrote it")
+        raise InvalidStartsError("it was changed or cut off after scenecc wrote it")
     if "table" in data:
         table, known = data.pop("table"), data.pop("table_sha256", None)
         if not isinstance(table, str) or table != Path(table).name or not table.isprintable():
@@ -165,13 +165,13 @@ def read_starts(path: Path, find: Callable[[str], Path], most: int) -> StartsFil
         try:
             data["rows"] = _table_rows(content)
         except (ValueError, LookupError, TypeError, AttributeError, NotImplementedError, OSError):
-            raise InvalidStartsError(f"its table `{table}` is not what `scenecc settle` writes") from None
+            raise InvalidStartsError(f"its table `{table}` is not what scenecc writes") from None
     del data["scenecc_starts"]
     try:
         return StartsFile.model_validate(data)
     except ValidationError as error:
         where = ".".join(map(str, error.errors(include_url=False)[0]["loc"]))
-        raise InvalidStartsError(f"`{where}` is not what `scenecc settle` writes") from None
+        raise InvalidStartsError(f"`{where}` is not what scenecc writes") from None
 
 
 def _read(path: Path, most: int) -> bytes:
@@ -185,7 +185,7 @@ def _parse(text: bytes) -> dict[str, Any]:
     try:
         data: Any = json.loads(text, object_pairs_hook=unique_keys, parse_constant=_refuse)
     except (ValueError, RecursionError):
-        raise InvalidStartsError("it is not JSON that `scenecc settle` wrote") from None
+        raise InvalidStartsError("it is not JSON that `scenecc settle` or `cover` wrote") from None
     if not isinstance(data, dict) or "scenecc_starts" not in data:
         raise InvalidStartsError("it has no key `scenecc_starts`")
     known = cast("dict[str, Any]", data)
