@@ -58,6 +58,12 @@ setInterval(() => {
   }
   /* collision shapes often lie in the surfaces of visuals: their depth is that of a nearer place on the same ray */
   for (const [path, node] of Object.entries(drawn?.nodeRefFromName ?? {})) {
+    if (path.startsWith("/light "))
+      node?.traverse((light) => {
+        if (!light.castShadow || !light.shadow || light.shadow.normalBias) return;
+        light.shadow.normalBias = 0.01;
+        changed = true;
+      });
     if (path === "/selected" || path.startsWith("/overlap "))
       /* boxes around bodies are seen through what is in front */
       node?.traverse((line) => {

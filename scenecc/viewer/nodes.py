@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from scenecc.meshes.surface import MeshPart, MeshShape
     from scenecc.meshes.surface import SurfaceMaterial as Material
     from scenecc.viewer.cameras import BrowserView
+    from scenecc.viewer.lights import PageLight
     from scenecc.viewer.options import ViewOptions
 
 
@@ -201,6 +202,7 @@ class PageContent:
         origins: origins of the scenes, by index [m].
         solids: boxes of the first scene, to frame what moves in it.
         views: views of the file's cameras.
+        lights: lights of the first scene; empty: neutral light.
     """
 
     nodes: dict[str, Node]
@@ -211,6 +213,7 @@ class PageContent:
     origins: Mapping[int, Vec3]
     solids: Solids
     views: tuple[BrowserView, ...] = ()
+    lights: tuple[PageLight, ...] = ()
 
     def moved(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> PageContent:
         """Returns the content with some bodies moved. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""

@@ -12,6 +12,11 @@ from scenecc.geometry.rotations import to_pose, to_vector
 from scenecc.interrupt import interrupts_wait
 from scenecc.plan.rendering import FRAMING_DIRECTION
 from scenecc.viewer.cameras import BrowserView
+<<<<<<< HEAD
+=======
+from scenecc.viewer.head import titled
+from scenecc.viewer.lights import PageLight
+>>>>>>> 58d1ebe3d874c873c920d82a8cd63ad235aa651b
 from scenecc.viewer.nodes import BodyPoses, Frame, Instances, Name, SurfaceNode
 
 if TYPE_CHECKING:
@@ -30,8 +35,7 @@ _AXES_LENGTH, _AXES_RADIUS = 0.1, 0.003
 _AROUND, _BRIGHT = 0.4, 1.5
 """Intensity of ambient light and of a distant lamp: faces pointing up show about their own colour."""
 
-_FROM: Final = (0.8, -0.5, 1.2)
-"""Direction of the lamp."""
+_LAMP: Final = PageLight("directional", (255, 255, 255), _BRIGHT, (0.8, -0.5, 1.2), shadow=True)
 
 _FOV: Final = float(np.radians(75))
 """Vertical field of view of viser's camera [rad]."""
@@ -100,8 +104,9 @@ class Page:
         self._views: Mapping[str, BrowserView] = {}
         # viser's own lights are so bright that they distort the file's colours.
         server.scene.configure_default_lights(enabled=False)
-        server.scene.configure_environment_map(environment_intensity=_AROUND)
-        self._light = server.scene.add_light_directional("/light", intensity=_BRIGHT, position=_FROM)
+        self._lit: tuple[tuple[PageLight, ...], bool] | None = None
+        self._lights: list[Any] = []
+        self._light_up((), shadows=True)
 
     @property
     def digests(self) -> set[str]:
@@ -111,7 +116,7 @@ class Page:
     @interrupts_wait()
     def show(self, picture: PageContent, contents: Mapping[str, bytes]) -> None:
         """Replaces the displayed content. `contents`: its files, by digest."""
-        self._light.cast_shadow = picture.shadows
+        self._light_up(picture.lights, shadows=picture.shadows)
         with self._server.atomic():
             for path in [path for path in self._nodes if path not in picture.nodes]:
                 self._remove(path)
@@ -122,6 +127,20 @@ class Page:
         self._overview, self._radius = overview(picture.corners), bounds(picture.corners)[1]
         self._views = {view.name: view for view in picture.views}
         self._server.flush()
+
+    def _light_up(self, lights: tuple[PageLight, ...], *, shadows: bool) -> None:
+        """Replaces the lights if they differ. Without any, the page has neutral light: ambient and a distant lamp."""
+        if (lights, shadows) == self._lit:
+            return
+        for handle in self._lights:
+            handle.remove()
+        scene = self._server.scene
+        if self._lit is None or bool(lights) != bool(self._lit[0]):
+            scene.configure_environment_map(environment_intensity=0 if lights else _AROUND)
+        self._lit = (lights, shadows)
+        self._lights = [
+            light.add(scene, f"/light {number}", shadows=shadows) for number, light in enumerate(lights or (_LAMP,))
+        ]
 
     @interrupts_wait()
     def move(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> None:

@@ -280,6 +280,7 @@ class Panel:
                     ("collision", "Collision shapes"),
                     ("frames", "Frames"),
                     ("names", "Names"),
+                    ("lights", "Lights of the file"),
                     ("shadows", "Shadows"),
                     ("contacts", "Contacts"),
                 )
@@ -292,6 +293,11 @@ class Panel:
     def _see_all(self, event: viser.GuiEvent[Any]) -> None:
         if event.client is not None:
             self._page.frame([event.client])
+
+    @interrupts_wait()
+    def set_lights(self, *, possible: bool) -> None:
+        """Sets whether the file has lights that the page can show."""
+        self._boxes["lights"].visible = possible
 
     @interrupts_wait()
     def set_cameras(self, names: tuple[str, ...]) -> None:

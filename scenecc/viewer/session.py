@@ -472,6 +472,7 @@ class Session:
             self._page.open_at(first_view(picture.views, picture.solids, grid=self._look.grid))
         elif grid != self._look.grid:
             self._page.frame_all()
+        self._panel.set_lights(possible=world.has_lights)
         self._panel.set_cameras(tuple(view.name for view in picture.views))
         self._files.keep(self._page.digests)
         self._poses = world.poses()

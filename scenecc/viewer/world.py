@@ -25,6 +25,7 @@ from scenecc.selection_link import Place
 from scenecc.source.paths import PathCache
 from scenecc.viewer.cameras import camera_views, first_view
 from scenecc.viewer.head import titled
+from scenecc.viewer.lights import page_lights
 from scenecc.viewer.nodes import SurfaceFiles, page_content
 from scenecc.viewer.page import Page, bounds
 
@@ -37,13 +38,14 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
-    from scenecc.geometry.rotations import Pose7
+    from scenecc.geometry.rotations import Pose7, Vec3
     from scenecc.inspect import Item
     from scenecc.meshes.builder import BodyMeshes, SceneMeshes
     from scenecc.options import Options
     from scenecc.pipeline import CompileResult, Source
     from scenecc.plan import ScenePlan
     from scenecc.plan.snapshot import MeasuredEntity
+    from scenecc.viewer.lights import PageLight
     from scenecc.viewer.nodes import Key, PageContent
     from scenecc.viewer.options import ViewOptions
 
@@ -124,7 +126,16 @@ class World:
         """
         found = page_content(self._visual, self._colliding_meshes if look.collision else None, look, files)
         views = camera_views(self.loaded.plan, self._measured.scenes, found.origins, bounds(found.corners)[0])
-        return replace(found, views=tuple(views))
+        lights = self._lights(found.origins[self.scene_idxs[0]]) if look.lights else ()
+        return replace(found, views=tuple(views), lights=lights)
+
+    @property
+    def has_lights(self) -> bool:
+        """Whether the file has lights that a page can show."""
+        return bool(self._lights((0.0, 0.0, 0.0)))
+
+    def _lights(self, origin: Vec3) -> tuple[PageLight, ...]:
+        return page_lights(self.loaded.plan, self._measured.scenes[0], origin)
 
     def entities(self) -> dict[int, list[tuple[str, tuple[str, ...]]]]:
         """Returns the entities of each scene, each with the names of its links."""
