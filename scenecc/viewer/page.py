@@ -12,11 +12,7 @@ from scenecc.geometry.rotations import to_pose, to_vector
 from scenecc.interrupt import interrupts_wait
 from scenecc.plan.rendering import FRAMING_DIRECTION
 from scenecc.viewer.cameras import BrowserView
-<<<<<<< HEAD
-=======
-from scenecc.viewer.head import titled
 from scenecc.viewer.lights import PageLight
->>>>>>> 58d1ebe3d874c873c920d82a8cd63ad235aa651b
 from scenecc.viewer.nodes import BodyPoses, Frame, Instances, Name, SurfaceNode
 
 if TYPE_CHECKING:
