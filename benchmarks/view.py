@@ -21,7 +21,7 @@ OBJECTS = 200
 WHAT = f"view: from a save to the page with {OBJECTS} objects / from the start of the process"
 COPIES = 5000, 50
 MANY = f"view: from the start of the process to the page with {COPIES[0]} bodies / with {COPIES[1]}"
-_TIMEOUT = 120
+_TIMEOUT = 20
 
 
 def run(repetitions: int) -> list[Row]:

@@ -19,6 +19,7 @@ from scenecc.cli.output import (
     end,
     of_settings,
     outlive_pipes,
+    print_above,
     print_asides,
     print_err,
     print_note,
@@ -124,14 +125,16 @@ def view(
         outlive_pipes()  # a browser may disconnect, and the processes that write a page end in any order
         if output is None:
             address = _address(host, port, token, no_token=no_token)
-            scenecc.view_scene(
-                source,
-                options=shown,
-                address=address,
-                on_ready=lambda url: _ready(url, address, open_it=open_it),
-                on_diagnostics=_teller(scene, options["params"]),
-                **options,
-            )
+            with progress("build", clock=False) as told:
+                scenecc.view_scene(
+                    source,
+                    options=shown,
+                    address=address,
+                    on_ready=lambda url: _ready(url, address, open_it=open_it),
+                    on_diagnostics=_teller(scene, options["params"]),
+                    on_progress=_counter(told),
+                    **options,
+                )
         else:
             with progress("view") as told:
                 page = scenecc.open_scene(source, **options).page(options=shown, steps=steps, progress=told)
@@ -180,6 +183,18 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
         failed = status(found) is not Status.fine
 
     return tell
+
+
+def _counter(show: Callable[[int, int], None] | None) -> Callable[[int, int], None] | None:
+    """Returns a function that counts scenes on the terminal, if it is one, and leaves a line at the end."""
+
+    def count(done: int, total: int) -> None:
+        if done < total and show is not None:
+            show(done, total)
+        elif total > 1:
+            print_above(f"{total} scenes built")
+
+    return None if show is None else count
 
 
 def _ready(url: str, address: PageAddress, *, open_it: bool) -> None:

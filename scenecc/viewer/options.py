@@ -82,6 +82,7 @@ ARGUMENT_TYPES: Mapping[str, Any] = {
     "address": PageAddress | None,
     "on_ready": Callable[[str], None] | None,
     "on_diagnostics": Callable[..., None] | None,
+    "on_progress": Callable[[int, int], None] | None,
     "steps": int,
     "progress": Callable[[int, int], None] | None,
 }

@@ -22,9 +22,10 @@ from scenecc.viewer.editor import FileEditor
 from scenecc.viewer.nodes import SurfaceFiles
 from scenecc.viewer.page import Page
 from scenecc.viewer.panel import Panel
+from scenecc.viewer.progress import BuildProgress
 from scenecc.viewer.selected import Selected
 from scenecc.viewer.tasks import FileWatcher, TaskQueue, interrupts_kept
-from scenecc.viewer.world import World, check_selected_scene, load
+from scenecc.viewer.world import World, check_selected_scene, count_bodies, load
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
@@ -39,13 +40,16 @@ if TYPE_CHECKING:
     from scenecc.selection_link import Place
     from scenecc.viewer.nodes import Key
     from scenecc.viewer.options import ViewOptions
-    from scenecc.viewer.world import Loading
+    from scenecc.viewer.world import Loaded, Loading
 
 _FRAME: Final = 1 / 30
 """Display time of a frame of a running simulation [s]."""
 
 _TELLING: Final = 0.2
 """Time between two texts of the pose of the selected body, while it moves [s]."""
+
+_MANY: Final = 200
+"""Number of bodies side by side from which one scene is shown first."""
 
 _ROUNDING: Final = 1e-9
 """Rounding error of a sum of times, in steps."""
@@ -66,11 +70,12 @@ class Session:
         *,
         path: Path | None,
         report: Callable[[Sequence[Diagnostic]], None],
+        progress: Callable[[int, int], None] = lambda *_: None,
         links: bool = True,
         writes: bool = True,
     ) -> None:
         """`path`: path of the source, if it is a file that may change. `report` is called with the diagnostics each
-        time.
+        time, and `progress` with (scenes done, total scenes).
 
         `links`: whether places in files are links for an editor on this machine. `writes`: whether dragging a body may
         change the file. `source` is called before each compilation, because a stream can be read only once.
@@ -81,6 +86,7 @@ class Session:
         self._mail = TaskQueue()
         self._files = SurfaceFiles()
         self._page = Page(server, lambda key: self._mail.post("select", lambda: self.pick(key)), self._drag)
+        self._progress = BuildProgress(server, progress)
         self._panel = Panel(server, self._mail, self, self._page, look, links=links)
         self._watch = FileWatcher(lambda: self._mail.post("reload", self.reload))
         self._watched: frozenset[Path] = frozenset()
@@ -182,7 +188,7 @@ class Session:
         if self._world is None:
             return
         if (self._built.scene, self._built.grid) != (look.scene, look.grid):
-            self._show(World(self._world.loaded, look))
+            self._build(self._world.loaded, look)
         else:
             self._paint(self._world)
             self._panel.tell_fault(self._broken)
@@ -445,32 +451,39 @@ class Session:
         if loading.loaded is None:
             self._break(loading.diagnostics)
             return
+        # Of many scenes, one is shown first.
+        apart = self._world is None and self._look.grid and sum(count_bodies(loading.loaded.plan)) > _MANY
+        self._broken = ""
         try:
-            world = World(loading.loaded, self._look)
-            self._broken = ""
-            self._show(world)
+            self._build(loading.loaded, replace(self._look, grid=False) if apart else self._look)
         except SceneError as error:
             self._break(error.diagnostics)
             return
+        if apart:
+            self._mail.post("side by side", lambda: self.look_at(self._look))
         self._panel.set_params(loading.loaded.params, loading.loaded.given, afresh=afresh)
 
-    def _show(self, world: World) -> None:
+    def _build(self, loaded: Loaded, look: ViewOptions) -> None:
+        with self._progress:
+            self._show(World(loaded, look, self._progress.tell), look)
+
+    def _show(self, world: World, look: ViewOptions) -> None:
         """Replaces the displayed scenes, once nothing can fail any more."""
         before = self._world
         try:
-            picture = world.picture(self._look, self._files)
+            picture = world.picture(look, self._files)
         except BaseException:
             world.close()
             raise
         if before is not None:
             before.close()
         grid = self._built.grid
-        self._world, self._built = world, self._look
+        self._world, self._built = world, look
         self._panel.tell_fault(self._broken)
         self._page.show(picture, self._files.contents)
         if before is None:
-            self._page.open_at(first_view(picture.views, picture.solids, grid=self._look.grid))
-        elif grid != self._look.grid:
+            self._page.open_at(first_view(picture.views, picture.solids, grid=look.grid))
+        elif grid != look.grid:
             self._page.frame_all()
         self._panel.set_lights(possible=world.has_lights)
         self._panel.set_cameras(tuple(view.name for view in picture.views))

@@ -36,6 +36,7 @@ def view_scene(
     address: PageAddress | None = None,
     on_ready: Callable[[str], None] | None = None,
     on_diagnostics: Callable[[Sequence[Diagnostic]], None] | None = None,
+    on_progress: Callable[[int, int], None] | None = None,
     **given: Unpack[CompileOptions],
 ) -> None:
     """Shows a scene on a page in the browser until interrupted, and reloads it whenever its file changes.
@@ -48,6 +49,7 @@ def view_scene(
         address: where the page is served.
         on_ready: called with the page's URL once it can be opened.
         on_diagnostics: called with the diagnostics after each compilation or build.
+        on_progress: called with (scenes done, total scenes) while the engine builds.
         given: fields of `CompileOptions`.
 
     Raises:
@@ -59,12 +61,13 @@ def view_scene(
 
     options, address = options or ViewOptions(), address or PageAddress()
     compile_options = Options.of_call(view_scene, given)
-    called = {"on_ready": on_ready, "on_diagnostics": on_diagnostics}
+    called = {"on_ready": on_ready, "on_diagnostics": on_diagnostics, "on_progress": on_progress}
     check_types(view_scene, {"options": options, "address": address, **called}, ARGUMENT_TYPES)
     path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
     label = "scenecc" if path is None else f"scenecc: {path.stem}"
     writes = address.is_local or address.token is not None
-    around: Any = {"path": path, "report": on_diagnostics or _ignore, "links": address.is_local, "writes": writes}
+    around: Any = {"path": path, "links": address.is_local, "writes": writes}
+    around |= {"report": on_diagnostics or _ignore, "progress": on_progress or _ignore}
     with (
         _serve(address, label) as server,
         closing(Session(server.viser, _again(source), compile_options, options, **around)) as session,
@@ -191,6 +194,6 @@ def _need_packages() -> None:
         raise SceneError(sink.diagnostics())
 
 
-def _ignore(what: object) -> None:
-    """Does nothing with its argument."""
+def _ignore(*what: object) -> None:
+    """Does nothing with its arguments."""
     del what

@@ -325,18 +325,23 @@ def _chosen(loaded: Loaded, look: ViewOptions) -> tuple[tuple[int, ...], int]:
     plan = loaded.plan
     if not look.grid:
         return (min(look.scene, plan.num_scenes - 1),), 0
-    bodies = [0] * plan.num_scenes
-    for entity in plan.entities:
-        for row, index in enumerate(entity.scene_idxs):
-            structure = entity.structure(row)
-            bodies[index] += len(structure.links) if isinstance(structure, ArticulationStructure) else 1
     count = total = 0
-    for here in bodies:
+    for here in count_bodies(plan):
         total += here
         if total > _MOST_BODIES and count:
             break
         count += 1
     return tuple(range(count)), plan.num_scenes - count
+
+
+def count_bodies(plan: ScenePlan) -> list[int]:
+    """Returns the number of bodies of each scene."""
+    bodies = [0] * plan.num_scenes
+    for entity in plan.entities:
+        for row, index in enumerate(entity.scene_idxs):
+            structure = entity.structure(row)
+            bodies[index] += len(structure.links) if isinstance(structure, ArticulationStructure) else 1
+    return bodies
 
 
 @dataclass(frozen=True, slots=True)

@@ -309,6 +309,27 @@ def test_a_session_runs_until_interrupted_and_follows_the_file(shown: Shown) -> 
     assert ended == [True]
 
 
+def test_of_many_scenes_side_by_side_one_is_shown_first(
+    server: viser.ViserServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scenecc.viewer.session._MANY", 1)
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    shown, counted = Shown(server, path, ViewOptions(grid=True)), list[tuple[int, int, bool]]()
+    progress = shown.session._progress
+    progress._told = lambda done, total: counted.append((done, total, progress._bar.visible))
+    shown.session.start()
+    assert shown.node(BALL) is not None
+    assert shown.node("/scene 1/ball") is None
+    rest = shown.session._mail.take(0)
+    assert rest is not None
+    rest()
+    assert shown.node("/scene 1/ball") is not None
+    assert counted == [(1, 1, False), (1, 2, True), (2, 2, True)]
+    assert not progress._bar.visible
+    shown.session.close()
+
+
 def soon(ask: Callable[[], bool], within: float = 20) -> None:
     end = time.monotonic() + within
     while not ask():
