@@ -140,7 +140,8 @@ def run_checks(
             print_statistics(counts)
     else:
         listed = {file: _simulated_data(one) for file, one in results.items()} if command == "check" else None
-        print_findings(diagnostics, form, files=found.files, corrections=corrections, simulated=listed)
+        strict = [file for file, one in settings.items() if one.strict]
+        print_findings(diagnostics, form, files=found.files, corrections=corrections, simulated=listed, strict=strict)
     if form == "text":
         of_engine = f"; {_simulated_text(list(results.values()))}" if command == "check" and results else ""
         print_note(f"{found.counts()}{of_engine}\n")

@@ -154,7 +154,8 @@ def _is_folder(target: str, output: str, asked: Mapping[str, Any]) -> bool:
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
     suffixes = SUFFIXES[target]
-    if output == STDOUT or target in _TEXTS or Path(output).suffix.lower() in suffixes:
+    suffix = Path(output).suffix.lower()
+    if output == STDOUT or suffix in suffixes or (target in _TEXTS and not suffix):
         return False
     if target != "urdf" or "entity" in given:
         raise typer.BadParameter(f"{quote_text(output)} must end in {' or '.join(suffixes)}", param_hint="'-o'")

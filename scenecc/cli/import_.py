@@ -19,34 +19,36 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 
+Paths = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="FILE...", help="SDF worlds or models, USD stages, MJCF or URDF files, or folders.", show_default=False
+    ),
+]
+
+Accepted = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--allow",
+        metavar="LOSS",
+        help="Accept a loss that changes the mechanics, or `all`; may be repeated.",
+        autocompletion=complete_loss,
+    ),
+]
+
 _takes = partial(takes_compile_options, names=("asset_roots", "allow_outside_assets", "limits"))
 
 
 @_takes
 def import_(
-    paths: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="FILE...",
-            help="SDF worlds or models, USD stages, MJCF or URDF files, or folders.",
-            show_default=False,
-        ),
-    ],
+    paths: Paths,
     *,
     output: Annotated[
         str, typer.Option("--output", "-o", metavar="SCENE", help="Output file, or folder for several files.")
     ],
     jobs: Jobs = None,
     shard: Shard = None,
-    allow: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--allow",
-            metavar="LOSS",
-            help="Accept a loss that changes the mechanics, or `all`; may be repeated.",
-            autocompletion=complete_loss,
-        ),
-    ] = None,
+    allow: Accepted = None,
     keep_file: Annotated[
         bool, typer.Option("--keep-file", help="Let the scene name an MJCF, instead of writing its bodies and robots.")
     ] = False,

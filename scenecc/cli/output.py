@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
@@ -107,6 +107,8 @@ def folder_refusal(target: str, hidden: Iterable[str] | None = None) -> str | No
         target: the folder, which must be new or empty.
         hidden: files to write, if hidden names may exist in the folder, such as `.git` and `.venv`.
     """
+    if not target:
+        return "the name of the folder is empty"
     path = Path(target)
     try:
         if not path.is_dir():
@@ -267,6 +269,7 @@ def print_findings(
     files: Sequence[str] = (),
     corrections: Sequence[Diagnostic] | None = None,
     simulated: Mapping[str, Mapping[str, object] | None] | None = None,
+    strict: Collection[str] = (),
 ) -> None:
     """Prints diagnostics that are the result of the command, on standard output.
 
@@ -276,13 +279,17 @@ def print_findings(
         files: files that were checked.
         corrections: as in `render`.
         simulated: as in `render`.
+        strict: as in `render`.
     """
     if form == "text" and not diagnostics:
         return  # nothing to print, so load nothing
     from scenecc.diagnostics.formats import render, wants_color
 
     color = wants_color(sys.stdout)
-    print_out(render(diagnostics, form, color=color, files=files, corrections=corrections, simulated=simulated))
+    made = render(
+        diagnostics, form, color=color, files=files, corrections=corrections, simulated=simulated, strict=strict
+    )
+    print_out(made)
 
 
 def print_asides(diagnostics: Sequence[Diagnostic]) -> None:

@@ -94,6 +94,11 @@ Actions = Annotated[
 ]
 
 
+Settle = Annotated[
+    float, typer.Option("--settle", metavar="SECONDS", parser=parse_seconds, help="Time to simulate in `check`.")
+]
+
+
 @partial(takes_compile_options, names=_OPTIONS)
 def sweep(
     paths: Paths,
@@ -105,10 +110,7 @@ def sweep(
         Any, typer.Option("--seeds", metavar="A:B", parser=parse_seeds, help="Build with each seed from A to B-1.")
     ] = None,
     do: Actions = ("check", "state"),
-    settle: Annotated[
-        float,
-        typer.Option("--settle", metavar="SECONDS", parser=parse_seconds, help="Time to simulate in `check`."),
-    ] = 1.0,
+    settle: Settle = 1.0,
     camera: Camera = None,
     size: Annotated[str | None, typer.Option("--size", metavar="WxH", help="Size of each picture [px].")] = None,
     jobs: Annotated[

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
     from scenecc.lsp.analysis import SceneText
     from scenecc.options import Options
-    from scenecc.source.hint_edits import Splice
+    from scenecc.source.entry_edits import Splice
 
 T = TypeVar("T")
 

@@ -7,29 +7,20 @@ after another check.
 from __future__ import annotations
 
 import re
-from bisect import bisect_right
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator
+from itertools import takewhile
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scenecc.diagnostics.diagnostic import dotted
 from scenecc.diagnostics.messages import cut
 from scenecc.source.document import written_tree
+from scenecc.source.entry_edits import ENTRY, Chain, Entries, EntryEdits, Splice, Step, chains, ordered
 from scenecc.source.events import resolve_scalar
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
-    from scenecc.diagnostics.diagnostic import At, Location, PathKey
-    from scenecc.source.document import Place, WrittenNode, WrittenTree
-
-
-class Splice(NamedTuple):
-    """Replaces the characters from `start` to `end` of a text."""
-
-    start: int
-    end: int
-    text: str
+    from scenecc.diagnostics.diagnostic import At, Location
+    from scenecc.source.document import WrittenTree
 
 
 class HintEdit(NamedTuple):
@@ -150,9 +141,6 @@ _MEANT: Final = re.compile(r"(?:\A|; )did you mean (`[^`\n]+`(?:(?:, | or )`[^`\
 _LEAD: Final = re.compile(r"(?:write|written|[a-z]:) \Z")
 """What stands before a value to write."""
 
-_ENTRY: Final = re.compile(r'(?:- )?("[^"]+"|[\w.*/-]+): +\S')
-"""A key with its value."""
-
 _BLANK: Final = re.compile(r"…|\b(?:NAME|FILE|FOLDER|KEY|LINK|JOINT|ENTITY)\b")
 """A part that only the user knows."""
 
@@ -178,51 +166,15 @@ def written_codes(hint: str) -> list[str]:
     for match in _CODE.finditer(hint):
         code, between = match[1], hint[end : match.start()]
         is_next = bool(found) and between.strip(" ,") in {"or", "and", "or write"}
-        if _ENTRY.match(code) or _LEAD.search(hint[: match.start()]) or is_next:
-            if between == " and " and joins and _ENTRY.match(code):
+        if ENTRY.match(code) or _LEAD.search(hint[: match.start()]) or is_next:
+            if between == " and " and joins and ENTRY.match(code):
                 found[-1] += f", {code}"
             else:
                 found.append(code)
-            joins, end = _ENTRY.match(code) is not None, match.end()
+            joins, end = ENTRY.match(code) is not None, match.end()
         else:
             joins = False
     return found
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Where it is written
-
-
-class _Step(NamedTuple):
-    """One entry or list item on the way from the root of a text to a place."""
-
-    inside: WrittenNode
-    key: PathKey
-
-    @property
-    def node(self) -> WrittenNode:
-        return self.inside.entries[self.key].node if isinstance(self.key, str) else self.inside.items[self.key]
-
-
-_Chain = tuple[_Step, ...]
-
-
-def _chains(root: WrittenNode, place: Place) -> Iterator[tuple[_Chain, At]]:
-    """Yields the entries and items whose key or value begins at a place, outermost first."""
-    todo: list[tuple[WrittenNode, _Chain]] = [(root, ())]
-    while todo:
-        node, chain = todo.pop()
-        if node.span[:2] > place or node.end < place:
-            continue  # an alias leads to another place
-        for key, entry in node.entries.items():
-            if not entry.merged:
-                step = (*chain, _Step(node, key))
-                if entry.key[:2] == place:
-                    yield step, "key"
-                todo.append((entry.node, step))
-        todo += ((item, (*chain, _Step(node, index))) for index, item in enumerate(node.items))
-        if chain and node.span[:2] == place:
-            yield chain, "value"
 
 
 class _Editor:
@@ -232,22 +184,20 @@ class _Editor:
         self._text = text
         self._found = found
         self._hint = found.hint or ""
-        self._tree = tree
-        self._lines = [0, *(match.end() for match in re.finditer(r"\r\n?|\n", text))]
+        self._writer = EntryEdits(text)
         assert found.line is not None
         assert found.column is not None
         place = found.line - 1, found.column - 1
-        self._start = self._index(place)
+        self._start = self._writer.index(place)
         end = found.location.end_column
-        self._end = max(self._index((place[0], end - 1)) if end else self._start, self._start)
-        chains = list(_chains(tree.root, place)) if tree.is_whole else []
-        named = [one for one in chains if dotted(tuple(step.key for step in one[0])) == found.path]
-        keys = [one for one in chains if one[1] == "key"]
-        self._chain, self._at = next(iter([*named[-1:], *keys[-1:], *chains[-1:]]), ((), "value"))
-
-    def _index(self, place: Place) -> int:
-        """Returns the position of a place in the text."""
-        return min(self._lines[min(place[0], len(self._lines) - 1)] + place[1], len(self._text))
+        self._end = max(self._writer.index((place[0], end - 1)) if end else self._start, self._start)
+        here = list(chains(tree.root, place)) if tree.is_whole else []
+        named = [one for one in here if dotted(tuple(step.key for step in one[0])) == found.path]
+        keys = [one for one in here if one[1] == "key"]
+        self._chain: Chain = ()
+        self._at: At = "value"
+        for chain, at in (*here[-1:], *keys[-1:], *named[-1:]):
+            self._chain, self._at = chain, at
 
     def edits(self) -> Iterator[HintEdit]:
         """Yields all edits, likeliest first."""
@@ -272,13 +222,13 @@ class _Editor:
         if instead is not None:
             yield from self._renamed(instead[2], instead[1])
         for code in codes:
-            entries = _Entries.read(code)
+            entries = Entries.read(code)
             made = self._value(code) if entries is None else self._entries(entries)
             for splices in made:
                 yield HintEdit(f"Write `{cut(code)}`", splices)
             if entries is not None and removed and "and write" in self._hint:
                 top = self._added(0, entries)
-                yield from (HintEdit(f"Write `{cut(code)}`", _ordered(*one.splices, *top)) for one in removed)
+                yield from (HintEdit(f"Write `{cut(code)}`", ordered(*one.splices, *top)) for one in removed)
         yield from removed
         for code in _CODE.findall(self._hint):
             if "…" in code and (key := re.fullmatch(r"(\w+): (?:…|\[…\]|\{…\})", code)):
@@ -313,22 +263,23 @@ class _Editor:
         depths = [len(self._chain) - 1]
         if asked[2] is not None:
             name = asked[2].partition(":")[0]
-            last = self._chain[-1]
+            last, around = self._chain[-1], self._chain[:-1]
             if name in last.node.entries:
-                yield HintEdit(f"Remove `{cut(name)}`", self._without((*self._chain, _Step(last.node, name))))
+                yield HintEdit(f"Remove `{cut(name)}`", self._writer.without((*self._chain, Step(last.node, name))))
             if last.key != name and name in last.inside.entries:
-                yield HintEdit(f"Remove `{cut(name)}`", self._without((*self._chain[:-1], _Step(last.inside, name))))
+                yield HintEdit(f"Remove `{cut(name)}`", self._writer.without((*around, Step(last.inside, name))))
             depths = [depth for depth, step in enumerate(self._chain) if step.key == name][::-1]
         elif asked[1] not in {None, "key"}:
             depths = depths + [depth - 1 for depth in depths if depth > 0]
         for depth in depths:
             key = self._chain[depth].key
             title = f"Remove `{cut(str(key))}`" if isinstance(key, str) else f"Remove item {key + 1}"
-            yield HintEdit(title, self._without(self._chain[: depth + 1]))
+            yield HintEdit(title, self._writer.without(self._chain[: depth + 1]))
 
     def _indented(self) -> Iterator[HintEdit]:
         """Indents the lines below the finding that belong to it, or only the first of them; with its own or without."""
         assert self._found.line is not None
+<<<<<<< HEAD
         column, own = (self._found.column or 1) - 1, self._hint.startswith("indent it and")
         starts: list[int] = []
         cuts: list[int] = []
@@ -347,6 +298,14 @@ class _Editor:
             for count in [len(starts), *reversed(cuts)][:_FEWER]:
                 splices = tuple(Splice(at, at, "  ") for at in [*mark, *starts[:count]])
                 yield HintEdit("Indent the lines below it", splices)
+=======
+        column = (self._found.column or 1) - 1
+        below = self._writer.lines[self._found.line :]
+        inside = takewhile(lambda at: not self._text[at : at + column].strip(), below)
+        starts = [at for at in inside if self._text[at : at + column + 1].strip()]
+        for count in range(len(starts), max(len(starts) - _FEWER, 0), -1):
+            yield HintEdit("Indent the lines below it", tuple(Splice(at, at, "  ") for at in starts[:count]))
+>>>>>>> 977af14ec0fd134ad1944edef3fd07aef0f5124f
 
     def _renamed(self, old: str | None, new: str) -> Iterator[HintEdit]:
         """Renames the nearest key, alone or with the entry of the finding removed."""
@@ -357,10 +316,10 @@ class _Editor:
                 continue
             line, start, end = inside.entries[name].key
             if end is not None:
-                rename = Splice(self._index((line, start)), self._index((line, end)), new)
+                rename = Splice(self._writer.index((line, start)), self._writer.index((line, end)), new)
                 yield HintEdit(f"Write `{new}` instead of `{cut(name)}`", (rename,))
                 if old is not None:
-                    both = _ordered(rename, *self._without(self._chain))
+                    both = ordered(rename, *self._writer.without(self._chain))
                     yield HintEdit(f"Write `{new}` instead of `{cut(name)}`", both)
 
     # ------------------------------------------------------------------------------------------------------- values
@@ -368,28 +327,12 @@ class _Editor:
     def _value(self, code: str) -> Iterator[tuple[Splice, ...]]:
         """Writes a value: for the whole value, or for its underlined part."""
         last = self._chain[-1]
-        if self._is_here(last) and (self._at == "value" or code[0] in "{[\"'"):
-            start, end = self._value_range(last)
+        if self._writer.is_here(last) and (self._at == "value" or code[0] in "{[\"'"):
+            start, end = self._writer.value_range(last)
             yield (Splice(start, end, f" {code}" if start == end else code),)
         yield self._at_mark(code)
 
-    def _is_here(self, step: _Step) -> bool:
-        """Returns whether a value is written in its place, and is not an alias."""
-        if isinstance(step.key, str):
-            return step.node.span[:2] >= step.inside.entries[step.key].key[:2]
-        return step.node.span[:2] >= step.inside.span[:2]
-
-    def _value_range(self, step: _Step) -> tuple[int, int]:
-        start = self._index(step.node.span[:2])
-        return start, max(start + len(self._text[start : self._index(step.node.end)].rstrip()), start)
-
-    def _entry_range(self, step: _Step) -> tuple[int, int]:
-        start, end = self._value_range(step)
-        return (self._index(step.inside.entries[step.key].key[:2]) if isinstance(step.key, str) else start), end
-
-    # ------------------------------------------------------------------------------------------------------ entries
-
-    def _entries(self, new: _Entries) -> Iterator[tuple[Splice, ...]]:
+    def _entries(self, new: Entries) -> Iterator[tuple[Splice, ...]]:
         """Writes entries: where the hint says, in place of what is alike, or in a mapping around it."""
         last, depth = self._chain[-1], len(self._chain) - 1
         name = next(iter(new.values))
@@ -400,156 +343,34 @@ class _Editor:
             if at is not None:
                 yield self._added(at, new) if "declare" in self._hint else self._moved(at, new)
         alike = [at for at, step in enumerate(self._chain) if _alike(str(step.key), name)]
-        replaced = [self._replaced(self._chain[at], new) for at in reversed(alike)]
+        replaced = [self._writer.replaced(self._chain[at], new) for at in reversed(alike)]
         if self._found.code == "SC102":
-            yield self._set(last.node, new)
+            yield self._writer.set_in(last.node, new)
         if self._found.code == "SC101" and depth not in alike:
             yield self._moved(depth, new)
             yield from replaced
         else:
             yield from replaced
             if self._at == "value":
-                yield self._filled(last, new)
+                yield self._writer.filled(last, new)
             yield self._moved(depth, new)
-        yield self._set(last.inside, new)
+        yield self._writer.set_in(last.inside, new)
         yield from (self._moved(at, new) for at in reversed(range(depth)) if at != _NAMES)
 
-    def _filled(self, step: _Step, new: _Entries) -> tuple[Splice, ...]:
-        """Writes entries as the value of a key or item."""
-        line, column, _ = step.node.span
-        is_below = isinstance(step.key, str) and line > step.inside.entries[step.key].key[0]
-        made = new.text(column) if is_below else "{" + new.text(None) + "}"
-        return (Splice(*self._value_range(step), made),) if self._is_here(step) else ()
-
-    def _replaced(self, step: _Step, new: _Entries) -> tuple[Splice, ...]:
-        """Writes entries in place of one. Another entry of the same name is merged."""
-        if not self._is_here(step):
-            return ()
-        if not isinstance(step.key, str):
-            return (Splice(*self._entry_range(step), "{" + ", ".join(new.entries()) + "}"),)
-        return (Splice(*self._entry_range(step), new.text(self._column(step))),)
-
-    def _column(self, step: _Step) -> int | None:
-        """Returns the column of an entry in a block; None in brackets."""
-        return step.inside.entries[step.key].key[1] if step.inside.is_block and isinstance(step.key, str) else None
-
-    def _moved(self, depth: int, new: _Entries) -> tuple[Splice, ...]:
+    def _moved(self, depth: int, new: Entries) -> tuple[Splice, ...]:
         """Removes the entry of the finding, and writes entries in the mapping at a depth of the chain."""
-        emptied = self._emptied(self._chain)
+        emptied = self._writer.emptied(self._chain)
         inside, key = self._chain[depth]
         if len(emptied) <= depth + 1 and not (inside.entries.keys() & new.values.keys()) - {key}:
-            return self._replaced(self._chain[depth], new)
-        removed, added = self._without(emptied), self._added(depth, new)
-        return _ordered(*removed, *added) if removed and added else ()
+            return self._writer.replaced(self._chain[depth], new)
+        removed, added = self._writer.without(emptied), self._added(depth, new)
+        return ordered(*removed, *added) if removed and added else ()
 
-    def _added(self, depth: int, new: _Entries) -> tuple[Splice, ...]:
+    def _added(self, depth: int, new: Entries) -> tuple[Splice, ...]:
         step = self._chain[depth]
-        return self._set(step.inside, new, before=step) if isinstance(step.key, str) else ()
-
-    def _set(self, inside: WrittenNode, new: _Entries, before: _Step | None = None) -> tuple[Splice, ...]:
-        """Writes entries in a mapping; mappings of the same name are merged, other values replaced."""
-        splices: list[Splice] = []
-        added: list[str] = []
-        for name, value in new.values.items():
-            entry = inside.entries.get(name)
-            if entry is None:
-                added.append(new.entry(name))
-                continue
-            step, node = _Step(inside, name), entry.node
-            if entry.merged or not self._is_here(step):
-                return ()
-            if node.entries and value.entries:
-                splices += self._set(node, _Entries(new.code, {key: one.node for key, one in value.entries.items()}))
-            elif node.entries or any(item.text is None for item in node.items):
-                return ()  # it would lose what is written
-            else:
-                start, end = self._value_range(step)
-                splices.append(Splice(start, end, (" " if start == end else "") + new.value(name)))
-        if added and inside.entries:
-            first = _Step(inside, next(key for key, one in inside.entries.items() if not one.merged))
-            at = before if before is not None and before.inside is inside else first
-            start, _ = self._entry_range(at)
-            column = self._column(at)
-            gap = ", " if column is None else "\n" + " " * column
-            splices.append(Splice(start, start, gap.join(added) + gap))
-        elif added:
-            return ()
-        return _ordered(*splices)
-
-    @staticmethod
-    def _emptied(chain: _Chain) -> _Chain:
-        """Returns the way to what has no other content than the end of a way."""
-        while len(chain) > 1 and len(chain[-1].inside.entries) + len(chain[-1].inside.items) == 1:
-            chain = chain[:-1]
-        return chain
-
-    def _without(self, chain: _Chain) -> tuple[Splice, ...]:
-        """Removes an entry or item; with it what then is empty."""
-        step = self._emptied(chain)[-1]
-        if not self._is_here(step):
-            return ()
-        start, end = self._entry_range(step)
-        text = self._text
-        if step.inside.is_block:
-            line = self._lines[bisect_right(self._lines, start) - 1]
-            below = self._lines[min(bisect_right(self._lines, end), len(self._lines) - 1)]
-            below = below if below > end else len(text)
-            indent = text[line:start]
-            if not indent.strip() or (not isinstance(step.key, str) and indent.strip() == "-"):
-                return (Splice(line, below, ""),)
-            following = re.compile(r"[ \t]*").match(text, below)
-            return (Splice(start, following.end() if following else below, ""),)
-        after = re.compile(r"\s*,\s*").match(text, end)
-        if after is not None:
-            return (Splice(start, after.end(), ""),)
-        return (Splice(start - len(text[:start]) + len(re.sub(r",\s*\Z", "", text[:start])), end, ""),)
+        return self._writer.set_in(step.inside, new, before=step) if isinstance(step.key, str) else ()
 
 
 def _alike(key: str, new: str) -> bool:
     """Returns whether one key is written instead of the other: the same, or in degrees."""
     return key in {new, new.removesuffix("_deg")}
-
-
-def _ordered(*splices: Splice) -> tuple[Splice, ...]:
-    """Returns splices in text order; none if two of them overlap."""
-    made = sorted(splices)
-    if any(one.end > other.start for one, other in pairwise(made)):
-        return ()
-    return tuple(made)
-
-
-@dataclass(frozen=True, slots=True)
-class _Entries:
-    """Entries that a hint says to write.
-
-    Attributes:
-        code: a flow mapping that has them, in one line.
-        values: their values in it, by key.
-    """
-
-    code: str
-    values: dict[str, WrittenNode]
-
-    @staticmethod
-    def read(code: str) -> _Entries | None:
-        """Reads `key: value, key: value`; None for anything else."""
-        if _ENTRY.match(code) is None:
-            return None
-        flow = "{" + code.removeprefix("- ") + "}"
-        tree = written_tree(flow)
-        values = {key: entry.node for key, entry in tree.root.entries.items()}
-        return _Entries(flow, values) if tree.is_whole and values and "" not in values else None
-
-    def value(self, name: str) -> str:
-        node = self.values[name]
-        return self.code[node.span[1] : node.span[2]]
-
-    def entry(self, name: str) -> str:
-        return f"{name}: {self.value(name)}"
-
-    def entries(self) -> Sequence[str]:
-        return [self.entry(name) for name in self.values]
-
-    def text(self, column: int | None) -> str:
-        """Returns the entries in brackets, or below each other in a block at a column."""
-        return (", " if column is None else "\n" + " " * column).join(self.entries())

@@ -80,6 +80,8 @@ def test_the_output_suffix_must_fit_the_target(run, cube: Path, tmp_path: Path) 
         ("mjcf", "out.urdf", "'out.urdf' must end in .xml or .mjcf"),
         ("usd", "out.usdz", "'out.usdz' must end in .usda or .usd or .usdc"),
         ("urdf", "out.glb", "'out.glb' must end in .urdf or .xml, or leave out --to: .glb is glb"),
+        ("json", "out.png", "'out.png' must end in .json"),
+        ("python", "out.txt", "'out.txt' must end in .py"),
         ("json", "out.py", "'out.py' must end in .json, or leave out --to: .py is python"),
     ):
         done = run("emit", cube, "--to", target, "-o", name)

@@ -53,6 +53,7 @@ def test_hidden_names_may_exist_where_init_writes(tmp_path: Path) -> None:
     files = ["scene.yaml", ".pre-commit-config.yaml"]
     assert folder_refusal(str(tmp_path), files) is None
     assert folder_refusal(str(tmp_path)) == f"the folder `{tmp_path}` is not empty"
+    assert folder_refusal("") == "the name of the folder is empty"
     (tmp_path / files[1]).touch()
     assert folder_refusal(str(tmp_path), files) == f"the folder `{tmp_path}` already has `.pre-commit-config.yaml`"
 

@@ -47,8 +47,8 @@ usage; its path is the argument or option (`camera`, `--camera`).
 - `github`, for GitHub Actions: one workflow command per line (`::error file=…,line=…::…`), which annotates a pull
   request.
 - `gitlab`, for GitLab: a Code Quality report.
-- `junit`, for test reports: one test case per checked file. Findings in a file that it uses or includes are among
-  its own.
+- `junit`, for test reports: one test case per checked file, which fails if it has errors, or with `--strict` warnings;
+  other findings are its output. Findings in a file that it uses or includes are among its own.
 - `sarif`, for code scanning and editors: SARIF 2.1.0. Files are relative to `%SRCROOT%`, the working directory.
 """
 

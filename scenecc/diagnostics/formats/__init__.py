@@ -5,7 +5,7 @@ A renderer never fails: it accepts any diagnostics, and its result can be encode
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from importlib import import_module
 from pathlib import PurePath
 from typing import TYPE_CHECKING
@@ -44,6 +44,7 @@ def render(
     files: Sequence[str] = (),
     corrections: Sequence[Diagnostic] | None = None,
     simulated: Mapping[str, Mapping[str, object] | None] | None = None,
+    strict: Collection[str] = (),
 ) -> str:
     """Returns diagnostics as one text that ends with a line break; "" if there are none.
 
@@ -55,11 +56,11 @@ def render(
         files: checked files, for `junit`.
         corrections: corrected findings, for `json`; None: no correction was requested.
         simulated: what was simulated of each file, for `json`; None: the command does not simulate.
+        strict: checked files whose warnings count as errors, for `junit`.
     """
     made = None if corrections is None else tuple(corrections)
-    return renderer(format_name)(
-        diagnostics, Style(color=color, root=root, files=tuple(files), corrections=made, simulated=simulated)
-    )
+    style = Style(color, root, files=tuple(files), corrections=made, simulated=simulated, strict=frozenset(strict))
+    return renderer(format_name)(diagnostics, style)
 
 
 __all__ = ["FORMATS", "Renderer", "Style", "render", "renderer", "wants_color"]

@@ -26,28 +26,32 @@ _NOT_XML = re.compile("[\ufffe\uffff]")
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     """Returns one test case per file that was checked or has a finding; file names are relative to `style.root`.
 
-    A file with errors or warnings is a failure that lists them; notes are its output.
+    A file with errors is a failure that lists them, as is a strict one with warnings; other findings are its output.
     """
     by_file: dict[str, list[Diagnostic]] = {file: [] for file in style.files}
     for diagnostic in diagnostics:
         by_file.setdefault(checked_file(diagnostic, style.files), []).append(diagnostic)
     missing = unchecked(diagnostics, style)
     lines = {file: unchecked_text({file: stages}) for file, stages in missing.items()}
-    cases = [_case(relative_file(file, style.root)[0], found, lines.get(file)) for file, found in by_file.items()]
+    cases = [
+        _case(relative_file(file, style.root)[0], found, lines.get(file), is_strict=file in style.strict)
+        for file, found in by_file.items()
+    ]
     counts = f'tests="{len(cases)}" failures="{sum("<failure" in case for case in cases)}" errors="0"'
     suite = f'  <testsuite name="scenecc" {counts}>\n{"".join(cases)}  </testsuite>\n'
     return f'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n{suite}</testsuites>\n'
 
 
-def _case(file: str, found: list[Diagnostic], unchecked: str | None) -> str:
-    faults = [one for one in found if one.severity != "note"]
+def _case(file: str, found: list[Diagnostic], unchecked: str | None, *, is_strict: bool) -> str:
+    failing = ("error", "warning") if is_strict else ("error",)
+    faults = [one for one in found if one.severity in failing]
     parts = ""
     if faults:
         kind = "error" if any(one.severity == "error" for one in faults) else "warning"
         count = f"{len(faults)} finding{'' if len(faults) == 1 else 's'}"
         text = _text(map(_line, faults))
         parts += f"      <failure message={_attribute(count)} type={_attribute(kind)}>{text}</failure>\n"
-    notes = [_line(one) for one in found if one.severity == "note"]
+    notes = [_line(one) for one in found if one.severity not in failing]
     if notes := [*notes, *([unchecked] if unchecked else [])]:
         parts += f"      <system-out>{_text(notes)}</system-out>\n"
     head = f'    <testcase classname="scenecc" name={_attribute(file)}'

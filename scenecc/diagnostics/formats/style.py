@@ -28,6 +28,7 @@ class Style:
         files: checked files, with or without findings; only `junit` names them.
         corrections: corrected findings; only `json` lists them. None: no correction was requested.
         simulated: scenes, seeds and seconds simulated of each file; only `json` lists them. None: as for `render`.
+        strict: checked files whose warnings count as errors; only `junit` tells them apart.
     """
 
     color: bool = False
@@ -36,6 +37,7 @@ class Style:
     files: tuple[str, ...] = ()
     corrections: tuple[Diagnostic, ...] | None = None
     simulated: Mapping[str, Mapping[str, object] | None] | None = None
+    strict: frozenset[str] = frozenset()
 
 
 def unchecked(diagnostics: Sequence[Diagnostic], style: Style) -> dict[str, list[str]]:

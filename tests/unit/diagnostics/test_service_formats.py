@@ -60,7 +60,7 @@ def test_a_gitlab_issue_stays_the_same_when_lines_above_it_change() -> None:
 
 def test_junit_has_one_case_per_file() -> None:
     note = Diagnostic("SC222", "note", "empty <repeat> & \x1b]0;x\ufffe", Location("n.yaml", 1))
-    text = render([FOUND, note], "junit", files=["good.yaml", "a/s.yaml", "n.yaml"])
+    text = render([FOUND, note], "junit", files=["good.yaml", "a/s.yaml", "n.yaml"], strict=["a/s.yaml"])
     (suite,) = ET.fromstring(text)
     assert suite.attrib == {"name": "scenecc", "tests": "3", "failures": "1", "errors": "0"}
     good, bad, noted = suite
@@ -70,4 +70,5 @@ def test_junit_has_one_case_per_file() -> None:
     assert "a/s.yaml:7:3: warning SC526: 90 radians" in (failure.text or "")
     assert [part.tag for part in noted] == ["system-out"]
     placed = replace(FOUND, related=(Related("the place in the prefab", Location("scenecc:cube", 12, 3)),))
-    assert "; note: scenecc:cube:12:3: the place in the prefab</failure>" in render([placed], "junit")
+    assert "; note: scenecc:cube:12:3: the place in the prefab</system-out>" in render([placed], "junit")
+    assert 'failures="0"' in render([placed], "junit", files=["a/s.yaml"])

@@ -47,12 +47,29 @@ def test_edits_keep_all_other_text(before: tuple[str, ...], after: tuple[str, ..
 def test_line_breaks_and_wide_characters_count() -> None:
     text = scene("  a:  # 😀", f"    {BOX}", '    x-note: "😀"', "    color: red # 😀").replace("\n", "\r\n")
     assert first_edit(text) == text.replace("red #", '"#ff0000" #')
+    text = scene("  a:", f"    {BOX}", "    num_envs: 4").replace("\n", "\r\n")
+    assert first_edit(text) == text.replace("    num_envs: 4\r\n", "").replace("entities", "num_scenes: 4\r\nentities")
 
 
 def test_an_alias_is_not_edited_where_it_is_used() -> None:
     text = scene(f"  a: {{{BOX}, x-m: &m 0, mass: *m}}")
     found = next(one for one in validate(io.StringIO(text)) if one.code == "SC104")
     assert all("mass: *m" in edit.applied(text) or "mass" not in edit.applied(text) for edit in hint_edits(text, found))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "  a: &a {b: *a, mass: 1kg}",
+        f"  a: &a {{mass: 1kg, {BOX}}}\n  b: {{<<: *a}}",
+        "  a: {shapes: [&b {type: sphere, r: 1}, *b]}",
+        "  a: {shapes: [{<<: &c {type: sphere}, r: 1}]}",
+    ],
+)
+def test_edits_of_shared_nodes_end(line: str) -> None:
+    text = scene(line)
+    for found in validate(io.StringIO(text)):
+        assert len(hint_edits(text, found)) < 20
 
 
 @pytest.mark.parametrize(
