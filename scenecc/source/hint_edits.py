@@ -279,12 +279,11 @@ class _Editor:
     def _indented(self) -> Iterator[HintEdit]:
         """Indents the lines below the finding that belong to it, or only the first of them; with its own or without."""
         assert self._found.line is not None
-<<<<<<< HEAD
         column, own = (self._found.column or 1) - 1, self._hint.startswith("indent it and")
         starts: list[int] = []
         cuts: list[int] = []
         least = None
-        for start, end in pairwise([*self._lines[self._found.line :], len(self._text)]):
+        for start, end in pairwise([*self._writer.lines[self._found.line :], len(self._text)]):
             text = self._text[start:end]
             indent = len(text) - len(text.lstrip(" "))
             if text.strip() and indent < column + own:
@@ -293,19 +292,11 @@ class _Editor:
                 least = indent if least is None else min(least, indent)
                 cuts += [len(starts)] * (indent == least and bool(starts))
                 starts.append(start)
-        mark = [self._lines[self._found.line - 1]] * own
+        mark = [self._writer.lines[self._found.line - 1]] * own
         if starts or own:
             for count in [len(starts), *reversed(cuts)][:_FEWER]:
                 splices = tuple(Splice(at, at, "  ") for at in [*mark, *starts[:count]])
                 yield HintEdit("Indent the lines below it", splices)
-=======
-        column = (self._found.column or 1) - 1
-        below = self._writer.lines[self._found.line :]
-        inside = takewhile(lambda at: not self._text[at : at + column].strip(), below)
-        starts = [at for at in inside if self._text[at : at + column + 1].strip()]
-        for count in range(len(starts), max(len(starts) - _FEWER, 0), -1):
-            yield HintEdit("Indent the lines below it", tuple(Splice(at, at, "  ") for at in starts[:count]))
->>>>>>> 977af14ec0fd134ad1944edef3fd07aef0f5124f
 
     def _renamed(self, old: str | None, new: str) -> Iterator[HintEdit]:
         """Renames the nearest key, alone or with the entry of the finding removed."""
