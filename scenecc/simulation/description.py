@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import repeat
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 from typing_extensions import Unpack
@@ -207,7 +207,7 @@ class _Describer:
             found["base"] = "fixed" if structure.fix_root_link else "free"
             found["gripper"] = grip = gripper_of(one)
             if grip or max(map(_joints_above, one.bodies, repeat(one.bodies))) >= _ROBOT_JOINTS:
-                found |= {"kind": "robot", "reach_m": reach_of(one, grip and grip["link"])}
+                found |= {"kind": "robot", "reach_m": reach_of(one, grip["link"] if grip else None)}
         return found
 
     def _place(self, entity: Entity) -> dict[str, Any]:
@@ -218,9 +218,9 @@ class _Describer:
         *_, top = chain_of(origin)
         where = self._sink.locate(top, "key")
         node: Any = self._done.document.data if self._done.document is not None else {}
-        for step in top.path[:2]:
-            node = node.get(step, {}) if isinstance(node, dict) else {}
-        prefab = node.get("use") if isinstance(node, dict) else None
+        for step in (*top.path[:2], "use"):
+            node = cast("dict[Any, Any]", node).get(step) if isinstance(node, dict) else None
+        prefab = node
         return {"file": where.file, "line": where.line, "prefab": prefab if isinstance(prefab, str) else None}
 
     def _color(self, structure: Any, row: int) -> str | None:

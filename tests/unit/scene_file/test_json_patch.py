@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import pytest
@@ -158,8 +159,12 @@ def test_anchors_stay_and_merged_keys_are_overridden() -> None:
 @pytest.mark.parametrize(
     ("made", "said", "hint"),
     [
-        (op("replace", "/entities/a/mass", value=1), "it is in `&base`, which other places use", "replace the values"),
-        (op("remove", "/entities/a"), "it is in `&base`", "replace the values"),
+        (
+            op("replace", "/entities/a/mass", value=1),
+            "it is in `&base`, which other places use",
+            "first replace the values",
+        ),
+        (op("remove", "/entities/a"), "it is in `&base`", "first replace the values"),
         (op("remove", "/entities/b/mass"), "`mass` is not written there: it comes from a merge key", None),
         (op("replace", "/entities/bb/mass", value=1), "there is no key `bb` in /entities", "did you mean `b`?"),
         (op("replace", "/entities/b/masss", value=1), "no key `masss` in /entities/b; `add` adds a key", "`mass`"),
@@ -205,6 +210,5 @@ def test_a_wrong_operation_is_refused_with_its_number(made: Any, said: str, hint
     ],
 )
 def test_a_patch_that_is_not_json_is_refused(text: str, said: str) -> None:
-    with pytest.raises(PatchError, match=".") as found:
+    with pytest.raises(PatchError, match=re.escape(said)):
         parse_patch(text)
-    assert said in str(found.value)
