@@ -313,7 +313,7 @@ def _checked(
     anchor = TextEdits(text).anchor(path)
     if anchor is None:
         raise PatchError("it cannot be written in this place", path)
-    hint = f"first replace the values at `*{anchor}`, or edit the text"
+    hint = f"give the places with `*{anchor}` values of their own first, or edit the text"
     raise PatchError(f"it is in `&{anchor}`, which other places use: they would change or break", path, hint)
 
 
@@ -381,8 +381,8 @@ def equal(a: Any, b: Any) -> bool:
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):
         first, second = cast("Sequence[Any]", a), cast("Sequence[Any]", b)
         return len(first) == len(second) and all(map(equal, first, second))
-    if isinstance(a, bool) or isinstance(b, bool) or isinstance(a, str) or isinstance(b, str):
-        return type(a) is type(b) and a == b
+    if isinstance(a, bool) != isinstance(b, bool):
+        return False
     if isinstance(a, int | float) and isinstance(b, int | float):
         with np.errstate(over="ignore"):
             return a == b or (math.isnan(a) and math.isnan(b)) or (abs(a) < 3e38 and np.float32(a) == np.float32(b))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import repeat
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from typing_extensions import Unpack
@@ -168,6 +168,7 @@ class _Describer:
         return {
             "name": self._plan.name,
             "description": self._plan.description or "",
+            "file": self._done.document and self._done.document.name,
             "scene": self._scene.index,
             "num_scenes": self._plan.num_scenes,
             "seed": self._plan.seed,
@@ -212,16 +213,13 @@ class _Describer:
 
     def _place(self, entity: Entity) -> dict[str, Any]:
         """Returns where the entity is written, and the prefab that it comes from."""
-        origin = entity.origin and self._sink.trace(entity.origin)
-        if origin is None:
+        chain = list(chain_of(entity.origin and self._sink.trace(entity.origin)))
+        written = [number for number, one in enumerate(chain) if one.path[:1] == ("entities",)]
+        if not written:
             return {"file": None, "line": None, "prefab": None}
-        *_, top = chain_of(origin)
-        where = self._sink.locate(top, "key")
-        node: Any = self._done.document.data if self._done.document is not None else {}
-        for step in (*top.path[:2], "use"):
-            node = cast("dict[Any, Any]", node).get(step) if isinstance(node, dict) else None
-        prefab = node
-        return {"file": where.file, "line": where.line, "prefab": prefab if isinstance(prefab, str) else None}
+        # The outermost node of an entity; what is outside of it includes its file.
+        where = self._sink.locate(chain[written[-1]], "key")
+        return {"file": where.file, "line": where.line, "prefab": chain[written[-2]].file if written[1:] else None}
 
     def _color(self, structure: Any, row: int) -> str | None:
         """Returns the name of the first colour of a body; None if it has none."""

@@ -91,6 +91,8 @@ def find_neighbours(
         for component in system.get_rigid_dynamic_components():
             kinds = {type(shape).__name__ for shape in component.collision_shapes}
             component.kinematic = component.kinematic and any("Triangle" in kind for kind in kinds)
+            if not component.kinematic:
+                component.wake_up()  # pairs of sleeping bodies have no contact points
         for component in (
             *system.get_rigid_dynamic_components(),
             *system.get_rigid_static_components(),

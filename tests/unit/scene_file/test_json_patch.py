@@ -162,9 +162,9 @@ def test_anchors_stay_and_merged_keys_are_overridden() -> None:
         (
             op("replace", "/entities/a/mass", value=1),
             "it is in `&base`, which other places use",
-            "first replace the values",
+            "values of their own first",
         ),
-        (op("remove", "/entities/a"), "it is in `&base`", "first replace the values"),
+        (op("remove", "/entities/a"), "it is in `&base`", "values of their own first"),
         (op("remove", "/entities/b/mass"), "`mass` is not written there: it comes from a merge key", None),
         (op("replace", "/entities/bb/mass", value=1), "there is no key `bb` in /entities", "did you mean `b`?"),
         (op("replace", "/entities/b/masss", value=1), "no key `masss` in /entities/b; `add` adds a key", "`mass`"),
