@@ -101,9 +101,15 @@ def patch_text(text: str, operations: Sequence[Any], limits: Limits) -> str:
     Raises:
         PatchError: an operation is malformed or cannot be applied.
     """
+    try:
+        return _patched(text, operations, limits)
+    except RecursionError:
+        raise PatchError("a value of the file or of the patch is deeper than Python's stack allows") from None
+
+
+def _patched(text: str, operations: Sequence[Any], limits: Limits) -> str:
     parsed = [_parse(one, f"operation {number} of {len(operations)}") for number, one in enumerate(operations, 1)]
     data = _read(text, limits)
-    assert data is not None, "the caller has read it"
     for number, one in enumerate(parsed, 1):
         name = f"operation {number} of {len(parsed)} (`{one.op}` at {cut(pointer(one.path)) or 'the document'})"
         try:
@@ -114,10 +120,13 @@ def patch_text(text: str, operations: Sequence[Any], limits: Limits) -> str:
     return text
 
 
-def _read(text: str, limits: Limits) -> dict[str, Any] | None:
-    """Returns the data of a text, without shared parts; None if it is invalid."""
-    document = read_text(text, None, Sink(), limits)
-    return None if document is None else _unshared(document.data)
+def _read(text: str, limits: Limits) -> dict[str, Any]:
+    """Returns the data of a text, without shared parts. Raises EditError if it is invalid; the message says why."""
+    sink = Sink()
+    document = read_text(text, None, sink, limits)
+    if document is None:
+        raise EditError(f"the file could not be read again: {sink.diagnostics()[0].message}")
+    return _unshared(document.data)
 
 
 def _unshared(value: Any) -> Any:
@@ -296,23 +305,23 @@ def _checked(
     Raises:
         EditError: the place is written elsewhere, or the edit would also change another place.
     """
-    fault: EditError | None = None
+    fault = unread = None
     for edit in edits:
         made = TextEdits(text)
         try:
             edit(made)
         except EditError as error:
-            fault = error
+            fault = str(error)
             continue
-        found = _read(made.result(), limits)
-        if found is not None and equal(found, wanted):
-            return made.result(), wanted
         fault = None
-    if fault is not None:
-        raise PatchError(str(fault), path)
+        try:
+            if equal(_read(made.result(), limits), wanted):
+                return made.result(), wanted
+        except EditError as error:
+            unread = str(error)
     anchor = TextEdits(text).anchor(path)
-    if anchor is None:
-        raise PatchError("it cannot be written in this place", path)
+    if fault is not None or anchor is None:
+        raise PatchError(fault or unread or "it cannot be written in this place", path)
     hint = f"give the places with `*{anchor}` values of their own first, or edit the text"
     raise PatchError(f"it is in `&{anchor}`, which other places use: they would change or break", path, hint)
 

@@ -182,6 +182,8 @@ def test_anchors_stay_and_merged_keys_are_overridden() -> None:
         (op("add", "/x", value={1: 2}), "a key that is not a string", None),
         (op("add", "/x", value="\ud800"), "half of a character", None),
         (op("add", "/x", value={1, 2}), "set, which is not JSON", None),
+        (op("add", "/x", value=10**200), "could not be read again: the number", None),
+        (op("add", "/x", value=json.loads("[" * 110 + "]" * 110)), "could not be read again: more than 100 nested", None),
         (op("add", "x", value=1), "`path` x must begin with a slash", "write `/x`"),
         (op("add", "/~2", value=1), "`~` must be written as `~0`", None),
         (op("ad", "/x", value=1), "has the unknown `op` ad", "did you mean `add`?"),
@@ -197,6 +199,14 @@ def test_a_wrong_operation_is_refused_with_its_number(made: Any, said: str, hint
         patched(op("test", "/entities/b/pose/0", value=1.0), made, text=ANCHORS)
     assert said in str(found.value)
     assert (hint or "") in (found.value.hint or "")
+
+
+def test_values_deeper_than_the_stack_are_refused() -> None:
+    value: Any = 1
+    for _ in range(5000):
+        value = [value]
+    with pytest.raises(PatchError, match="deeper than Python's stack"):
+        patched(op("add", "/x", value=value))
 
 
 @pytest.mark.parametrize(
