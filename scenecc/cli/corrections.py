@@ -14,7 +14,6 @@ from scenecc.diagnostics.diagnostic import Fix
 from scenecc.diagnostics.fixing import is_better
 from scenecc.diagnostics.messages import cut
 from scenecc.files import open_regular
-from scenecc.source.edits import text_diff
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -36,6 +35,8 @@ class Corrected:
 
     def diff(self) -> str:
         """Returns the change in the format of `diff -u`."""
+        from scenecc.source.edits import text_diff
+
         return text_diff(self.before, self.after, self.file)
 
     def write(self) -> Diagnostic | None:
