@@ -50,3 +50,10 @@ def test_a_page_may_link_elsewhere_and_load_what_is_its_own() -> None:
     unused: Any = None
     own = '<a href="https://sapien.ucsd.edu">x</a><script src="../assets/x.js"></script>'
     assert on_post_page(own, page=page("a.md"), config=unused) == own
+
+
+def test_a_pages_markdown_is_written_beside_it(tmp_path: Any) -> None:
+    own: Any = SimpleNamespace(file=SimpleNamespace(src_uri="how-to/a.md"), markdown="# A\n")
+    config: Any = SimpleNamespace(site_dir=str(tmp_path))
+    assert on_post_page("<p>", page=own, config=config) == "<p>"
+    assert (tmp_path / "how-to/a.md").read_text() == "# A\n"
