@@ -84,7 +84,7 @@ ROTATIONS = "q quat quaternion wxyz xyzw orientation rotation rot base_orientati
 KEY_SYNONYMS = _meanings(
     {
         "file": "filename path src uri mesh_file mesh",
-        "p pose origin com": f"{PLACES} initial_pose",
+        "pose origin com": f"{PLACES} initial_pose",
         "com": "center_of_mass cog center_of_gravity com_offset",
         "look_at": "target lookat",
         "entities": "actors objects bodies robots articulations models worldbody world scene",
@@ -165,6 +165,7 @@ BRIGHTNESS = frozenset(("intensity", "power", "energy", "brightness"))
 """Words for the brightness of a light, which its colour sets."""
 
 MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
+    ("PoseMapping", f"{PLACES} initial_pose eye", "write `p: @`"),
     ("RigidBodyKeys", "type", "write `body_type: static`, or a shape: `shapes: [{type: box, …}]`"),
     ("ArticulationKeys PartKeys", "type", "remove it: `urdf`, `mjcf` or `root` make it an articulation"),
     ("RigidBodyKeys",
