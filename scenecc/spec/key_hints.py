@@ -397,8 +397,10 @@ MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("ConstraintKeys JointKeys TreeJoint", "limit lower upper lower_limit upper_limit min max", _limits),
     (
         "RigidBodyKeys",
-        "type static immovable is_static fixed fix freeze frozen locked fix_root_link fix_base fixed_base kinematic "
-        "is_kinematic dynamic is_dynamic movable",
+        (
+            "type static immovable is_static fixed fix freeze frozen locked fix_root_link fix_base fixed_base "
+            "kinematic is_kinematic dynamic is_dynamic movable"
+        ),
         _body_type,
     ),
     ("RigidBodyKeys", f"{_SHAPE_WORDS} geometry geom geoms collider", _shape_of_body),
