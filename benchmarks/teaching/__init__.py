@@ -1,1 +1,1 @@
-"""How well the compiler teaches: seeded faults in shipped scenes, and what it says of each. Run `python -m benchmarks.teaching`."""
+"""How well the compiler teaches: seeded faults in shipped scenes, and what it says of each."""

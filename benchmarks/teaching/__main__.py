@@ -1,4 +1,4 @@
-"""The command: `python -m benchmarks.teaching [--seed N]… [--faults N] [--class CLASS]… [--show missed|line|hint|all]`."""
+"""The command `python -m benchmarks.teaching`: see `docs/reference/errors.md`."""
 
 from __future__ import annotations
 
@@ -75,6 +75,7 @@ def figures(verdicts: list[Verdict], pairs: list[Pair]) -> dict[str, dict[str, f
         made[kind] = {
             "faults": len(of_kind),
             "found": len(found) / len(of_kind),
+            "legal": sum(one.is_legal for one in of_kind) / len(of_kind),
             "by_check": outcomes["check"] / len(of_kind),
             "right_line": sum(one.is_right_line for one in found) / max(len(found), 1),
             "mended": sum(one.mended for one in early) / max(len(early), 1),
@@ -94,8 +95,8 @@ def figures(verdicts: list[Verdict], pairs: list[Pair]) -> dict[str, dict[str, f
 def table(verdicts: dict[int, list[Verdict]], pairs: dict[int, list[Pair]]) -> list[str]:
     """Returns Markdown tables with the figures of each seed."""
     every = {seed: figures(verdicts[seed], pairs[seed]) for seed in verdicts}
-    keys = ("found", "by_check", "right_line", "mended", "clean")
-    rows = [f"| class | {' | '.join(key.replace('_', ' ') for key in keys)} |", "| --- " * 6 + "|"]
+    keys = ("found", "legal", "by_check", "right_line", "mended", "clean")
+    rows = [f"| class | {' | '.join(key.replace('_', ' ') for key in keys)} |", "| --- " * 7 + "|"]
     masked = ["", "| two faults | one masks the other | without a word |", "| --- | --- | --- |"]
     for kind in next(iter(every.values())):
         of_kind = [every[seed][kind] for seed in every]

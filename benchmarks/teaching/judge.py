@@ -9,7 +9,7 @@ from functools import cache
 from itertools import combinations
 from pathlib import Path
 from random import Random
-from typing import Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from benchmarks.teaching.key_faults import KEY, NAME
 from benchmarks.teaching.scene_text import Edit, Fault, SceneText, applied, lines_of
@@ -21,10 +21,12 @@ from scenecc.diagnostics.formats.style import Style, unchecked
 from scenecc.errors import SceneError
 from scenecc.options import Options
 from scenecc.pipeline import compile_source
-from scenecc.plan import ScenePlan
 from scenecc.plan.diff import diff_plans
 from scenecc.source import Document, make_limits, read_text
 from tests.plugins.pasting import pasted
+
+if TYPE_CHECKING:
+    from scenecc.plan import ScenePlan
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 
@@ -61,6 +63,7 @@ class Verdict(NamedTuple):
 
     Attributes:
         outcome: what reports it first.
+        is_legal: whether `validate` reports nothing: the scene is another one, which the language allows.
         told: the first finding that names it.
         is_right_line: whether a finding that names it is on its line.
         mended: whether its hints, applied as they are, give the plan of the shipped scene.
@@ -69,6 +72,7 @@ class Verdict(NamedTuple):
 
     case: Case
     outcome: Outcome
+    is_legal: bool
     told: Diagnostic | None
     is_right_line: bool
     mended: bool
@@ -184,12 +188,20 @@ def judge(case: Case, *, simulate: bool = True) -> Verdict:
         told = _naming(case.fault, told)
         outcome = "check"
     if not told:
-        return Verdict(case, "missed", next(iter(found), None), False, False, False)
+        return Verdict(
+            case, "missed", not found, next(iter(found), None), is_right_line=False, mended=False, clean=False
+        )
     lines = lines_of(case.scene.text, case.fault, case.fault.edits)
     result = pasted(case.text, lambda text: _as_errors(findings(text, case.scene))) if found else None
-    mended = result is not None and is_equal(result, case.scene)
-    is_right = any(one.line in lines for one in told)
-    return Verdict(case, outcome, told[0], is_right, mended, result is not None)
+    return Verdict(
+        case,
+        outcome,
+        not found,
+        told[0],
+        is_right_line=any(one.line in lines for one in told),
+        mended=result is not None and is_equal(result, case.scene),
+        clean=result is not None,
+    )
 
 
 def _naming(fault: Fault, found: list[Diagnostic]) -> list[Diagnostic]:

@@ -5,20 +5,22 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import PurePath
-from random import Random
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import yaml
 
-from benchmarks.teaching.scene_text import NAMED, Edit, Entry, Fault, SceneText, numbers
+from benchmarks.teaching.scene_text import Edit, Entry, Fault, SceneText, numbers
 from benchmarks.teaching.words import WORDS
+
+if TYPE_CHECKING:
+    from random import Random
 
 _KEY: Final = "SC1(0[1-57]|1[0156])|SC21[04]|SC224|SC24"
 _NAME: Final = "SC(20[12]|210|24|30[123]|3[235]|40[1-4]|410|453|10[1578]|25|56|330|9)"
 
 
 def typo(word: str, draw: Random) -> str:
-    """Returns a word with two letters exchanged, or one left out, doubled or replaced by its neighbour on the keyboard."""
+    """Returns a word with two letters exchanged, or one left out, doubled or hit beside its place on the keyboard."""
     letters = [at for at, letter in enumerate(word) if letter.isalpha()]
     at = draw.choice(letters)
     swapped = word[:at] + word[at + 1 : at + 2] + word[at] + word[at + 2 :]
@@ -36,14 +38,14 @@ def _renamed(entry: Entry, what: str, new: str, codes: str = _KEY) -> Fault:
 
 
 def misspelt_key(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys():
+    for entry in scene.entries_of():
         key = str(entry.path[-1])
         if len(key) > 2:
             yield _renamed(entry, f"misspelt `{key}`", typo(key, draw))
 
 
 def word_of_another_tool(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys(*WORDS):
+    for entry in scene.entries_of(*WORDS):
         key = str(entry.path[-1])
         word, _, factor = draw.choice(WORDS[key]).partition("*")
         fault = _renamed(entry, f"`{word}` for `{key}`", word)
@@ -58,14 +60,14 @@ def word_of_another_tool(scene: SceneText, draw: Random) -> Iterator[Fault]:
 
 
 def camel_case(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys():
+    for entry in scene.entries_of():
         key = str(entry.path[-1])
         if "_" in key:
             yield _renamed(entry, f"camelCase of `{key}`", re.sub(r"_(\w)", lambda found: found[1].upper(), key))
 
 
 def wrong_number(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys():
+    for entry in scene.entries_of():
         key = str(entry.path[-1])
         if key.endswith("ies"):
             yield _renamed(entry, f"singular of `{key}`", f"{key[:-3]}y")
@@ -78,7 +80,7 @@ def wrong_number(scene: SceneText, draw: Random) -> Iterator[Fault]:
 def level_up(scene: SceneText, draw: Random) -> Iterator[Fault]:
     """An entry beside the mapping that should have it."""
     starts = {one.path: one for one in scene.entries}
-    for entry in scene.keys():
+    for entry in scene.entries_of():
         above = starts.get(entry.path[:-1])
         if above is None or not above.is_key or not scene.begins_line(above) or not scene.is_one_line(entry):
             continue
@@ -103,7 +105,7 @@ def level_up(scene: SceneText, draw: Random) -> Iterator[Fault]:
 def level_down(scene: SceneText, draw: Random) -> Iterator[Fault]:
     """An entry of a body in its first shape."""
     starts = {one.path: one for one in scene.entries}
-    for entry in scene.keys("mass", "body_type", "linear_velocity", "gravity", "inertial", "place"):
+    for entry in scene.entries_of("mass", "body_type", "linear_velocity", "gravity", "inertial", "place"):
         shape = starts.get((*entry.path[:-1], "shapes", 0))
         if shape is None or not isinstance(shape.value, yaml.MappingNode) or not shape.value.flow_style:
             continue
@@ -210,7 +212,7 @@ def misspelt_file(scene: SceneText, draw: Random) -> Iterator[Fault]:
 
 
 def misspelt_prefab(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys("use"):
+    for entry in scene.entries_of("use"):
         if isinstance(entry.value, yaml.ScalarNode) and entry.value.value.startswith("scenecc:"):
             name = entry.value.value.removeprefix("scenecc:")
             made = draw.choice([f"scenecc:{typo(name, draw)}", name, f"scenecc/{name}", f"{name}.yaml"])
@@ -264,4 +266,3 @@ NAME: Final = (
     misspelt_name,
     name_with_a_blank,
 )
-assert NAMED

@@ -118,7 +118,7 @@ class SceneText:
         assert document is not None
         return document.data
 
-    def keys(self, *names: str) -> list[Entry]:
+    def entries_of(self, *names: str) -> list[Entry]:
         """Returns the entries with one of some keys of the language; without names, all."""
         return [one for one in self.entries if one.is_key and (not names or one.path[-1] in names)]
 

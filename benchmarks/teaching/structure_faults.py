@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from random import Random
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import yaml
 
 from benchmarks.teaching.scene_text import Edit, Entry, Fault, SceneText
+
+if TYPE_CHECKING:
+    from random import Random
 
 _ANY: Final = "SC00|SC01|SC1|SC2|SC3|SC5"
 
@@ -121,7 +123,7 @@ def quote(scene: SceneText, draw: Random) -> Iterator[Fault]:
 
 
 def empty_value(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys():
+    for entry in scene.entries_of():
         if scene.is_one_line(entry) and scene.begins_line(entry):
             edit = Edit(entry.value.start_mark.index, entry.value.end_mark.index, "")
             yield Fault("value left out", (edit,), (entry.start,), _ANY)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
-from random import Random
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import yaml
 
 from benchmarks.teaching.scene_text import Edit, Entry, Fault, SceneText, numbers
+
+if TYPE_CHECKING:
+    from random import Random
 
 _UNIT: Final = "SC10[3468]|SC11[29]|SC5(1[2378]|2[036]|3\\d|4[01]|67)|SC8[56]|SC820|SC355|SC354"
 _NUMBER: Final = (
@@ -66,7 +68,7 @@ _UNITS: Final[tuple[tuple[str, tuple[str, ...], Callable[[float], float], str], 
 
 def wrong_unit(unit: int, scene: SceneText, draw: Random) -> Iterator[Fault]:
     what, keys, change, key = _UNITS[unit]
-    for entry in scene.keys(*keys):
+    for entry in scene.entries_of(*keys):
         value = scene.at_path(entry.path)
         found = numbers(value)
         if not any(found) or (what == "degrees" and not _is_angle(entry, found)):
@@ -140,7 +142,7 @@ def not_a_number(scene: SceneText, draw: Random) -> Iterator[Fault]:
 
 def negative(scene: SceneText, draw: Random) -> Iterator[Fault]:
     keys = (*_SIZES, "mass", "density", "timestep", "static_friction", "dynamic_friction", "stiffness", "damping")
-    for entry in scene.keys(*keys, "fovy", "fovy_deg", "width", "height", "count", "force_limit"):
+    for entry in scene.entries_of(*keys, "fovy", "fovy_deg", "width", "height", "count", "force_limit"):
         value = scene.at_path(entry.path)
         if found := numbers(value):
             at = draw.randrange(len(found))
@@ -155,7 +157,7 @@ def negative(scene: SceneText, draw: Random) -> Iterator[Fault]:
 
 
 def wrong_length(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys():
+    for entry in scene.entries_of():
         value = scene.at_path(entry.path)
         if isinstance(value, list) and entry.path[-1] not in {"repeat", "scene_idxs"} and len(numbers(value)) > 1:
             made = draw.choice([value[:-1], [*value, 0], value[0]])
@@ -165,7 +167,7 @@ def wrong_length(scene: SceneText, draw: Random) -> Iterator[Fault]:
 
 
 def quaternion(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys("rpy_deg", "q"):
+    for entry in scene.entries_of("rpy_deg", "q"):
         found = numbers(scene.at_path(entry.path))
         if len(found) == 3 and sum(map(bool, found)) == 1:
             at, half = next(index for index, one in enumerate(found) if one), math.radians(sum(found)) / 2
@@ -190,7 +192,7 @@ def out_of_range(scene: SceneText, draw: Random) -> Iterator[Fault]:
         "width": 0,
     }
     beyond |= {"count": 2.5, "height": 64.5, "default": "-5", "timestep": 0, "transmission": 5, "scenecc": 2}
-    for entry in scene.keys(*beyond):
+    for entry in scene.entries_of(*beyond):
         if numbers(scene.at_path(entry.path)):
             yield _changed(
                 scene, entry, f"`{entry.path[-1]}` out of range", str(beyond[str(entry.path[-1])]), _NUMBER + "|SC100"
@@ -198,7 +200,7 @@ def out_of_range(scene: SceneText, draw: Random) -> Iterator[Fault]:
 
 
 def swapped_ends(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys("uniform", "limits", "limits_deg", "log_uniform", "integers"):
+    for entry in scene.entries_of("uniform", "limits", "limits_deg", "log_uniform", "integers"):
         value = scene.at_path(entry.path)
         if isinstance(value, list) and len(value) == 2 and value[0] != value[1] and "$" not in str(value):
             yield _changed(scene, entry, f"ends of `{entry.path[-1]}` swapped", show(value[::-1]), _NUMBER + "|SC560")
@@ -243,7 +245,7 @@ def massless(scene: SceneText, draw: Random) -> Iterator[Fault]:
 
 
 def frictions_swapped(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys("dynamic_friction"):
+    for entry in scene.entries_of("dynamic_friction"):
         static = scene.at_path(entry.path[:-1]).get("static_friction")
         if numbers(static):
             yield _changed(scene, entry, "dynamic friction above static", show(static * 2 + 0.1), _PHYSICS)
@@ -251,7 +253,7 @@ def frictions_swapped(scene: SceneText, draw: Random) -> Iterator[Fault]:
 
 def moved_into_another(scene: SceneText, draw: Random) -> Iterator[Fault]:
     """A body at the pose of another, under the ground or in the air."""
-    placed = [one for one in scene.keys("pose") if len(one.path) == 3 and one.path[0] == "entities"]
+    placed = [one for one in scene.entries_of("pose") if len(one.path) == 3 and one.path[0] == "entities"]
     poses = [one for one in placed if len(numbers(scene.at_path(one.path))) == 3]
     for entry in poses:
         here = scene.at_path(entry.path)
@@ -282,10 +284,10 @@ def copied_body(scene: SceneText, draw: Random) -> Iterator[Fault]:
 
 
 def concave(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys("type"):
+    for entry in scene.entries_of("type"):
         if scene.at_path(entry.path) in {"convex_mesh", "convex_parts"}:
             yield _changed(scene, entry, "concave triangles on a dynamic body", "triangle_mesh", _PHYSICS)
-    for entry in scene.keys("body_type"):
+    for entry in scene.entries_of("body_type"):
         if any(one.get("type") in {"plane", "heightfield"} for one in _shapes(scene, entry)):
             yield _changed(scene, entry, "a dynamic plane", "dynamic", _PHYSICS)
 
@@ -309,7 +311,7 @@ _IMPOSSIBLE: Final = {
 
 
 def impossible_value(scene: SceneText, draw: Random) -> Iterator[Fault]:
-    for entry in scene.keys(*_IMPOSSIBLE):
+    for entry in scene.entries_of(*_IMPOSSIBLE):
         if numbers(scene.at_path(entry.path)):
             key = str(entry.path[-1])
             yield _changed(scene, entry, f"`{key}: {_IMPOSSIBLE[key]}`", _IMPOSSIBLE[key], _PHYSICS)

@@ -1,4 +1,4 @@
-"""Keys of other tools for the keys of this one, from their manuals: MJCF, URDF, SDF, Drake, PyBullet, Isaac, Genesis."""
+"""Keys of MJCF, URDF, SDF, Drake, PyBullet, Isaac and Genesis, from their manuals, for the keys of this language."""
 
 from __future__ import annotations
 

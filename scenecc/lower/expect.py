@@ -17,7 +17,7 @@ from scenecc.variation.forms import Template
 from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterator, Mapping
+    from collections.abc import Container, Iterator, Mapping, Sequence
 
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.sampling import SamplingContext
@@ -158,7 +158,9 @@ class _PartLowerer:
             self._check_draw(draw, scenes, place)
         readings = [Reading(one, "draw", (full,)) for one, full in draws.items()]
         for written, (function, *arguments) in that.observations.items():
-            names = self._resolve_names(function, arguments, scenes, place, that.place(written))
+            span = that.place(written)
+            spans = [_part_span(written, one, span) for one in arguments]
+            names = self._resolve_names(function, arguments, scenes, place, spans)
             readings.append(Reading(written, function, names))  # pyright: ignore[reportArgumentType]
         return Condition(name, scenes, spec.after, that.within(None), spec.because, tuple(readings), origin)
 
@@ -170,12 +172,17 @@ class _PartLowerer:
             report_draw_failure(error, place, self._sampling)
 
     def _resolve_names(
-        self, function: str, arguments: list[str], scenes: tuple[int, ...], place: Origin, span: tuple[int, int]
+        self,
+        function: str,
+        arguments: list[str],
+        scenes: tuple[int, ...],
+        place: Origin,
+        spans: Sequence[tuple[int, int]],
     ) -> tuple[str, ...]:
-        """The full names of an observed quantity's objects. Reports unknown names. `span`: of the call."""
+        """The full names of an observed quantity's objects. Reports unknown names. `spans`: of the arguments."""
         bodies, joints = (arguments[:1], arguments[1:]) if function == "qpos" else (arguments, [])
-        full = tuple(self._body(body, place, scenes, span) or body for body in bodies)
-        for joint in joints:
+        full = tuple(self._body(body, place, scenes, span) or body for body, span in zip(bodies, spans, strict=False))
+        for joint, span in zip(joints, spans[len(bodies) :], strict=True):
             found = find_body(full[0], self._entities)
             if found is not None and not has_joint(found[0], joint):
                 known = [
@@ -210,3 +217,11 @@ class _PartLowerer:
 def _moves(structure: Any) -> bool:
     """Whether a simulation moves a body, or the root of an articulation."""
     return structure.body_type == "dynamic" if isinstance(structure, BodyStructure) else not structure.fix_root_link
+
+
+def _part_span(call: str, part: str, span: tuple[int, int]) -> tuple[int, int]:
+    """Returns the span of a quoted argument in a text, from the call and the call's own span."""
+    at = max(call.find(f"'{part}'"), call.find(f'"{part}"'))
+    if at < 0 or span[1] - span[0] != len(call):
+        return span
+    return span[0] + at + 1, span[0] + at + 1 + len(part)

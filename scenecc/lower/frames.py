@@ -183,9 +183,10 @@ class FrameGraph:
             local: seven numbers, or a node.
             variation: of the pose.
             fields: of the object.
-            origin: of the node that has the key `pose`.
+            origin: of the node that has the key `pose`, or of `place`.
         """
-        parent = self._known_parent(key, relative_to, origin)
+        pose = () if origin.path[-1:] == ("place",) else ("pose",)
+        parent = self._known_parent(key, relative_to, origin.child(*pose, "relative_to"))
         whole = VariationLowerer(fields, origin)
         whole.join(variation)
         world = local
@@ -386,13 +387,12 @@ class FrameGraph:
         if name in self._links:
             return self._links[name].entity
         written = self._relative_to(name)
-        return self._known_parent(name, written, self.origin(name))
+        return self._known_parent(name, written, self.origin(name).child("pose", "relative_to"))
 
-    def _known_parent(self, name: str, written: str | None, origin: Origin) -> str | None:
+    def _known_parent(self, name: str, written: str | None, place: Origin) -> str | None:
         parent = self._names.parent(name, written)
         if parent is None or parent in self._placed:
             return parent
-        place = origin.child("pose", "relative_to")
         whole = next((ahead for ahead in name_prefixes(parent) if ahead in self._placed), "")
         if whole in self.articulations:
             structures, _ = self.articulations[whole]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin, RelatedPlace
+    from scenecc.diagnostics.diagnostic import At, Origin, RelatedPlace
     from scenecc.plan import Entity
     from scenecc.spec.references import NameScopes
 
@@ -46,6 +46,7 @@ class MountLookup:
         place: Origin,
         *,
         span: tuple[int, int] | None = None,
+        at: At = "value",
     ) -> Mount | None:
         """Finds the body or link of a name; None after an error.
 
@@ -55,6 +56,7 @@ class MountLookup:
             scenes: in which it must exist.
             place: of the name.
             span: the part of the text at `place`; None: all of it.
+            at: whether the name is a key.
         """
         prefix = self._names.prefixes.get(scope, "")
         if written.startswith("/"):
@@ -69,7 +71,7 @@ class MountLookup:
                 name[len(prefix) :].split("/")[0] for name in self._entities if name.startswith(prefix)
             )
             hint = listed(inside) or suggest_name(written, here, self._sink, self._links_of(prefix, seen))
-            self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, hint=hint, span=span)
+            self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, at=at, hint=hint, span=span)
             return None
         mount = self._link(entity, rest, place, span)
         missing = None if entity.scene_idxs is scenes else set(scenes).difference(entity.scene_idxs)

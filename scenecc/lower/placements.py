@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import At
     from scenecc.geometry.rotation_arrays import Floats
     from scenecc.lower.entities import EntityLowerer
     from scenecc.lower.fields import FieldLowerer
@@ -158,9 +159,9 @@ class PlacementLowerer:
             add_placing(fields.sampling, made)
         return replace(made, tries=1) if is_one else made
 
-    def _mount(self, written: str, name: str, fields: FieldLowerer, place: Origin) -> Mount | None:
+    def _mount(self, written: str, name: str, fields: FieldLowerer, place: Origin, at: At = "value") -> Mount | None:
         scope = self._names.scopes.get(name, "")
-        found = self._mounts.find(written, scope, fields.scenes, place)
+        found = self._mounts.find(written, scope, fields.scenes, place, at=at)
         if found is not None and found.entity == self._names.full_name(written, scope):
             return Mount(found.entity)
         return found
@@ -192,7 +193,7 @@ class PlacementLowerer:
         found: list[Nearness] = []
         for other, (least, most) in place.near.items():
             where = origin.child("near", other)
-            mount = self._mount(other, name, fields, where)
+            mount = self._mount(other, name, fields, where, at="key")
             if least > most:
                 self._sink.report("SC107", f"the minimum distance {least:g} is above the maximum, {most:g}", where)
             if mount is not None and mount.link is not None:

@@ -251,7 +251,7 @@ def lower_quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | Non
         f"the quaternion's length is {math.hypot(*q):.6g}, not 1",
         owner.child(*at),
         fix=("value", str([float(x) for x in rotations.normalized(q)])) if off <= _FIXED_LENGTH else None,
-        hint=f"write `q: {_shown(rotations.normalized(q))}`, of length 1 (within 0.001), or use `rpy_deg`" if any(q) else None,
+        hint=f"write `q: {_shown(rotations.normalized(q))}`, of length 1, or use `rpy_deg`" if any(q) else None,
     )
     return None
 

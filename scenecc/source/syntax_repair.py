@@ -235,13 +235,13 @@ def _balance(window: _Window, line: int) -> Iterator[_Change]:
     tail = text[len(code) :]
     opened: list[tuple[int, str]] = []
     for found in _TOKENS.finditer(code):
-        at, token = found.start(), found[0]
-        if token in _PAIRS:
-            opened.append((at, token))
-        elif token in {"]", "}", ")"} and opened and token == _PAIRS[opened[-1][1]]:
+        at, mark = found.start(), found[0]
+        if mark in _PAIRS:
+            opened.append((at, mark))
+        elif mark in {"]", "}", ")"} and opened and mark == _PAIRS[opened[-1][1]]:
             opened.pop()
-        elif token in {"]", "}"} or (token == ")" and opened):
-            yield from _at_mismatch(code, tail, at, token, opened[-1] if opened else None)
+        elif mark in {"]", "}"} or (mark == ")" and opened):
+            yield from _at_mismatch(code, tail, at, mark, opened[-1] if opened else None)
             return
     if not opened:
         return
@@ -253,24 +253,24 @@ def _balance(window: _Window, line: int) -> Iterator[_Change]:
     yield _Change(message, code.rstrip().rstrip(",") + "".join(_PAIRS[one] for _, one in reversed(opened)) + tail)
 
 
-def _at_mismatch(code: str, tail: str, at: int, token: str, opened: tuple[int, str] | None) -> Iterator[_Change]:
+def _at_mismatch(code: str, tail: str, at: int, mark: str, opened: tuple[int, str] | None) -> Iterator[_Change]:
     """Changes at a closing bracket that closes nothing, or something else."""
     if opened is None:
-        opening = "[" if token == "]" else "{"
-        if token != ")":
-            message = f"this `{token}` closes nothing: `{opening}` is missing"
+        opening = "[" if mark == "]" else "{"
+        if mark != ")":
+            message = f"this `{mark}` closes nothing: `{opening}` is missing"
             if code[at - 1] in "]}":
-                yield _Change(f"this `{token}` closes nothing", code[:at] + code[at + 1 :] + tail)
+                yield _Change(f"this `{mark}` closes nothing", code[:at] + code[at + 1 :] + tail)
             for start in sorted(
                 {0, *(found.end() for found in re.finditer(r"(?:- |: |\{|, )", code[:at]))}, reverse=True
             ):
                 place = start or len(code) - len(code.lstrip())
                 yield _Change(message, code[:place] + opening + code[place:] + tail)
-        yield _Change(f"this `{token}` closes nothing", code[:at] + code[at + 1 :] + tail)
+        yield _Change(f"this `{mark}` closes nothing", code[:at] + code[at + 1 :] + tail)
         return
     start, bracket = opened
     missing = _PAIRS[bracket]
-    message = f"`{missing}` is missing: this `{token}` does not close `{bracket}`"
+    message = f"`{missing}` is missing: this `{mark}` does not close `{bracket}`"
     yield _Change(message, code[:at] + missing + code[at + 1 :] + tail)
     for found in re.finditer(r", (?=[A-Za-z_]\w*: )", code[start:at]):
         yield _Change(message, code[: start + found.start()] + missing + code[start + found.start() :] + tail)

@@ -84,7 +84,7 @@ ROTATIONS = "q quat quaternion wxyz xyzw orientation rotation rot base_orientati
 KEY_SYNONYMS = _meanings(
     {
         "file": "filename path src uri mesh_file mesh",
-        "p pose origin com": f"{PLACES} initial_pose",
+        "pose origin com": f"{PLACES} initial_pose",
         "com": "center_of_mass cog center_of_gravity com_offset",
         "look_at": "target lookat",
         "entities": "actors objects bodies robots articulations models worldbody world scene",
@@ -165,6 +165,9 @@ BRIGHTNESS = frozenset(("intensity", "power", "energy", "brightness"))
 """Words for the brightness of a light, which its colour sets."""
 
 MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
+    ("CameraSpec", "clip clipping near_far clip_range", "write `near: @first` and `far: @last` [m]"),
+    ("CameraSpec", "resolution res image_size img_size size", "write `width: @first` and `height: @last` [px]"),
+    ("PoseMapping", f"{PLACES} initial_pose eye", "write `p: @`"),
     ("RigidBodyKeys", "type", "write `body_type: static`, or a shape: `shapes: [{type: box, …}]`"),
     ("ArticulationKeys PartKeys", "type", "remove it: `urdf`, `mjcf` or `root` make it an articulation"),
     ("RigidBodyKeys",
@@ -281,9 +284,10 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("ConstraintKeys", "axis",
      "only `hinge` and `slider` have an axis; here it is x of both poses, which `rpy_deg: [0, -90, 0]` turns to z"),
 )  # fmt: skip
-"""Rows of models of `spec`, unknown keys and a hint. A row applies to a mapping of one of its models; the first row that
-applies is used. Not here is a key that the language has in a mapping beside, inside or around: its place is found. In a hint, `@` is the value of the unknown key, `[@]` a list of it, `@key`
-the key, `@here` its name here, and `@name` the name of the mapping that has it."""
+"""Rows of models of `spec`, unknown keys and a hint. A row applies to a mapping of one of its models; the first row
+that applies is used. A key that belongs in a mapping beside, inside or around needs no row: its place is found. In a hint,
+`@` is the value of the unknown key, `[@]` a list of it, `@first` and `@last` its ends, `@key` the key, `@here` its name
+here, and `@name` the name of the mapping that has it."""
 
 SHAPE_LIST_HINTS: dict[str, str] = {
     "mesh": "write `type: convex_mesh`, convex_parts or triangle_mesh: a `mesh` is only visible, under `visuals`",

@@ -17,6 +17,8 @@ from scenecc.spec.nodes import is_mapping, is_sequence
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from scenecc.diagnostics.diagnostic import Path
+
 _LONGEST: Final = 80
 """Maximum length of a value in a hint [characters]; `…` stands for a longer one."""
 
@@ -47,6 +49,12 @@ def _tokens(value: Any) -> Iterator[str]:
     else:
         is_plain = isinstance(value, str) and _PLAIN.fullmatch(value)
         yield value if is_plain else json.dumps(value, ensure_ascii=False)
+
+
+def entry_at(path: Path, value: Any) -> str:
+    """Returns what to write at a path: the entry of a mapping, or the item of a list."""
+    text = value if isinstance(value, str) else flow(value)
+    return f"`{path[-1]}: {text}`" if path and isinstance(path[-1], str) else f"`{text}`"
 
 
 def numbers(value: Any) -> list[float]:
@@ -113,12 +121,14 @@ def misplaced_hint(
     for places, words, make in MAKERS:
         if word in words.split() and not models.isdisjoint(places.split()) and (hint := make(unknown)):
             return hint
-    rows = (row for row in MISPLACED_KEYS if word in row[1].split())
+    ends = numbers(value)[:1] + numbers(value)[-1:]
+    rows = (row for row in MISPLACED_KEYS if word in row[1].split() and (ends or "@first" not in row[2]))
     hint = next((hint for places, _, hint in rows if not models.isdisjoint(places.split())), None)
     if hint is None:
         return None
     listed = flow(value) if is_sequence(value) else f"[{flow(value)}]"
     (here, *_) = KEY_SYNONYMS.get(word, (key,))
+    hint = hint.replace("@first", flow(ends[:1])[1:-1]).replace("@last", flow(ends[1:])[1:-1])
     hint = hint.replace("@name", flow(owner.get("name", name))).replace("@here", here)
     return hint.replace("@key", key).replace("[@]", listed).replace("@", flow(value))
 
@@ -347,11 +357,6 @@ def _look_at(key: _Key) -> str | None:
     return f"write it in the pose: `pose: {{p: {flow(eye)}, look_at: {flow(target)}}}`"
 
 
-def _clipping(key: _Key) -> str | None:
-    found = numbers(key.value)
-    return f"write `near: {flow(found[0])}` and `far: {flow(found[1])}` [m]" if len(found) == 2 else None
-
-
 def _entity(key: _Key) -> str | None:
     entry = f"{{{key.word}: {flow(key.value)}}}"
     return f"write it under `entities`: `entities: {entry}`" if is_mapping(key.value) else None
@@ -359,11 +364,6 @@ def _entity(key: _Key) -> str | None:
 
 def _positions(key: _Key) -> str | None:
     return None if len(numbers(key.value)) == 4 else f"write `qpos: {flow(key.value)}`"
-
-
-def _resolution(key: _Key) -> str | None:
-    found = numbers(key.value)
-    return f"write `width: {flow(found[0])}` and `height: {flow(found[-1])}` [px]" if len(found) in {1, 2} else None
 
 
 def _limits(key: _Key) -> str | None:
@@ -379,7 +379,6 @@ _HERTZ: Final = "sim_freq control_freq frequency fps hz"
 MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("ArticulationKeys PartKeys", "q", _positions),
     ("SceneFile", "robot table cube box arm object", _entity),
-    ("CameraSpec", "clip clipping near_far clip_range", _clipping),
     ("PoseMapping", f"{ROTATIONS} heading", _rotation_in_pose),
     ("PoseMapping", "x y z roll pitch yaw", _coordinates),
     ("ShapeKeys EntityKeys PartKeys CameraSpec LightKeys FrameSpec", ROTATIONS, partial(_pose, "pose")),
@@ -393,12 +392,13 @@ MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("SceneFile", _HERTZ, _frequency),
     ("LightKeys", " ".join(BRIGHTNESS), _brightness),
     ("CameraSpec", "look_at lookat eye target", _look_at),
-    ("CameraSpec", "resolution res image_size img_size size", _resolution),
     ("ConstraintKeys JointKeys TreeJoint", "limit lower upper lower_limit upper_limit min max", _limits),
     (
         "RigidBodyKeys",
-        "type static immovable is_static fixed fix freeze frozen locked fix_root_link fix_base fixed_base kinematic "
-        "is_kinematic dynamic is_dynamic movable",
+        (
+            "type static immovable is_static fixed fix freeze frozen locked fix_root_link fix_base fixed_base "
+            "kinematic is_kinematic dynamic is_dynamic movable"
+        ),
         _body_type,
     ),
     ("RigidBodyKeys", f"{_SHAPE_WORDS} geometry geom geoms collider", _shape_of_body),

@@ -33,7 +33,16 @@ from scenecc.spec.hints import (
     UNSUPPORTED_KEYS,
     VARIANTS_HINT,
 )
-from scenecc.spec.key_hints import flow, half_hint, misplaced_hint, numbers, shape_hint, snake_case, suggest_key
+from scenecc.spec.key_hints import (
+    entry_at,
+    flow,
+    half_hint,
+    misplaced_hint,
+    numbers,
+    shape_hint,
+    snake_case,
+    suggest_key,
+)
 from scenecc.spec.keys import place_at
 from scenecc.spec.nodes import (
     KEY,
@@ -55,7 +64,6 @@ from scenecc.spec.value_hints import (
     MAPPING_OF_NAMES,
     choice_hint,
     color_hint,
-    entry_at,
     kind_hint,
     length_hint,
     name_hint,

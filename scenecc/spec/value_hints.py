@@ -16,8 +16,9 @@ from scenecc.spec.hints import (
     SYNTAX_HINTS,
     VALUE_HINTS,
 )
-from scenecc.spec.key_hints import flow, gravity, numbers, synonym
+from scenecc.spec.key_hints import entry_at, flow, gravity, numbers, synonym
 from scenecc.spec.nodes import is_mapping, is_sequence
+from scenecc.spec.notations import BYTE, LONGEST_NAME, SI, color_of, unit_hint
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
@@ -37,10 +38,11 @@ def choice_hint(found: str, choices: Sequence[str], path: Path = ()) -> str | No
     if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
         return hint
     near = synonym(word, choices)
-    if near is None and word in _NEGATIVE_AXES and not _SHAPE_LISTS.isdisjoint(path[-3:-2]):
+    if near is None and word in {"-x", "-y", "-z"} and not _SHAPE_LISTS.isdisjoint(path[-3:-2]):
         return f"write `{word[1]}`; a `pose` turns the shape"
-    if near is None and "z" in choices and (hint := _NEGATIVE_AXES.get(word) or kind_hint("a list", (), found)):
-        return hint
+    vector = f"write `{_NORMALS[word]}`" if word[:1] == "-" and word in _NORMALS else kind_hint("a list", (), found)
+    if near is None and "z" in choices and vector:
+        return vector
     if near is None and "z" in choices and word in _TURNS:
         return f"write `{'r' if 'rx' in choices else ''}{_TURNS[word]}`"
     if near is None and "z" in choices and "rx" not in choices:
@@ -51,11 +53,6 @@ def choice_hint(found: str, choices: Sequence[str], path: Path = ()) -> str | No
 
 _SHAPE_LISTS: Final = frozenset(("shapes", "collisions", "visuals"))
 _TURNS: Final = {"up": "z", "vertical": "z", "yaw": "z", "roll": "x", "pitch": "y", "forward": "x"}
-_NEGATIVE_AXES: Final = {
-    "-x": "write `[-1, 0, 0]`",
-    "-y": "write `[0, -1, 0]`",
-    "-z": "write `[0, 0, -1]`",
-}
 
 
 def kind_hint(expected: str, path: Path, found: Any) -> str | None:
@@ -102,7 +99,7 @@ _PARTS: Final = {
 def _number_hint(expected: str, path: Path, found: float) -> str | None:
     """Returns a hint for a number in place of something else."""
     key, one = str(path[-1]), flow(found)
-    if key.endswith("color") and isinstance(found, int) and found > _BYTE:
+    if key.endswith("color") and isinstance(found, int) and found > BYTE:
         # Six digits are a colour without its `#`; YAML reads `0xff0000` as a number of more.
         digits = str(found) if len(str(found)) == _HEX_DIGITS else f"{found:06x}"
         return f'write `{key}: "#{digits}"`'
@@ -125,7 +122,6 @@ def _number_hint(expected: str, path: Path, found: float) -> str | None:
     return f"write its numbers in brackets: `{key}: [x, y, z]`" if is_list and key in _VECTORS else None
 
 
-_BYTE: Final = 255
 _HEX_DIGITS: Final = 6
 
 _VECTORS: Final = frozenset(("pose", "p", "com", "linear_velocity", "angular_velocity", "position", "direction"))
@@ -143,12 +139,6 @@ def _switch_hint(key: str, found: Any) -> str | None:
 
 _ON: Final = frozenset(("true", "yes", "on", "y", "1"))
 _OFF: Final = frozenset(("false", "no", "off", "n", "0"))
-
-
-def entry_at(path: Path, value: Any) -> str:
-    """Returns what to write at a path: the entry of a mapping, or the item of a list."""
-    text = value if isinstance(value, str) else flow(value)
-    return f"`{path[-1]}: {text}`" if path and isinstance(path[-1], str) else f"`{text}`"
 
 
 def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | None:  # noqa: PLR0911 - a case each
@@ -369,15 +359,11 @@ def name_hint(found: str) -> str:
     if variable := re.fullmatch(r"([\w.-]*)(?:\{(\w+)\}|\$(\w+))([\w.-]*)", found):
         before, one, other, after = variable.groups()
         return f'write `"{before}${{{one or other}}}{after}"`: '
-    plain = unicodedata.normalize("NFKD", found[:_LONGEST_NAME]).encode("ascii", "ignore").decode()
+    plain = unicodedata.normalize("NFKD", found[:LONGEST_NAME]).encode("ascii", "ignore").decode()
     name = re.sub(r"[^A-Za-z0-9_.-]+", "_", plain or "_").strip("_")
     name = re.sub(r"[.-]", "_", name) if name == found else name
     name = name if name[:1].isalpha() else f"_{name}"
     return f"write `{name}`: " if re.fullmatch(r"[A-Za-z_][\w.-]*", name) and len(name) > 1 else ""
-
-
-_LONGEST_NAME: Final = 60
-"""Longest text of which a name is made [characters]."""
 
 
 def color_hint(path: Path, found: Any) -> str:
@@ -390,86 +376,11 @@ def color_hint(path: Path, found: Any) -> str:
     return f"write {entry_at(path, quoted)}"
 
 
-_LEAST_BYTE: Final = 5
-"""A colour whose largest number is below this is not in bytes."""
-
-
-def color_of(found: Any) -> str | list[float] | None:  # noqa: PLR0911 - a case each
-    """Returns the colour here for one in another notation, or a CSS name; None if it is not known."""
-    from PIL import ImageColor
-
-    if isinstance(found, str) and len(found) <= _LONGEST_NAME:
-        word = found.strip().lower().replace(" ", "").replace("_", "")
-        if short := re.fullmatch(r"#?([0-9a-f])([0-9a-f])([0-9a-f])", word):
-            return "#" + "".join(2 * digit for digit in short.groups())
-        if whole := re.fullmatch(r"(?:#|0x)?((?:[0-9a-f]{2}){3,4})", word):
-            return f"#{whole[1]}"
-        if name := nearest(word, ImageColor.colormap, 0.75):
-            return "#" + bytes(ImageColor.getrgb(name)[:3]).hex()
-        listed = re.fullmatch(r"(?:rgba?)?[(\[]?([\d.,]+)[)\]]?", word)
-        found = listed[1].split(",") if listed else []
-    parts = numbers(found)
-    if len(parts) not in {3, 4} or min(parts) < 0 or max(parts) > _BYTE:
-        return None
-    if max(parts) <= 1:
-        return parts
-    if max(parts) < _LEAST_BYTE or any(one != int(one) for one in parts[:3]):
-        return None  # brighter than white, not bytes
-    alpha = [one if one > 1 else one * _BYTE for one in parts[3:]]
-    # Bytes are sRGB, as in a text; a list would be linear.
-    return "#" + "".join(f"{round(one):02x}" for one in (*parts[:3], *alpha))
-
-
 _MAX_LENGTH: Final = 200
 """Longest string that gets a hint [characters]."""
 
 _PLACED: Final = re.compile(r"(on|inside|next_to)\s+([\w./-]+)")
 _RANGE: Final = re.compile(r"range\((\d+)\)|(?:\d+ *\.\. *|0 *: *)(\d+)")
-
-_UNITS: Final = {
-    unit: float(factor)
-    for unit, factor in (
-        pair.split("=")
-        for pair in (
-            "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 tonnes=1e3 tons=1e3 lb=0.45359237 lbs=0.45359237 pound=0.45359237 "
-            "pounds=0.45359237 oz=0.0283495231 ounces=0.0283495231 kilograms=1 grams=1e-3 "
-            "m=1 km=1e3 dm=0.1 cm=1e-2 cms=1e-2 mm=1e-3 mms=1e-3 um=1e-6 µm=1e-6 meter=1 meters=1 metre=1 metres=1 "
-            "centimeters=1e-2 centimetres=1e-2 millimeters=1e-3 millimetres=1e-3 "
-            "in=0.0254 inch=0.0254 inches=0.0254 ft=0.3048 foot=0.3048 feet=0.3048 yd=0.9144 "
-            "km/h=0.277777777778 kph=0.277777777778 mph=0.44704 milliseconds=1e-3 minutes=60 "
-            "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 %=1e-2 "
-            "N=1 Nm=1 N*m=1 N·m=1 N/m=1 Nm/rad=1 N·m/rad=1 N*m/rad=1 "
-            "N*s/m=1 N·s/m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
-            "kg/m3=1 kg/m^3=1 kg/m³=1 g/cm3=1e3 g/cm^3=1e3 g/cm³=1e3 g/cc=1e3 kg/l=1e3 kg*m2=1 kg*m^2=1 kg·m²=1 "
-            f"rad=1 radians=1 rpm={pi / 30} "
-            + " ".join(f"{unit}={pi / 180}" for unit in ("deg", "degs", "degree", "degrees", "°", "deg/s", "°/s"))
-        ).split()
-    )
-}
-"""Unit after a number → factor to SI."""
-
-_SI: Final = "masses are in kg, lengths in m, times in s, angles in rad"
-
-_QUANTITY: Final = re.compile(
-    r"\s*([-+]?(?:\d{1,12}[.,]?\d{0,12}|\.\d{1,12})(?:[eE][-+]?\d{1,2})?)\s*([^\s\d.].{0,11}?)\s*"
-)
-
-
-def unit_hint(path: Path, text: str) -> str | None:
-    """Returns a hint for a number with a unit, or None."""
-    found = _QUANTITY.fullmatch(text)
-    if found is None:
-        return None
-    number, unit = float(found[1].replace(",", ".")), found[2]
-    if unit in {"Hz", "hz", "fps"} and number > 0:
-        return f"write {entry_at(path, 1 / number)}: a time step is one divided by the frequency [s]"
-    factor = _UNITS.get(unit, _UNITS.get(unit.lower()))
-    if factor is None:
-        return None
-    takes_degrees = any(str(key).endswith("_deg") for key in path)
-    if takes_degrees and unit[:1] in {"d", "r", "°"}:
-        return f"write {entry_at(path, number * factor * 180 / pi)}: this key is in degrees"
-    return f"write {entry_at(path, number * factor)}: {_SI}"
 
 
 def _commas(text: str) -> str:
@@ -515,7 +426,7 @@ _NUMERIC_SLIPS: Final[tuple[TextSlip, ...]] = (
     (r"([-+]?\d+)[eE](-\d+)", r"\1.0e\2", "write @, without quotes; PyYAML takes `1e-5` for text"),
     (r"([-+]?\d+)[eE]\+?(\d+)", r"\1.0e+\2", "write @, without quotes; PyYAML takes `1e5` for text"),
     (r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*", r"\1", "write @, without quotes"),
-    (r"([-+]?\d[\d.]{0,23}) ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}", r"\1", f"write only the number, @: {_SI}"),
+    (r"([-+]?\d[\d.]{0,23}) ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}", r"\1", f"write only the number, @: {SI}"),
     (r".*random.*", "", "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
     (r"(?i:None|null|nil|nan)", "", "remove the key to get its default"),
     (r"(?i:([-+]?)inf(?:inity)?)", r"\1.inf", "write @, without quotes"),

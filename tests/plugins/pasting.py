@@ -9,7 +9,7 @@ from scenecc.diagnostics import Diagnostic
 from scenecc.diagnostics.fixing import is_mended
 from scenecc.source.hint_edits import hint_edits, written_codes
 
-_TRIES: Final = 6
+_TRIES: Final = 12
 
 
 def pasted(text: str, validate: Callable[[str], list[Diagnostic]]) -> str | None:

@@ -85,7 +85,7 @@ def test_a_mistake_in_an_entity_is_told_once(entity: Any, code: str, path: str, 
     ("section", "written", "code", "key", "hint"),
     [
         ("cameras", {"look_at": [0, 0, 0]}, "SC101", "look_at", "`pose: {look_at: [0, 0, 0]}`"),
-        ("cameras", {"fovy": -1}, "SC104", "fovy", ""),
+        ("cameras", {"fovy": -1}, "SC104", "fovy", "write `fovy: 1`, without the minus"),
         ("lights", {"type": "spot", "color": [1, 1, 1], "outer_fov": 60}, "SC104", "outer_fov", "`outer_fov_deg: 60`"),
         (
             "constraints",

@@ -1,0 +1,93 @@
+"""Values in notations of other tools: numbers with units, colours as bytes, names and short texts."""
+
+from __future__ import annotations
+
+import re
+from math import pi
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.diagnostics.messages import nearest
+from scenecc.spec.key_hints import entry_at, numbers
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Path
+
+LONGEST_NAME: Final = 60
+"""Longest text of which a name is made [characters]."""
+
+BYTE: Final = 255
+
+_LEAST_BYTE: Final = 5
+"""A colour whose largest number is below this is not in bytes."""
+
+
+def color_of(found: Any) -> str | list[float] | None:  # noqa: PLR0911 - a case each
+    """Returns the colour here for one in another notation, or a CSS name; None if it is not known."""
+    from PIL import ImageColor
+
+    if isinstance(found, str) and len(found) <= LONGEST_NAME:
+        word = found.strip().lower().replace(" ", "").replace("_", "")
+        if short := re.fullmatch(r"#?([0-9a-f])([0-9a-f])([0-9a-f])", word):
+            return "#" + "".join(2 * digit for digit in short.groups())
+        if whole := re.fullmatch(r"(?:#|0x)?((?:[0-9a-f]{2}){3,4})", word):
+            return f"#{whole[1]}"
+        if name := nearest(word, ImageColor.colormap, 0.75):
+            return "#" + bytes(ImageColor.getrgb(name)[:3]).hex()
+        listed = re.fullmatch(r"(?:rgba?)?[(\[]?([\d.,]+)[)\]]?", word)
+        found = listed[1].split(",") if listed else []
+    parts = numbers(found)
+    if len(parts) not in {3, 4} or min(parts) < 0 or max(parts) > BYTE:
+        return None
+    if max(parts) <= 1:
+        return parts
+    if max(parts) < _LEAST_BYTE or any(one != int(one) for one in parts[:3]):
+        return None  # brighter than white, not bytes
+    alpha = [one if one > 1 else one * BYTE for one in parts[3:]]
+    # Bytes are sRGB, as in a text; a list would be linear.
+    return "#" + "".join(f"{round(one):02x}" for one in (*parts[:3], *alpha))
+
+
+_UNITS: Final = {
+    unit: float(factor)
+    for unit, factor in (
+        pair.split("=")
+        for pair in (
+            "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 tonnes=1e3 tons=1e3 lb=0.45359237 lbs=0.45359237 pound=0.45359237 "
+            "pounds=0.45359237 oz=0.0283495231 ounces=0.0283495231 kilograms=1 grams=1e-3 "
+            "m=1 km=1e3 dm=0.1 cm=1e-2 cms=1e-2 mm=1e-3 mms=1e-3 um=1e-6 µm=1e-6 meter=1 meters=1 metre=1 metres=1 "
+            "centimeters=1e-2 centimetres=1e-2 millimeters=1e-3 millimetres=1e-3 "
+            "in=0.0254 inch=0.0254 inches=0.0254 ft=0.3048 foot=0.3048 feet=0.3048 yd=0.9144 "
+            "km/h=0.277777777778 kph=0.277777777778 mph=0.44704 milliseconds=1e-3 minutes=60 "
+            "px=1 pixels=1 s=1 sec=1 seconds=1 ms=1e-3 us=1e-6 µs=1e-6 min=60 %=1e-2 "
+            "N=1 Nm=1 N*m=1 N·m=1 N/m=1 Nm/rad=1 N·m/rad=1 N*m/rad=1 "
+            "N*s/m=1 N·s/m=1 m/s=1 cm/s=1e-2 mm/s=1e-3 rad/s=1 m/s2=1 m/s^2=1 m/s²=1 "
+            "kg/m3=1 kg/m^3=1 kg/m³=1 g/cm3=1e3 g/cm^3=1e3 g/cm³=1e3 g/cc=1e3 kg/l=1e3 kg*m2=1 kg*m^2=1 kg·m²=1 "
+            f"rad=1 radians=1 rpm={pi / 30} "
+            + " ".join(f"{unit}={pi / 180}" for unit in ("deg", "degs", "degree", "degrees", "°", "deg/s", "°/s"))
+        ).split()
+    )
+}
+"""Unit after a number → factor to SI."""
+
+SI: Final = "masses are in kg, lengths in m, times in s, angles in rad"
+
+_QUANTITY: Final = re.compile(
+    r"\s*([-+]?(?:\d{1,12}[.,]?\d{0,12}|\.\d{1,12})(?:[eE][-+]?\d{1,2})?)\s*([^\s\d.].{0,11}?)\s*"
+)
+
+
+def unit_hint(path: Path, text: str) -> str | None:
+    """Returns a hint for a number with a unit, or None."""
+    found = _QUANTITY.fullmatch(text)
+    if found is None:
+        return None
+    number, unit = float(found[1].replace(",", ".")), found[2]
+    if unit in {"Hz", "hz", "fps"} and number > 0:
+        return f"write {entry_at(path, 1 / number)}: a time step is one divided by the frequency [s]"
+    factor = _UNITS.get(unit, _UNITS.get(unit.lower()))
+    if factor is None:
+        return None
+    takes_degrees = any(str(key).endswith("_deg") for key in path)
+    if takes_degrees and unit[:1] in {"d", "r", "°"}:
+        return f"write {entry_at(path, number * factor * 180 / pi)}: this key is in degrees"
+    return f"write {entry_at(path, number * factor)}: {SI}"
