@@ -12,6 +12,7 @@ from typing_extensions import Unpack
 from scenecc.coverage.factors import conditions, factors_of, named_sources
 from scenecc.coverage.filling import latin_quantiles, range_units, sobol_points
 from scenecc.coverage.pairs import PairTable, RowMaker, without_redundant
+from scenecc.coverage.scopes import scope_of
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.drawn_values import DrawnValues, plain_values
@@ -21,8 +22,8 @@ from scenecc.options import CompileOptions, Options, check_types, path_argument
 from scenecc.pipeline import as_plan, compile_source, read_input
 from scenecc.starts.file import StartRecord, StartsFile, starts_files
 from scenecc.starts.fingerprint import fingerprint
-from scenecc.variation.chosen import DrawRecord, chosen_units, key_text
-from scenecc.variation.nodes import NODE_FIELDS, Chosen, Computed, Drawn, Node, Shared
+from scenecc.variation.chosen import DrawFailure, DrawRecord, chosen_units, key_text
+from scenecc.variation.nodes import BUILTIN_NAMES, NODE_FIELDS, Chosen, Computed, Drawn, Node, Shared
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -43,6 +44,12 @@ _FILLINGS: Final = 3
 
 _TRIES: Final = 5
 """Rows made for a pair before it counts as not found."""
+
+_MOST_CONFLICTS: Final = 300
+"""Combinations that are learned one by one. Pairs of later ones are only tried."""
+
+_MOST_CHECKED: Final = 2000
+"""Most open pairs that are looked at one by one to find whether they have a row."""
 
 _RESTARTS: Final = 5
 """Covers of which the smallest is taken, if they are small."""
@@ -230,15 +237,15 @@ class Builder:
                 found[scene][number] = quantiles
         return found
 
-    def failed_scenes(self, record: DrawRecord, sink: Sink, num_scenes: int) -> dict[int, Node | None]:
-        """Returns the scenes that cannot be built, with the value that fails. Raises SceneError if none is named."""
-        found: dict[int, Node | None] = {}
-        for scenes, node in record.failures:
-            found |= {scene: node for scene in scenes if scene < num_scenes}
+    def failed_scenes(self, record: DrawRecord, sink: Sink, num_scenes: int) -> dict[int, DrawFailure]:
+        """Returns the scenes that cannot be built, each with a value that fails. Raises SceneError if none is named."""
+        found: dict[int, DrawFailure] = {}
+        for failure in record.failures:
+            found |= {scene: failure for scene in failure.scenes if scene < num_scenes}
         for one in sink.diagnostics():
             named = _NAMED_SCENE.search(one.message) if one.severity == "error" else None
             if named is not None and int(named[1]) < num_scenes:
-                found.setdefault(int(named[1]), None)
+                found.setdefault(int(named[1]), DrawFailure((int(named[1]),)))
         if not found:
             raise SceneError(sink.diagnostics())
         return found
@@ -257,7 +264,7 @@ class Builder:
                 continue
             if item.__class__ not in NODE_FIELDS:
                 continue
-            if isinstance(item, Computed) and "scene" in item.template.names:
+            if isinstance(item, Computed) and not BUILTIN_NAMES.isdisjoint(item.template.names):
                 return None
             names = [*item.draws_by_name.values()] if isinstance(item, Computed) else []
             names += [item.name] if isinstance(item, Shared) else []
@@ -383,9 +390,9 @@ class PairCover:
         if (
             self._table.open.any()
             and (found is None or found[1] is None)
-            and self._checked < len(self._maker.conflicts)
+            and self._checked < len(self._maker.conflicts) + len(self._maker.scopes)
         ):
-            self._checked = len(self._maker.conflicts)
+            self._checked = len(self._maker.conflicts) + len(self._maker.scopes)
             self._give_up_excluded(scene)
             found = self._maker.best(scene)
         if found is None:
@@ -408,7 +415,7 @@ class PairCover:
 
     def _give_up_excluded(self, scene: int) -> None:
         """Gives up the open pairs for which no row is possible, because of what failed before."""
-        for pair in [*self._table.open_pairs(), *self._open_levels()]:
+        for pair in [*self._open_levels(), *self._table.open_pairs()][:_MOST_CHECKED]:
             if not self._maker.is_possible(pair, scene, _TRIES):
                 self._close(pair, "excluded", self._maker.reason(pair))
 
@@ -433,13 +440,10 @@ class PairCover:
         """Replaces the rows that cannot be built, and learns which alternatives exclude each other."""
         failed = self._builder.failed_scenes(record, sink, len(self.rows))
         replaced: list[int] = []
-        for scene, node in failed.items():
-            read = self._builder.factors_read(node, record.draws)
-            row = self.rows[scene]
-            if read:
-                origin = getattr(node, "origin", None)
-                by = "" if origin is None else _line(origin, sink)
-                self._maker.add_conflict({f: row[f] for f in read if row[f] >= 0}, by)
+        for scene, failure in failed.items():
+            read = self._builder.factors_read(failure.node, record.draws)
+            if read and failure.node is not None and len(self._maker.conflicts) < _MOST_CONFLICTS:
+                self._learn(tuple(sorted(read)), failure, record.draws, self.rows[scene], sink)
                 replaced.append(scene)
                 continue
             self._attempts[scene] += 1
@@ -450,6 +454,20 @@ class PairCover:
             kept = [row for scene, row in enumerate(self.rows) if scene not in replaced]
             self._table.reopen(kept, [*self._given_up])
             self._renew(replaced)
+
+    def _learn(
+        self, read: tuple[int, ...], failure: DrawFailure, draws: Mapping[str, Node], row: Row, sink: Sink
+    ) -> None:
+        """Learns which alternatives of some factors exclude each other, all of them at once if possible."""
+        assert failure.node is not None
+        origin = getattr(failure.node, "origin", None)
+        by = "" if origin is None else _line(origin, sink)
+        if not any(scope.factors == read and scope.excludes({f: row[f] for f in read}) for scope in self._maker.scopes):
+            scope = scope_of(read, failure.node, failure.bounds, draws, self._factors, by)
+            if scope is not None and scope.excludes({f: row[f] for f in read}):
+                self._maker.scopes.append(scope)
+            else:
+                self._maker.add_conflict({f: row[f] for f in read if row[f] >= 0}, by)
 
     def _note_failure(self, scene: int) -> None:
         """Counts a row that failed for unknown reasons, for the pair that it was made for."""

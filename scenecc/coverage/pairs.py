@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.coverage.factors import Factor, Level, Needs
+    from scenecc.coverage.scopes import Scope
 
 Row = tuple[int, ...]
 """The alternative of each factor; -1: it is not drawn in this scene."""
@@ -131,6 +132,7 @@ class RowMaker:
 
     Attributes:
         conflicts: alternatives that cannot be built together, and where they are excluded.
+        scopes: conditions of which all combinations are known.
     """
 
     def __init__(self, table: PairTable, seed: int = 0) -> None:
@@ -138,6 +140,7 @@ class RowMaker:
         self._random = Random(seed)  # noqa: S311 - the same rows at every run
         self.conflicts: list[tuple[dict[int, int], str]] = []
         self._conflicts_of: dict[int, list[dict[int, int]]] = {}
+        self.scopes: list[Scope] = []
 
     def add_conflict(self, conflict: dict[int, int], by: str) -> None:
         """Excludes alternatives (factor → alternative) together. `by`: where they are excluded."""
@@ -171,6 +174,8 @@ class RowMaker:
     def is_possible(self, pair: Pair, scene: int, tries: int) -> bool:
         """Returns whether a row with a pair is found in this scene or a later one."""
         (f, a), (g, b) = pair
+        if any(one.excludes({f: a, g: b}) for one in self.scopes):
+            return False
         start = self._table.at[f] + a, self._table.at[g] + b
         needs = self._table.together(*start)
         period = min(lcm(*(one.count for one in self._table.factors if one.is_cycle)), _LONGEST)
@@ -180,7 +185,12 @@ class RowMaker:
     def reason(self, pair: Pair) -> str:
         """Returns where a pair is excluded; empty if several places exclude it together."""
         at = dict(pair)
-        return next((by for conflict, by in self.conflicts if conflict.items() <= at.items()), "")
+        scope = next((one.by for one in self.scopes if one.excludes(at)), None)
+        return (
+            scope
+            if scope is not None
+            else next((by for conflict, by in self.conflicts if conflict.items() <= at.items()), "")
+        )
 
     def _starts(self, scene: int, count: int) -> list[tuple[int, int]]:
         """Returns open pairs that can occur in a scene."""
@@ -190,7 +200,9 @@ class RowMaker:
         for number in order:
             v, w = map(int, pairs[number])
             needs = self._table.together(v, w)
-            if needs is not None and self._is_possible(needs, scene):
+            pair = dict(self._table.pair(v, w))
+            is_excluded = any(one.excludes(pair) for one in self.scopes)
+            if needs is not None and not is_excluded and self._is_possible(needs, scene):
                 found.append((v, w))
             if len(found) == count:
                 break
@@ -231,6 +243,9 @@ class RowMaker:
         gains = score[at : at + one.count].copy()
         allowed = wanted.get(factor)
         fixed = one.fixed(scene)
+        for scope in self.scopes:
+            if factor in scope.factors:
+                gains[~scope.allowed(factor, row)] = _EXCLUDED
         for a in range(one.count):
             excluded = (allowed is not None and a not in allowed) or (fixed is not None and a != fixed)
             if excluded or self._conflicts(factor, a, row):

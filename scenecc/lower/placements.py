@@ -23,6 +23,7 @@ from scenecc.plan import ArticulationStructure, Mount, Nearness, NextTo, Placeme
 from scenecc.plan.geometry import Plane
 from scenecc.spec.placing import TARGETS, TURNS
 from scenecc.spec.pose import ROTATIONS, PoseMapping
+from scenecc.variation.chosen import DrawFailure
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.nodes import NODES, FromAxisAngle, Posed, Radians
 from scenecc.variation.operations import COMPUTE_LIMIT_HINT, ComputeLimitError, DrawError
@@ -457,7 +458,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
         hint = hint or (region if placement.next_to is None else beside)
         sink.report("SC354", message, origin, hint=hint)
         if sampling.record is not None:
-            sampling.record.failures.append((tuple(error.scenes), None))
+            sampling.record.failures.append(DrawFailure(tuple(error.scenes)))
     except UnsupportedShapeError as error:
         sink.report("SC357", f"nothing can be placed beside {error}", origin)
     except AssetError as error:

@@ -6,6 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.variation.chosen import DrawFailure
 from scenecc.variation.nodes import Computed, Drawn, Node, Placed
 from scenecc.variation.operations import ComputeLimitError, DrawError
 
@@ -51,7 +52,7 @@ def report_draw_failure(error: DrawError, origin: Origin, sampling: SamplingCont
     """
     place, expression, sink = _place_of(error, origin), error.expression, sampling.sink
     if sampling.record is not None:
-        sampling.record.failures.append(((error.scene,), error.node))
+        sampling.record.failures.append(DrawFailure((error.scene,), error.node))
     if place in sampling.failed:
         return
     sampling.failed.add(place)
@@ -91,7 +92,7 @@ def check_rows(check: ValueCheck, sampling: SamplingContext) -> bool:
         sampling.sink.report("SC513", message, check.origin)
         if sampling.record is not None:
             failed = tuple(check.scenes[row] for row in outside) if len(data) > 1 else check.scenes
-            sampling.record.failures.append((failed, check.node))
+            sampling.record.failures.append(DrawFailure(failed, check.node, bounds))
     return not outside
 
 

@@ -127,7 +127,9 @@ def compare_starts(starts: KnownStarts, now: dict[str, Any], num_scenes: int, na
         sink.report("SC936", f"`{starts.name}` has starts of another scene (`{of}`)", starts.place, hint=hint)
     elif found:
         shown = "; ".join([*found[:_SHOWN], *(["…"] if len(found) > _SHOWN else [])])
-        hint = f"{'cover' if is_chosen else 'settle'} the scene again, or restore what changed" + (f"; {made_with}" if versions else "")
+        hint = f"{'cover' if is_chosen else 'settle'} the scene again, or restore what changed" + (
+            f"; {made_with}" if versions else ""
+        )
         sink.report("SC936", f"the scene is not the one of `{starts.name}`: {shown}", starts.place, hint=hint)
     elif starts.content.num_scenes != num_scenes:
         known = starts.content.num_scenes

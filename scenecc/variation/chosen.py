@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from scenecc.diagnostics.frozen import frozen
 
@@ -72,6 +72,14 @@ def key_text(section: str, name: str, path: str) -> str:
     return json.dumps([section, name, path], ensure_ascii=False)
 
 
+class DrawFailure(NamedTuple):
+    """A value that does not exist or is out of range in some scenes. `bounds`: its range, if it is out of it."""
+
+    scenes: tuple[int, ...]
+    node: Node | None = None
+    bounds: Any = None
+
+
 @dataclass(slots=True)
 class DrawRecord:
     """What lowering is given and records about draws.
@@ -79,16 +87,14 @@ class DrawRecord:
     Attributes:
         chosen: key as text → numbers that replace random ones.
         sources: what the file draws, by key and component.
-        failures: the scenes in which a value does not exist or is out of range, and its node.
+        failures: the scenes in which a value does not exist or is out of range, its node, and its range.
         draws: the shared draws.
         num_scenes: number of scenes.
     """
 
     chosen: Mapping[str, ChosenUnits] = field(default_factory=dict[str, ChosenUnits])
     sources: dict[tuple[str, int], DrawSource] = field(default_factory=dict[tuple[str, int], DrawSource])
-    failures: list[tuple[tuple[int, ...], Node | None]] = field(
-        default_factory=list["tuple[tuple[int, ...], Node | None]"]
-    )
+    failures: list[DrawFailure] = field(default_factory=list["DrawFailure"])
     draws: Mapping[str, Node] = field(default_factory=dict[str, "Node"])
     num_scenes: int = 0
 
