@@ -7,8 +7,9 @@ after another check.
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Iterator
-from itertools import takewhile
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scenecc.diagnostics.diagnostic import dotted
@@ -206,7 +207,7 @@ class _Editor:
             tabs = [Splice(at, at + 1, "  ") for at, one in enumerate(self._text) if one == "\t"]
             yield HintEdit("Write two spaces instead of each tab", tuple(tabs))
         if straight := re.match(r"indent it by (\d+) spaces|remove the blanks before it", self._hint):
-            line = self._lines[bisect_right(self._lines, self._start) - 1]
+            line = self._writer.lines[bisect_right(self._writer.lines, self._start) - 1]
             indented = Splice(line, self._start, " " * int(straight[1] or 0))
             yield HintEdit(straight[0].capitalize(), (indented,))
         if self._hint.startswith(("indent the lines below", "indent it and")):

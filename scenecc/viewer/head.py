@@ -65,7 +65,7 @@ setInterval(() => {
         changed = true;
       });
     if (path === "/selected" || path.startsWith("/overlap "))
-      /* boxes around bodies are seen through what is in front */
+      /* boxes around bodies are visible through what is in front */
       node?.traverse((line) => {
         if (!line.material?.depthTest) return;
         line.material.depthTest = false;
