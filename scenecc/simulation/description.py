@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import repeat
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -27,7 +26,6 @@ from scenecc.plan.rendering import Perspective
 from scenecc.plan.schema import type_name
 from scenecc.simulation.bodies import up_of
 from scenecc.simulation.description_text import description_text
-from scenecc.simulation.reach import gripper_of, reach_of
 from scenecc.simulation.relations import TOUCH, Neighbours, find_neighbours
 from scenecc.simulation.sight import View, view_of
 from scenecc.simulation.start import articulation_names
@@ -39,9 +37,6 @@ if TYPE_CHECKING:
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredScene
 
     Floats = NDArray[np.float64]
-
-_ROBOT_JOINTS: Final = 3
-"""Moving joints in a row from which an articulation is called a robot."""
 
 _INSIDE: Final = 0.005
 """Minimum depth of a body below the rim of what it is in [m]."""
@@ -222,9 +217,6 @@ class _Describer:
                 _joint(body) for body in one.bodies if body.joint is not None and body.joint.type != "fixed"
             ]
             found["base"] = "fixed" if structure.fix_root_link else "free"
-            found["gripper"] = grip = gripper_of(one)
-            if grip or max(map(_joints_above, one.bodies, repeat(one.bodies))) >= _ROBOT_JOINTS:
-                found |= {"kind": "robot", "reach_m": reach_of(one, grip["link"] if grip else None)}
         return found
 
     def _place(self, entity: Entity) -> dict[str, Any]:
@@ -411,12 +403,6 @@ def _moves(structure: BodyStructure | ArticulationStructure) -> bool:
 
 def _has_mass(structure: BodyStructure | ArticulationStructure) -> bool:
     return isinstance(structure, ArticulationStructure) or structure.body_type == "dynamic"
-
-
-def _joints_above(body: MeasuredBody, bodies: Sequence[MeasuredBody]) -> int:
-    """Returns the number of moving joints between a link and its root."""
-    own = body.joint is not None and body.joint.type != "fixed"
-    return own + (0 if body.parent is None else _joints_above(bodies[body.parent], bodies))
 
 
 def _joint(body: MeasuredBody) -> dict[str, Any]:

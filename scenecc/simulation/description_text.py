@@ -87,7 +87,7 @@ def _entry(group: Sequence[Object], file: str | None) -> Iterator[str]:
     yield f"{name}: {', '.join(filter(None, facts))}"
     yield f"  {'; '.join(filter(None, [_where(group), *_relations(group)]))}"
     if "links" in first:
-        yield f"  {_robot(first)}"
+        yield f"  {first['base']} base; {first['links']} links, {_joints(len(first['joints']))}"
 
 
 def _place(one: Object, file: str | None) -> str:
@@ -174,16 +174,8 @@ def _names(names: Sequence[str]) -> str:
     return ", ".join(shown[:_MOST]) + more
 
 
-def _robot(one: Object) -> str:
-    facts = [
-        f"{one['base']} base",
-        f"{one['links']} links, {len(one['joints'])} moving joint{'s' * (len(one['joints']) != 1)}",
-        f"reach {one['reach_m']:g} m" if one.get("reach_m") else "",
-    ]
-    if grip := one["gripper"]:
-        opening = "" if grip["opening_m"] is None else f", opens {_length(grip['opening_m'])}"
-        facts.append(f"gripper on {grip['link']} ({len(grip['joints'])} fingers{opening})")
-    return "; ".join(filter(None, facts))
+def _joints(count: int) -> str:
+    return f"{count} moving joint{'s' * (count != 1)}"
 
 
 def _camera(one: Mapping[str, Any]) -> Iterator[str]:

@@ -123,14 +123,11 @@ def test_the_text_folds_copies_and_fits_a_screen() -> None:
     assert "carries thing_0 … thing_29 (30)" in text
 
 
-def test_a_robot_has_links_a_gripper_and_a_reach() -> None:
+def test_an_articulation_has_links_and_joints() -> None:
     data = scenecc.describe_scene(ROOT / "scenes/robot_gripper.yaml", scene=1).data
     arm = next(one for one in data["objects"] if one["name"] == "arm")
-    assert (arm["kind"], arm["base"], arm["links"], len(arm["joints"])) == ("robot", "fixed", 8, 4)
-    assert arm["gripper"]["link"] == "gripper/palm"
-    assert arm["gripper"]["opening_m"] == 0.08
+    assert (arm["kind"], arm["base"], arm["links"], len(arm["joints"])) == ("articulation", "fixed", 8, 4)
     assert arm["stands_on"] == ["ground"]
-    assert 0.6 < arm["reach_m"] < 0.8
 
 
 def test_a_scene_that_does_not_exist_is_an_error() -> None:
