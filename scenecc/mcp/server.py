@@ -119,9 +119,8 @@ class SceneTools:
     ) -> CallToolResult:
         """Describe a scene as it is built, in its initial poses: what is where, and what stands on what.
 
-        Returns `objects` with size, position, mass, colour, `stands_on`, `is_in`, `touches`, `overlaps`, gaps below
-        (`above`) and whether it `falls`; `cameras` with what is in the frame. Units are in the names: _m, _kg, _deg.
-        Example: {"file": "scenes/table.yaml"}
+        Returns `objects` with size, position, mass, `stands_on`, `is_in`, `touches`, `overlaps`, gaps below (`above`)
+        and whether it `falls`. Units are in the names: _m, _kg, _deg. Example: {"file": "scenes/table.yaml"}
         """
         options = [f"--scene={scene}", *_choice(seed=seed), *_settings(params)]
         status, document = await self._run(context, "describe", file, text, options)
