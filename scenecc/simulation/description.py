@@ -21,7 +21,7 @@ from scenecc.pipeline import CompileResult, Source, compile_or_raise, select_sce
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.simulation.bodies import up_of
 from scenecc.simulation.description_text import description_text
-from scenecc.simulation.relations import TOUCH, Neighbours, find_neighbours
+from scenecc.simulation.relations import TOUCH, Neighbours, find_neighbours, moves_freely
 from scenecc.simulation.start import articulation_names
 
 if TYPE_CHECKING:
@@ -90,15 +90,17 @@ def describe_scene(source: Source, **given: Unpack[DescribeArguments]) -> SceneD
 
 @dataclass(frozen=True)
 class _Solid:
-    """Bounding boxes of the collision shapes of an entity in the world.
+    """Bounding boxes of the collision shapes of an entity.
 
     Attributes:
-        low, high: corners of its bounding box (3,) [m]; None if it is infinite or has no shapes.
-        parts: bounding boxes of its convex parts, and of the triangles of its meshes (N, 2, 3).
+        low, high: corners of its bounding box in the world (3,) [m]; None if it is infinite or has no shapes.
+        frame: pose of its (root) body in the world (4, 4).
+        parts: boxes in that frame of its convex parts, and of the triangles of its meshes (N, 2, 3).
     """
 
     low: Floats | None
     high: Floats | None
+    frame: Floats
     parts: Floats
 
 
@@ -144,7 +146,7 @@ class _Describer:
         structure = self._planned[one.entity.name].structure(one.row)
         floats = [body.disable_gravity for body in structure.bodies]
         weightless = all(each is not None and bool(each.row(one.row)) for each in floats)
-        return _moves(structure) and not weightless and up_of(self._plan) is not None
+        return moves_freely(structure) and not weightless and up_of(self._plan) is not None
 
     def _is_above(self, other: str, name: str) -> bool:
         """Returns whether the middle of an entity is above that of another. The world is."""
@@ -185,7 +187,7 @@ class _Describer:
             "size_m": _sizes(one, structure),
             "box_m": None if solid.low is None else {"low": _rounded(solid.low), "high": _rounded(solid.high)},
             "mass_kg": round(sum(masses), 6) if masses and _has_mass(structure) else None,
-            **self._relations(name, moves=_moves(structure)),
+            **self._relations(name, moves=moves_freely(structure)),
         }
 
     def _place(self, entity: Entity) -> dict[str, Any]:
@@ -230,16 +232,16 @@ class _Describer:
     def _is_in(self, name: str, other: str) -> bool:
         """Returns whether at least three sides of an entity are closed by another, which carries it."""
         own, around = self._solids[name], self._solids[other]
-        if own.low is None or own.high is None or around.low is None or around.high is None:
+        if own.low is None or own.high is None:
             return False
-        middle, height = (own.low + own.high) / 2, own.low[2] + _INSIDE
-        if height > around.high[2] or not len(around.parts):
-            return False
-        parts = around.parts[(around.parts[:, 0, 2] <= height) & (around.parts[:, 1, 2] >= height)]
+        lowest = (own.low + own.high) / 2 + self._up * (_INSIDE - abs(self._up) @ (own.high - own.low) / 2)
+        point = around.frame[:3, :3].T @ (lowest - around.frame[:3, 3])
+        height, *sides = np.argsort(-abs(around.frame[:3, :3].T @ self._up))
+        starts, ends = (point >= around.parts[:, 0]), (point <= around.parts[:, 1])
         closed = 0
-        for axis, across in ((0, 1), (1, 0)):
-            beside = parts[(parts[:, 0, across] <= middle[across]) & (parts[:, 1, across] >= middle[across])]
-            closed += bool((beside[:, 1, axis] > middle[axis]).any()) + bool((beside[:, 0, axis] < middle[axis]).any())
+        for axis, across in (sides, sides[::-1]):
+            beside = (starts & ends)[:, [height, across]].all(axis=1)
+            closed += bool((beside & ~starts[:, axis]).any()) + bool((beside & ~ends[:, axis]).any())
         return closed >= _SIDES
 
 
@@ -252,24 +254,22 @@ def _above(near: Neighbours) -> dict[str, Any] | None:
 
 
 def _solid(one: MeasuredEntity) -> _Solid:
-    """Returns the bounding boxes of an entity."""
-    parts: list[Floats] = []
-    whole = True
+    frame = pose_matrix(one.bodies[0].pose)
+    inward = np.linalg.inv(frame)
+    parts, ends = [np.zeros((0, 2, 3))], [np.zeros((0, 3))]
     for body in one.bodies:
-        frame = pose_matrix(body.pose)
         for shape in body.shapes:
-            points = shape_bounds(shape, frame @ pose_matrix(shape.pose))
-            if points is None:
-                whole = False
-            elif shape.kind == "triangle_mesh" and shape.mesh is not None:
-                corners = points[shape.mesh.triangles]
-                parts += [*np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)]
-            else:
-                parts.append(np.stack([points.min(axis=0), points.max(axis=0)]))
-    boxes = np.array(parts, np.float64).reshape(-1, 2, 3)
-    if not len(boxes) or not whole:
-        return _Solid(None, None, boxes)
-    return _Solid(boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0), boxes)
+            place = pose_matrix(body.pose) @ pose_matrix(shape.pose)
+            here, there = (shape_bounds(shape, each) for each in (inward @ place, place))
+            if here is None or there is None:  # a plane
+                return _Solid(None, None, frame, parts[0])
+            mesh = shape.mesh if shape.kind == "triangle_mesh" else None
+            corners = here[None] if mesh is None else here[mesh.triangles]
+            parts.append(np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1))
+            ends.append(there)
+    points = np.concatenate(ends)
+    low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (None, None)
+    return _Solid(low, high, frame, np.concatenate(parts))
 
 
 def _sizes(one: MeasuredEntity, structure: Any) -> list[float] | None:
@@ -289,13 +289,6 @@ def _kind(structure: BodyStructure | ArticulationStructure) -> str:
     if isinstance(structure, ArticulationStructure):
         return "articulation"
     return "visual" if structure.body_type == "none" else structure.body_type
-
-
-def _moves(structure: BodyStructure | ArticulationStructure) -> bool:
-    """Returns whether a body moves freely."""
-    if isinstance(structure, ArticulationStructure):
-        return not structure.fix_root_link
-    return structure.body_type == "dynamic"
 
 
 def _has_mass(structure: BodyStructure | ArticulationStructure) -> bool:

@@ -80,6 +80,36 @@ def test_what_a_body_stands_on_and_is_in(room: dict[str, Any]) -> None:
     assert {name for name, one in room.items() if isinstance(one, dict) and one["falls"]} == {"cup", "high"}
 
 
+def test_what_lies_on_a_slope_is_not_in_it_and_a_lamp_carries_no_ceiling() -> None:
+    text = """\
+scenecc: 1
+entities:
+  ramp: {body_type: static, pose: {p: [0, 0, 0.5], rpy_deg: [0, 30, 0]}, shapes: [{type: box, half_size: [1, 1, 0.1]}]}
+  ball: {pose: [0.1, 0, 0.7402], shapes: [{type: sphere, radius: 0.158}]}
+  ceiling: {body_type: static, pose: [5, 0, 2.05], shapes: [{type: box, half_size: [1, 1, 0.05]}]}
+  lamp: {pose: [5, 0, 1.9], shapes: [{type: sphere, radius: 0.1}]}
+  tray:
+    pose: {p: [9, 0, 0], rpy_deg: [0, 20, 45]}
+    shapes:
+      - {type: box, half_size: [0.2, 0.2, 0.01]}
+      - {type: box, half_size: [0.2, 0.01, 0.05], pose: [0, 0.2, 0.05]}
+      - {type: box, half_size: [0.2, 0.01, 0.05], pose: [0, -0.2, 0.05]}
+      - {type: box, half_size: [0.01, 0.2, 0.05], pose: [0.2, 0, 0.05]}
+  egg:
+    pose: {p: [0, 0.14, 0.04], relative_to: tray}
+    shapes: [{type: sphere, radius: 0.03}]
+"""
+    objects = {one["name"]: one for one in scenecc.describe_scene(io.StringIO(text)).data["objects"]}
+    assert (objects["ball"]["stands_on"], objects["ball"]["is_in"]) == (["ramp"], [])
+    assert (objects["ceiling"]["stands_on"], objects["lamp"]["carries"]) == ([], [])
+    assert (objects["ceiling"]["touches"], objects["lamp"]["touches"], objects["lamp"]["falls"]) == (
+        ["lamp"],
+        ["ceiling"],
+        True,
+    )
+    assert (objects["egg"]["stands_on"], objects["egg"]["is_in"]) == (["tray"], ["tray"])
+
+
 def test_gaps_contacts_and_overlaps_are_exact(room: dict[str, Any]) -> None:
     assert room["cup"]["above"] == {"name": "table", "gap_m": pytest.approx(0.03, abs=1e-5)}
     assert room["cup"]["touches"] == ["side"]
