@@ -13,7 +13,6 @@ from scenecc.cli.output import refusal, usage_error, write_output
 from scenecc.diagnostics.fixing import is_better, with_fix
 from scenecc.diagnostics.messages import cut
 from scenecc.files import open_regular
-from scenecc.source.edits import text_diff
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -35,6 +34,8 @@ class Corrected:
 
     def diff(self) -> str:
         """Returns the change in the format of `diff -u`."""
+        from scenecc.source.edits import text_diff
+
         return text_diff(self.before, self.after, self.file)
 
     def write(self) -> Diagnostic | None:

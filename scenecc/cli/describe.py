@@ -22,7 +22,7 @@ def describe(
 ) -> None:
     """Describe a built scene in words: what is where, and what stands on what.
 
-    Lists each object with its size, position, mass and colour, what it stands on, is in, hangs on, touches and
+    Lists each object with its size, position, mass and colour, what it stands on, is in, is suspended from, touches and
     overlaps, and gaps below it; each robot with its reach and gripper; each camera with what is in its frame. Contacts
     come from the engine, in the initial poses. No render device is needed.
 

@@ -43,13 +43,10 @@ def patch(
 
     \b
     Examples:
-      scenecc patch scene.yaml \\
-        '[{"op": "replace", "path": "/entities/cube/mass", "value": 0.2}]'
-      scenecc patch scene.yaml \\
-        '[{"op": "move", "from": "/entities/cube", "path": "/entities/die"}]'
+      scenecc patch scene.yaml '[{"op": "remove", "path": "/entities/cube"}]'
+      scenecc patch s.yaml '[{"op":"add","path":"/entities/a/mass","value":0.2}]'
       scenecc patch scene.yaml edits.json --dry-run
-      echo '[{"op": "remove", "path": "/entities/cube"}]' \\
-        | scenecc patch scene.yaml - --format json
+      cat edits.json | scenecc patch scene.yaml - --format json
     """
     from scenecc.errors import SceneError
     from scenecc.options import Options

@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
@@ -100,11 +101,17 @@ def patch_text(text: str, operations: Sequence[Any], limits: Limits) -> str:
     Raises:
         PatchError: an operation is malformed or cannot be applied.
     """
+    try:
+        return _patched(text, operations, limits)
+    except RecursionError:
+        raise PatchError("a value of the file or of the patch is deeper than Python's stack allows") from None
+
+
+def _patched(text: str, operations: Sequence[Any], limits: Limits) -> str:
     parsed = [_parse(one, f"operation {number} of {len(operations)}") for number, one in enumerate(operations, 1)]
     data = _read(text, limits)
-    assert data is not None, "the caller has read it"
     for number, one in enumerate(parsed, 1):
-        name = f"operation {number} of {len(parsed)} (`{one.op}` at {cut(pointer(one.path))})"
+        name = f"operation {number} of {len(parsed)} (`{one.op}` at {cut(pointer(one.path)) or 'the document'})"
         try:
             text, data = _apply(text, data, one, limits)
         except (PatchError, EditError) as error:
@@ -113,10 +120,13 @@ def patch_text(text: str, operations: Sequence[Any], limits: Limits) -> str:
     return text
 
 
-def _read(text: str, limits: Limits) -> dict[str, Any] | None:
-    """Returns the data of a text, without shared parts; None if it is invalid."""
-    document = read_text(text, None, Sink(), limits)
-    return None if document is None else _unshared(document.data)
+def _read(text: str, limits: Limits) -> dict[str, Any]:
+    """Returns the data of a text, without shared parts. Raises EditError if it is invalid; the message says why."""
+    sink = Sink()
+    document = read_text(text, None, sink, limits)
+    if document is None:
+        raise EditError(f"the file could not be read again: {sink.diagnostics()[0].message}")
+    return _unshared(document.data)
 
 
 def _unshared(value: Any) -> Any:
@@ -267,8 +277,7 @@ def _added(text: str, wanted: dict[str, Any], path: Path, value: Any, first: lis
         else:
             edits.insert(path[:-1], path[-1], key_text(str(path[-1]), path), write)
 
-    made = [lambda edits, write=write: edit(edits, write) for write in first]
-    made.append(lambda edits: edit(edits, _writer(value, path, edits.step)))
+    made = [partial(edit, write=write) for write in (*first, _writer(value, path, TextEdits(text).step))]
     return _checked(made, text, wanted, path, limits)
 
 
@@ -296,24 +305,24 @@ def _checked(
     Raises:
         EditError: the place is written elsewhere, or the edit would also change another place.
     """
-    fault: EditError | None = None
+    fault = unread = None
     for edit in edits:
         made = TextEdits(text)
         try:
             edit(made)
         except EditError as error:
-            fault = error
+            fault = str(error)
             continue
-        found = _read(made.result(), limits)
-        if found is not None and equal(found, wanted):
-            return made.result(), wanted
         fault = None
-    if fault is not None:
-        raise PatchError(str(fault), path)
+        try:
+            if equal(_read(made.result(), limits), wanted):
+                return made.result(), wanted
+        except EditError as error:
+            unread = str(error)
     anchor = TextEdits(text).anchor(path)
-    if anchor is None:
-        raise PatchError("it cannot be written in this place", path)
-    hint = f"replace the values at `*{anchor}` first, or edit the text"
+    if fault is not None or anchor is None:
+        raise PatchError(fault or unread or "it cannot be written in this place", path)
+    hint = f"give the places with `*{anchor}` values of their own first, or edit the text"
     raise PatchError(f"it is in `&{anchor}`, which other places use: they would change or break", path, hint)
 
 
@@ -322,10 +331,10 @@ def _look_up(data: Any, tokens: Sequence[str]) -> tuple[Path, Any]:
     path: list[str | int] = []
     for token in tokens:
         step = _step(data, token, path)
-        if isinstance(data, list) and step == len(cast("list[Any]", data)):
+        if step == len(data) and not isinstance(step, str):
             raise _missing(data, token, path)
         path.append(step)
-        data = data[step]
+        data = _at(data, (step,))
     return tuple(path), data
 
 
@@ -337,20 +346,20 @@ def _place(data: Any, tokens: Sequence[str]) -> Path:
     return (*path, _step(above, tokens[-1], list(path)))
 
 
-def _step(data: Any, token: str, path: list[str | int]) -> str | int:
-    """Returns a token as key or index; an index may be one past the end."""
+def _step(data: Any, step: str, path: list[str | int]) -> str | int:
+    """Returns a token of a pointer as key or index; an index may be one past the end."""
     if isinstance(data, dict):
-        if token not in data:
-            raise _missing(data, token, path)
-        return token
+        if step not in data:
+            raise _missing(data, step, path)
+        return step
     if not isinstance(data, list):
-        raise PatchError(f"{cut(pointer(path))} is {describe_type(data)}, which has no `{cut(token)}`", tuple(path))
+        raise PatchError(f"{cut(pointer(path))} is {describe_type(data)}, which has no `{cut(step)}`", tuple(path))
     count = len(cast("list[Any]", data))
-    if token == "-":
+    if step == "-":
         return count
-    if not _INDEX(token) or int(token) > count:
-        raise _missing(data, token, path)
-    return int(token)
+    if not _INDEX(step) or int(step) > count:
+        raise _missing(data, step, path)
+    return int(step)
 
 
 def _missing(data: Any, token: str, path: Sequence[str | int]) -> PatchError:
@@ -374,14 +383,15 @@ def _is_new_key(data: Any, tokens: Sequence[str]) -> bool:
 
 
 def equal(a: Any, b: Any) -> bool:
-    """Returns whether two values are equal in JSON. Numbers are equal if they are the same float32, as in the engine."""
+    """Returns whether two values are equal in JSON. Numbers are equal if they are the same float32."""
     if isinstance(a, Mapping) and isinstance(b, Mapping):
-        return a.keys() == b.keys() and all(equal(a[key], b[key]) for key in cast("Mapping[str, Any]", a))
+        one, other = cast("Mapping[str, Any]", a), cast("Mapping[str, Any]", b)
+        return one.keys() == other.keys() and all(equal(one[key], other[key]) for key in one)
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):
         first, second = cast("Sequence[Any]", a), cast("Sequence[Any]", b)
         return len(first) == len(second) and all(map(equal, first, second))
-    if isinstance(a, bool) or isinstance(b, bool) or isinstance(a, str) or isinstance(b, str):
-        return type(a) is type(b) and a == b
+    if isinstance(a, bool) != isinstance(b, bool):
+        return False
     if isinstance(a, int | float) and isinstance(b, int | float):
         with np.errstate(over="ignore"):
             return a == b or (math.isnan(a) and math.isnan(b)) or (abs(a) < 3e38 and np.float32(a) == np.float32(b))

@@ -10,12 +10,14 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
 from math import copysign, isinf, isnan
-from typing import Any, Final, TypeGuard, cast
+from typing import TYPE_CHECKING, Any, Final, TypeGuard, cast
 
 import numpy as np
 
-from scenecc.source.edits import Style
 from scenecc.source.events import SCENE_KEYED_FIELD, resolve_scalar
+
+if TYPE_CHECKING:
+    from scenecc.source.edits import Style
 
 WIDTH: Final = 100
 """Maximum line length. Only a text or name longer than a line exceeds it."""

@@ -105,13 +105,20 @@ class _Solid:
     Attributes:
         low, high: corners of its bounding box (3,) [m]; None if it is infinite or unknown.
         parts: bounding boxes of its convex parts, and of the triangles of its meshes (N, 2, 3).
+        collides: whether it has collision shapes.
         height: of a horizontal plane [m].
     """
 
     low: Floats | None
     high: Floats | None
     parts: Floats
+    collides: bool
     height: float | None = None
+
+    def tops(self) -> Floats:
+        """Returns the boxes (N, 2, 3) on which something may stand: a plane is a box without a lower end."""
+        plane = [] if self.height is None else [[[-np.inf] * 3, [np.inf, np.inf, self.height]]]
+        return np.concatenate([self.parts[: len(self.parts) * self.collides], np.reshape(plane, (-1, 2, 3))])
 
 
 class _Describer:
@@ -123,11 +130,18 @@ class _Describer:
         self._scene = scene
         self._planned = {one.name: one for one in done.plan.entities}
         self._solids = {one.entity.name: _solid(one) for one in scene.entities}
+        tops = [one.tops() for one in self._solids.values()]
+        self._tops = np.concatenate([np.zeros((0, 2, 3)), *tops])
+        self._top_owners = np.repeat(np.arange(len(tops)), [len(one) for one in tops])
         up = up_of(done.plan)
         self._up = np.array([0.0, 0.0, 1.0]) if up is None else up
         self._constraints = [one for one in self._plan.constraints if scene.index in one.scene_idxs]
         self._attached = {name: self._find_attached(name) for name in self._solids}
         self._held = self._find_held()
+        self._carried: dict[str, list[str]] = {name: [] for name in self._solids}
+        for name in self._solids:
+            for other in neighbours[name].stands_on():
+                self._carried[other].append(name)
 
     def _find_attached(self, name: str) -> list[str]:
         """Returns what constraints connect an entity to, which may be `world`."""
@@ -168,6 +182,7 @@ class _Describer:
         return {
             "name": self._plan.name,
             "description": self._plan.description or "",
+            "file": self._done.document and self._done.document.name,
             "scene": self._scene.index,
             "num_scenes": self._plan.num_scenes,
             "seed": self._plan.seed,
@@ -207,21 +222,18 @@ class _Describer:
             found["base"] = "fixed" if structure.fix_root_link else "free"
             found["gripper"] = grip = gripper_of(one)
             if grip or max(map(_joints_above, one.bodies, repeat(one.bodies))) >= _ROBOT_JOINTS:
-                found |= {"kind": "robot", "reach_m": reach_of(one, grip and grip["link"])}
+                found |= {"kind": "robot", "reach_m": reach_of(one, grip["link"] if grip else None)}
         return found
 
     def _place(self, entity: Entity) -> dict[str, Any]:
         """Returns where the entity is written, and the prefab that it comes from."""
-        origin = entity.origin and self._sink.trace(entity.origin)
-        if origin is None:
+        chain = list(chain_of(entity.origin and self._sink.trace(entity.origin)))
+        written = [number for number, one in enumerate(chain) if one.path[:1] == ("entities",)]
+        if not written:
             return {"file": None, "line": None, "prefab": None}
-        *_, top = chain_of(origin)
-        where = self._sink.locate(top, "key")
-        node: Any = self._done.document.data if self._done.document is not None else {}
-        for step in top.path[:2]:
-            node = node.get(step, {}) if isinstance(node, dict) else {}
-        prefab = node.get("use") if isinstance(node, dict) else None
-        return {"file": where.file, "line": where.line, "prefab": prefab if isinstance(prefab, str) else None}
+        # The outermost node of an entity; what is outside of it includes its file.
+        where = self._sink.locate(chain[written[-1]], "key")
+        return {"file": where.file, "line": where.line, "prefab": chain[written[-2]].file if written[1:] else None}
 
     def _color(self, structure: Any, row: int) -> str | None:
         """Returns the name of the first colour of a body; None if it has none."""
@@ -242,7 +254,7 @@ class _Describer:
         stands = near.stands_on()
         attached = self._attached[name]
         above = None if stands else self._above(name, near)
-        carries = [other for other, one in self._neighbours.items() if name in one.stands_on()]
+        carries = self._carried[name]
         return {
             "stands_on": list(stands),
             "is_in": [other for other in self._supports(name) if self._is_in(name, other)],
@@ -292,17 +304,14 @@ class _Describer:
         own = self._solids[name]
         if own.low is None or own.high is None or self._up[2] < 0.999:
             return None
-        best: tuple[float, str] | None = None
-        for other, solid in self._solids.items():
-            if other == name:
-                continue
-            parts = solid.parts
-            over = (parts[:, 0, :2] <= own.high[:2]).all(axis=1) & (parts[:, 1, :2] >= own.low[:2]).all(axis=1)
-            tops = [*parts[over & (parts[:, 1, 2] <= own.low[2] + TOUCH), 1, 2].tolist()]
-            tops += [] if solid.height is None or solid.height > own.low[2] + TOUCH else [solid.height]
-            if tops and (best is None or max(tops) > best[0]):
-                best = max(tops), other
-        return best and {"name": best[1], "gap_m": round(max(0.0, float(own.low[2]) - best[0]), 5), "by": "boxes"}
+        low, high = self._tops[:, 0], self._tops[:, 1]
+        over = (low[:, :2] <= own.high[:2]).all(axis=1) & (high[:, :2] >= own.low[:2]).all(axis=1)
+        over &= (high[:, 2] <= own.low[2] + TOUCH) & (self._top_owners != list(self._solids).index(name))
+        if not over.any():
+            return None
+        best = np.flatnonzero(over)[high[over, 2].argmax()]
+        gap = round(max(0.0, float(own.low[2] - high[best, 2])), 5)
+        return {"name": list(self._solids)[self._top_owners[best]], "gap_m": gap, "by": "boxes"}
 
     def _constraint(self, one: Constraint) -> dict[str, Any]:
         kind = "ball" if is_ball(one.joint) else type_name(type(one.joint))
@@ -359,10 +368,10 @@ def _solid(one: MeasuredEntity) -> _Solid:
                     pose = frame if visual.pose is None else frame @ pose_matrix(visual.pose.row(one.row))
                     bounds = visual.geometry.bounds(pose[:3, :3], *visual.geometry.sizes(one.row))
                     parts.append(np.array([pose[:3, 3] + corner for corner in bounds]))
-    boxes = np.array(parts, np.float64).reshape(-1, 2, 3)
+    boxes, collides = np.array(parts, np.float64).reshape(-1, 2, 3), any(each.shapes for each in one.bodies)
     if not len(boxes) or not whole:
-        return _Solid(None, None, boxes, height)
-    return _Solid(boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0), boxes, height)
+        return _Solid(None, None, boxes, collides, height)
+    return _Solid(boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0), boxes, collides, height)
 
 
 def _corners(solid: _Solid) -> Floats:

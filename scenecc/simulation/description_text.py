@@ -14,7 +14,7 @@ _NUMBER: Final = re.compile(r"\d+")
 
 _VERBS: Final = (
     ("is_in", "in"),
-    ("hangs_on", "hangs on"),
+    ("hangs_on", "suspended from"),
     ("attached_to", "attached to"),
     ("touches", "touches"),
     ("overlaps", "overlaps"),
@@ -35,7 +35,7 @@ def description_text(data: Mapping[str, Any]) -> str:
     objects: Sequence[Object] = data["objects"]
     lines = list(_head(data))
     for group in _groups(objects):
-        lines += _entry(group)
+        lines += _entry(group, data["file"])
     for one in data["constraints"]:
         lines.append(f"{one['name']}: {one['type']} constraint between {' and '.join(one['between'])}")
     for one in data["cameras"]:
@@ -72,12 +72,12 @@ def _groups(objects: Sequence[Object]) -> list[list[Object]]:
     return sorted(found, key=lambda group: order[group[0]["name"]])
 
 
-def _entry(group: Sequence[Object]) -> Iterator[str]:
+def _entry(group: Sequence[Object], file: str | None) -> Iterator[str]:
     first = group[0]
     name = first["name"] if len(group) == 1 else f"{first['name']} … {group[-1]['name']} ({len(group)})"
     facts = [
         "visual only" if first["kind"] == "visual" else first["kind"],
-        f"line {first['line']}" if first["line"] else "",
+        _place(first, file),
         f"prefab {first['prefab']}" if first["prefab"] else "",
         _colors(group),
         _sizes([one["size_m"] for one in group if one["size_m"] and one["plane_height_m"] is None]),
@@ -88,6 +88,12 @@ def _entry(group: Sequence[Object]) -> Iterator[str]:
     yield f"  {'; '.join(filter(None, [_where(group), *_relations(group)]))}"
     if "links" in first:
         yield f"  {_robot(first)}"
+
+
+def _place(one: Object, file: str | None) -> str:
+    if one["line"] is None:
+        return ""
+    return f"line {one['line']}" if one["file"] == file else f"{one['file']}:{one['line']}"
 
 
 def _colors(group: Sequence[Object]) -> str:

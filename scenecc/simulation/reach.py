@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.geometry.rotation_arrays import pose_matrix
+from scenecc.geometry.rotations import invert
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,7 +77,7 @@ def reach_of(robot: MeasuredEntity, link: str | None) -> float | None:
         chain = max(chains, key=lambda one: sum(body.joint is not None and body.joint.type != "fixed" for body in one))
     links = [body for body in chain if body.joint is not None]
     joints = [body.joint for body in links if body.joint is not None]
-    frames = [(pose_matrix(one.pose_in_parent), np.linalg.inv(pose_matrix(one.pose_in_child))) for one in joints]
+    frames = [(pose_matrix(one.pose_in_parent), pose_matrix(invert(one.pose_in_child))) for one in joints]
     ranges = [_positions(body) for body in links]
     free = [number for number, one in enumerate(ranges) if len(one) > 1]
     if not free:

@@ -69,8 +69,9 @@ def find_neighbours(
 ) -> tuple[Mapping[str, Neighbours], EngineSnapshot]:
     """Builds a scene, and returns the neighbours of each entity and the measured scene.
 
-    The engine ignores pairs of bodies that never move. So static and kinematic bodies and fixed roots are built as if they could
-    move, except bodies with planes and triangle meshes. One step then gives all contact points in the initial poses.
+    The engine ignores pairs of bodies that never move. So static and kinematic bodies and fixed roots are built as if
+    they could move, except bodies with planes and triangle meshes. One step then gives all contact points in the
+    initial poses.
 
     Args:
         plan: of the scenes.
@@ -90,6 +91,8 @@ def find_neighbours(
         for component in system.get_rigid_dynamic_components():
             kinds = {type(shape).__name__ for shape in component.collision_shapes}
             component.kinematic = component.kinematic and any("Triangle" in kind for kind in kinds)
+            if not component.kinematic:
+                component.wake_up()  # pairs of sleeping bodies have no contact points
         for component in (
             *system.get_rigid_dynamic_components(),
             *system.get_rigid_static_components(),

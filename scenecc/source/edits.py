@@ -50,9 +50,7 @@ class _Node:
     __slots__ = ("column", "end", "entries", "is_alias", "is_flow", "is_list", "line", "start", "text")
 
     def __init__(self, event: NodeEvent) -> None:
-        start: int = event.start_mark.index  # pyright: ignore[reportAttributeAccessIssue]
-        end: int = event.end_mark.index  # pyright: ignore[reportAttributeAccessIssue]
-        self.start, self.end = start, end
+        self.start, self.end = event.start_mark.index, event.end_mark.index
         self.line, self.column = event.start_mark.line, event.start_mark.column
         self.is_alias = isinstance(event, AliasEvent)
         self.is_list = not isinstance(event, MappingStartEvent)
@@ -80,9 +78,8 @@ def _read_node(event: NodeEvent, get: NextEvent) -> _Node:
     while not isinstance(event := get(), (MappingEndEvent, SequenceEndEvent)):
         first = _read_node(event, get)
         node.entries.append((None, first) if node.is_list else (first, _read_node(get(), get)))
-    end: int = event.end_mark.index  # pyright: ignore[reportAttributeAccessIssue]
     # The end mark of a block is after the comments below it.
-    node.end = node.entries[-1][1].end if node.is_block and node.entries else end
+    node.end = node.entries[-1][1].end if node.is_block and node.entries else event.end_mark.index
     return node
 
 
@@ -243,7 +240,7 @@ class TextEdits:
             if above.is_flow:
                 self._splice(above.start, above.end, empty)
             else:
-                self.replace(path[:-1], lambda *_: empty)
+                self.replace(path[:-1], _as_is(empty))
         elif above.is_flow:
             self._remove_in_brackets(above, number)
         else:
@@ -289,7 +286,7 @@ class TextEdits:
             return None
         if not node.is_block:
             inline = self._text[node.start : node.end]
-            return None if _BREAK.search(inline) else lambda *_: inline
+            return None if _BREAK.search(inline) else _as_is(inline)
         key = self._entry(self._find(path[:-1]), path[-1])[0] if path else None
         if key is None or self._is_inline(node, key.end):
             lines = _BREAK.split(" " * node.column + self._text[node.start : node.end])
@@ -476,6 +473,16 @@ def text_diff(before: str, after: str, name: str) -> str:
     old, new = (re.findall(r"[^\n]*\n|[^\n]+", text) for text in (before, after))
     diff = difflib.unified_diff(old, new, name, name)
     return "".join(line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in diff)
+
+
+def _as_is(text: str) -> Write:
+    """Returns a function that writes a text."""
+
+    def write(column: int, style: Style) -> str:
+        del column, style
+        return text
+
+    return write
 
 
 def _is_string(text: str) -> bool:

@@ -119,8 +119,9 @@ class PlainKeys(dict[str, "str | None"]):
 
 
 class Mark(Protocol):
-    """A position in a text; line and column count from 0, in characters."""
+    """A position in a text; all count from 0, in characters. `index`: in the whole text."""
 
+    index: int
     line: int
     column: int
 

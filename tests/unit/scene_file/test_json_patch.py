@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import pytest
@@ -158,8 +159,12 @@ def test_anchors_stay_and_merged_keys_are_overridden() -> None:
 @pytest.mark.parametrize(
     ("made", "said", "hint"),
     [
-        (op("replace", "/entities/a/mass", value=1), "it is in `&base`, which other places use", "replace the values"),
-        (op("remove", "/entities/a"), "it is in `&base`", "replace the values"),
+        (
+            op("replace", "/entities/a/mass", value=1),
+            "it is in `&base`, which other places use",
+            "values of their own first",
+        ),
+        (op("remove", "/entities/a"), "it is in `&base`", "values of their own first"),
         (op("remove", "/entities/b/mass"), "`mass` is not written there: it comes from a merge key", None),
         (op("replace", "/entities/bb/mass", value=1), "there is no key `bb` in /entities", "did you mean `b`?"),
         (op("replace", "/entities/b/masss", value=1), "no key `masss` in /entities/b; `add` adds a key", "`mass`"),
@@ -177,6 +182,8 @@ def test_anchors_stay_and_merged_keys_are_overridden() -> None:
         (op("add", "/x", value={1: 2}), "a key that is not a string", None),
         (op("add", "/x", value="\ud800"), "half of a character", None),
         (op("add", "/x", value={1, 2}), "set, which is not JSON", None),
+        (op("add", "/x", value=10**200), "could not be read again: the number", None),
+        (op("add", "/x", value=json.loads("[" * 110 + "]" * 110)), "could not be read again: more than 100 nested", None),
         (op("add", "x", value=1), "`path` x must begin with a slash", "write `/x`"),
         (op("add", "/~2", value=1), "`~` must be written as `~0`", None),
         (op("ad", "/x", value=1), "has the unknown `op` ad", "did you mean `add`?"),
@@ -194,6 +201,14 @@ def test_a_wrong_operation_is_refused_with_its_number(made: Any, said: str, hint
     assert (hint or "") in (found.value.hint or "")
 
 
+def test_values_deeper_than_the_stack_are_refused() -> None:
+    value: Any = 1
+    for _ in range(5000):
+        value = [value]
+    with pytest.raises(PatchError, match="deeper than Python's stack"):
+        patched(op("add", "/x", value=value))
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -205,6 +220,5 @@ def test_a_wrong_operation_is_refused_with_its_number(made: Any, said: str, hint
     ],
 )
 def test_a_patch_that_is_not_json_is_refused(text: str, said: str) -> None:
-    with pytest.raises(PatchError, match=".") as found:
+    with pytest.raises(PatchError, match=re.escape(said)):
         parse_patch(text)
-    assert said in str(found.value)

@@ -56,6 +56,23 @@ def room() -> dict[str, Any]:
     return data | {one["name"]: one for one in data["objects"]}
 
 
+@pytest.mark.parametrize("kind", ["static", "kinematic", "dynamic"])
+@pytest.mark.parametrize(
+    "shape", ["box, half_size: [0.1, 0.1, 0.1]", "cylinder, radius: 0.1, half_length: 0.1, axis: z"]
+)
+def test_contacts_of_bodies_that_never_move_are_found(kind: str, shape: str) -> None:
+    text = f"""\
+scenecc: 1
+entities:
+  ground: {{body_type: static, shapes: [{{type: plane}}]}}
+  low: {{body_type: {kind}, pose: [0, 0, 0.1], shapes: [{{type: {shape}}}]}}
+  high: {{body_type: {kind}, pose: [0, 0, 0.33], shapes: [{{type: {shape}}}]}}
+"""
+    _, low, high = scenecc.describe_scene(io.StringIO(text)).data["objects"]
+    assert low["stands_on"] == ["ground"]
+    assert high["above"] == {"name": "low", "gap_m": pytest.approx(0.03, abs=1e-5), "by": "contact"}
+
+
 def test_what_a_body_stands_on_and_is_in(room: dict[str, Any]) -> None:
     assert room["table"]["stands_on"] == ["ground"]
     assert (room["under"]["stands_on"], room["under"]["is_in"]) == (["ground"], [])
