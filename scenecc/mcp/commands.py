@@ -122,7 +122,11 @@ async def _communicate(argv: list[str], root: Path, data: bytes, progress: Progr
     """
     output, errors, all_errors = bytearray(), bytearray(), anyio.Event()
     with undoing() as undo:
-        process = await anyio.open_process(argv, cwd=root, stderr=subprocess.PIPE, start_new_session=True)
+        try:
+            process = await anyio.open_process(argv, cwd=root, stderr=subprocess.PIPE, start_new_session=True)
+        except OSError as error:  # an argument is too long, the root folder was removed, or there is no memory
+            hint = "use shorter arguments, and values in the file instead of `params`"
+            raise CallRefused(f"the command cannot be started: {error.strerror}", hint) from None
         undo.callback(_stop, process)
         try:
             async with anyio.create_task_group() as tasks:

@@ -110,6 +110,7 @@ def test_files_outside_of_the_root_are_refused(client, root, file):
         ({"file": ["cube.yaml"]}, "`file`: Input should be a valid string"),
         ({"files": "cube.yaml"}, "unknown argument 'files'"),
         ({"text": "# " + "a" * (1 << 20)}, "`text` has 1048578 characters; 1048576 are allowed"),
+        ({"text": CUBE, "params": {"a": "x" * 200_000}}, "the command cannot be started: Argument list too long"),
         ({"file": "cube.yaml", "params": [1]}, "`params`: Input should be a valid dictionary"),
         ({"file": "cube.yaml", "params": {"a\0": 1}}, "an argument contains the character NUL"),
     ],
