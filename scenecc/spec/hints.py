@@ -85,6 +85,8 @@ KEY_SYNONYMS = _meanings(
     {
         "file": "filename path src uri mesh_file mesh",
         "pose origin com": f"{PLACES} initial_pose",
+        "pose com": "origin",
+        "origin": "pose",
         "com": "center_of_mass cog center_of_gravity com_offset",
         "look_at": "target lookat",
         "entities": "actors objects bodies robots articulations models worldbody world scene",
