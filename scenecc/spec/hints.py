@@ -288,8 +288,8 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
 )  # fmt: skip
 """Rows of models of `spec`, unknown keys and a hint. A row applies to a mapping of one of its models; the first row
 that applies is used. A key that belongs in a mapping beside, inside or around needs no row: its place is found. In a
-hint, `@` is the value of the unknown key, `[@]` a list of it, `@first` and `@last` its ends, `@key` the key, `@here` its
-name here, and `@name` the name of the mapping that has it."""
+hint, `@` is the value of the unknown key, `[@]` a list of it, `@first` and `@last` its ends, `@key` the key, `@here`
+its name here, and `@name` the name of the mapping that has it."""
 
 SHAPE_LIST_HINTS: dict[str, str] = {
     "mesh": "write `type: convex_mesh`, convex_parts or triangle_mesh: a `mesh` is only visible, under `visuals`",
