@@ -162,11 +162,8 @@ class _Counting:
         """Returns the coverage."""
         levels, count = self._levels(episodes)
         table = self._pairs_met(levels)
-        hidden = [
-            one.source.label
-            for one, reader in zip(self._builder.factors, self._calibration.factors, strict=True)
-            if reader is None
-        ]
+        readers = zip(self._builder.factors, self._calibration.factors, strict=True)
+        hidden = [one.source.label for one, reader in readers if reader is None]
         ranges: dict[str, RangeCoverage] = {}
         for source, reader, tenths in zip(self._builder.ranges, self._calibration.ranges, self._counts, strict=True):
             if reader is None:
