@@ -70,7 +70,7 @@ class Session:
         *,
         path: Path | None,
         report: Callable[[Sequence[Diagnostic]], None],
-        progress: Callable[[int, int], None] = lambda *_: None,
+        progress: Callable[[int, int], None] | None = None,
         links: bool = True,
         writes: bool = True,
     ) -> None:
