@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
-import errno
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -16,19 +13,17 @@ from typing_extensions import Unpack
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import STAGES, Location, Origin
 from scenecc.errors import SceneError
-from scenecc.files import ARCHIVE, read_at_most, replace_all
+from scenecc.files import ARCHIVE, replace_unchanged
 from scenecc.options import CompileOptions, Options, check_types, path_argument
 from scenecc.pipeline import compile_source, is_plan_json
 from scenecc.scene_file.json_patch import PatchError, patch_text
 from scenecc.source import read_text
 from scenecc.source.edits import text_diff
-from scenecc.source.text import read_bytes
+from scenecc.source.text import encoded_as, read_bytes
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
     from scenecc.source import Document
-
-_MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 
 
 @dataclass(frozen=True)
@@ -92,7 +87,6 @@ def patch_file(name: str, operations: Sequence[Any], options: Options, *, dry_ru
     """Returns the result of `patch_scene`, also if new errors prevent writing. Raises the same errors otherwise."""
     content, document = _read(name, options)
     before = document.text or ""
-    mark, encoding = next((row for row in _MARKS if content.startswith(row[0])), (b"", "utf-8"))
     try:
         text = patch_text(before, operations, options.limits)
     except PatchError as error:
@@ -104,7 +98,7 @@ def patch_file(name: str, operations: Sequence[Any], options: Options, *, dry_ru
     refused = not allow_errors and _has_new_errors(found, lambda: _compile(before, name, options))
     written = not (refused or dry_run or text == before)
     if written:
-        _write(Path(os.path.realpath(name)), content, mark + text.encode(encoding), options)
+        replace_unchanged(name, content, encoded_as(content, text))
     return Patched(text, text_diff(before, text, name), written, refused, found)
 
 
@@ -147,12 +141,3 @@ def _compile(text: str, name: str, options: Options) -> list[Diagnostic]:
     if document is not None:
         compile_source(document, options, sink, placed=False)
     return sink.diagnostics()
-
-
-def _write(path: Path, before: bytes, after: bytes, options: Options) -> None:
-    # Checked because a writable folder would allow replacing the file.
-    if not os.access(path, os.W_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
-    if read_at_most(path, options.limits.text_bytes) != before:
-        raise OSError(errno.ESTALE, "it changed while the patch was applied", str(path))
-    replace_all({path: after})

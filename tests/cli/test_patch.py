@@ -117,7 +117,7 @@ def test_a_file_that_is_read_only_or_changes_meanwhile_is_not_written(
         return []
 
     monkeypatch.setattr("scenecc.scene_file.patch._compile", compile_and_change)
-    with pytest.raises(OSError, match="it changed while the patch was applied"):
+    with pytest.raises(OSError, match="it has changed meanwhile"):
         patch_scene(scene, json.loads(MASS))
     assert scene.read_text() == CUBE
 

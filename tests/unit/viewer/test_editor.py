@@ -133,7 +133,7 @@ def test_a_file_changed_meanwhile_is_not_written(tmp_path: Path) -> None:
     path.write_text(text)
     assert write(editor, loaded, (0.0, 0.0, 2.0, *UNTURNED))
     path.write_text(text + "# more\n")
-    with pytest.raises(EditError, match="the file has changed since the last move"):
+    with pytest.raises(EditError, match="the file cannot be written: it has changed meanwhile"):
         editor.undo()
     assert path.read_text() == text + "# more\n"
 
@@ -171,7 +171,7 @@ def test_a_read_only_file_is_not_replaced(tmp_path: Path, monkeypatch: pytest.Mo
     editor, loaded = opened(path, f"{HEAD}entities:\n  cube: {{pose: [0, 0, 1], {SHAPES}}}\n")
     before = path.read_bytes()
     monkeypatch.setattr("os.access", lambda at, mode: (Path(at), mode) != (path, os.W_OK))
-    with pytest.raises(EditError, match="the file is not writable"):
+    with pytest.raises(EditError, match="the file cannot be written: Permission denied"):
         write(editor, loaded, (0.0, 0.0, 2.0, *UNTURNED))
     assert path.read_bytes() == before
 
