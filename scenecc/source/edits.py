@@ -104,46 +104,6 @@ class TextEdits:
         columns = [one.entries[0][0].column for one in inner if one.entries[0][0]]
         self.step: int = columns[0] if columns and not self._root.is_flow else 2
 
-    def set_scalar(self, path: Path, value: str) -> None:
-        """Replaces a number, a word or a string.
-
-        Raises:
-            EditError: there is no such value, or it is written in another place.
-        """
-        node = self._find(path)
-        if not node.is_scalar:
-            raise EditError(f"`{path[-1]}` is not a single value")
-        if node.is_alias:
-            raise EditError(f"`{path[-1]}` is written elsewhere, at an anchor")
-        self._splice(node.start, node.end, value)
-
-    def wrap(self, path: Path, before: str, after: str) -> None:
-        """Inserts text before and after a list or mapping in brackets.
-
-        Raises:
-            EditError: it has no brackets, or is written in another place.
-        """
-        node = self._find(path)
-        if node.is_scalar or not node.is_flow:
-            raise EditError(f"`{path[-1]}` has no brackets")
-        self._splice(node.start, node.start, before)
-        self._splice(node.end, node.end, after)
-
-    def add_key(self, path: Path, key: str, value: str) -> None:
-        """Inserts a key at the start of a mapping that has other keys.
-
-        Raises:
-            EditError: there is no such mapping in this place.
-        """
-        node = self._find(path)
-        if node.is_list or not node.entries:
-            raise EditError(f"`{path[-1]}` is not a mapping")
-        first = node.entries[0][0] or node
-        if node.is_flow:
-            self._splice(first.start, first.start, f"{key}: {value}, ")
-        else:
-            self._splice(first.start, first.start, f"{key}: {value}{self._break}{' ' * first.column}")
-
     def rename(self, path: Path, key: str) -> None:
         """Replaces a key by another, as YAML text. Raises EditError if it is not written there."""
         place, _ = self._entry(self._find(path[:-1]), path[-1])
@@ -240,7 +200,7 @@ class TextEdits:
             if above.is_flow:
                 self._splice(above.start, above.end, empty)
             else:
-                self.replace(path[:-1], _as_is(empty))
+                self.replace(path[:-1], as_is(empty))
         elif above.is_flow:
             self._remove_in_brackets(above, number)
         else:
@@ -286,7 +246,7 @@ class TextEdits:
             return None
         if not node.is_block:
             inline = self._text[node.start : node.end]
-            return None if _BREAK.search(inline) else _as_is(inline)
+            return None if _BREAK.search(inline) else as_is(inline)
         key = self._entry(self._find(path[:-1]), path[-1])[0] if path else None
         if key is None or self._is_inline(node, key.end):
             lines = _BREAK.split(" " * node.column + self._text[node.start : node.end])
@@ -475,8 +435,8 @@ def text_diff(before: str, after: str, name: str) -> str:
     return "".join(line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in diff)
 
 
-def _as_is(text: str) -> Write:
-    """Returns a function that writes a text."""
+def as_is(text: str) -> Write:
+    """Returns a function that writes a text, whatever the place."""
 
     def write(column: int, style: Style) -> str:
         del column, style

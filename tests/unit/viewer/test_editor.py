@@ -44,8 +44,6 @@ def write(editor: FileEditor, loaded: Loaded, pose: Pose7, name: str = "cube", s
         ("pose:\n      q: [1, 0, 0, 0]", (0.0, 2.0, 3.0, *QUARTER), None),
         ("pose:\n      - 1\n      - 2 # two\n      - 3", (9.0, 2.0, 3.0, *UNTURNED), None),
         ("pose: {p: [1, 2, 3], axis_angle: {axis: z, angle_deg: 90}}", (1.0, 2.0, 4.0, *QUARTER), None),
-        ("mass: 2", (0.0, 0.0, 4.0, *UNTURNED), "pose: [0, 0, 4]\n    mass: 2"),
-        ("mass: 2", (0.0, 0.0, 4.0, *QUARTER), None),
         ("pose: {p: [1, 2, 3], anchor: bottom}", (1.0, 2.0, 5.0, *UNTURNED), None),
         ("pose: {p: [1, 2, 3], relative_to: other}", (1.0, 2.0, 5.0, *QUARTER), None),
     ],
@@ -74,6 +72,29 @@ def test_a_written_pose_changes_nothing_else_in_the_file(
     editor.undo()
     assert path.read_bytes() == text.encode()
     assert not editor.can_undo
+
+
+@pytest.mark.parametrize(
+    ("pose", "added"),
+    [
+        ((0.0, 0.0, 4.0, *UNTURNED), "pose: [0, 0, 4]"),
+        ((0.0, 0.0, 4.0, *QUARTER), "pose: {p: [0, 0, 4], q: [0.707107, 0, 0, 0.707107]}"),
+    ],
+)
+def test_a_pose_is_added_where_there_is_none(tmp_path: Path, pose: Pose7, added: str) -> None:
+    text = f"{HEAD}entities:\n  cube:\n    {SHAPES}  # a cube\n# the end\n"
+    path = tmp_path / "scene.yaml"
+    assert write(*opened(path, text), pose)
+    assert path.read_text() == text.replace("# a cube\n", f"# a cube\n    {added}\n")
+
+
+def test_a_turn_removes_no_comments_from_a_list(tmp_path: Path) -> None:
+    text = f"{HEAD}entities:\n  cube:\n    pose:\n      - 1  # x\n      - 2\n      - 3\n    {SHAPES}\n"
+    path = tmp_path / "scene.yaml"
+    editor, loaded = opened(path, text)
+    with pytest.raises(EditError, match="a list over several lines"):
+        write(editor, loaded, (1.0, 2.0, 3.0, *QUARTER))
+    assert path.read_text() == text
 
 
 @pytest.mark.parametrize("start", ["﻿", ""])
