@@ -226,19 +226,6 @@ class TextEdits:
         node = self._find(path[:-1])
         return node.is_list or any(key is not None and key.text == path[-1] for key, _ in node.entries)
 
-    def anchor(self, path: Path) -> str | None:
-        """Returns the first anchor on the way to a node; None if there is none."""
-        node = self._root
-        for step in path:
-            if found := re.match(r"(?:!\S*\s+)?&([^\s,\[\]{}]+)", self._text[node.start : node.end]):
-                return found[1]
-            try:
-                _, node = self._entry(node, step)
-            except EditError:
-                return None
-        found = re.match(r"(?:!\S*\s+)?&([^\s,\[\]{}]+)", self._text[node.start : node.end])
-        return found[1] if found else None
-
     def source(self, path: Path) -> Write | None:
         """Returns a function that writes a value as it is written at a path; None if it is an alias."""
         node = self._find(path)
