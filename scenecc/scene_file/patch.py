@@ -13,9 +13,9 @@ from typing_extensions import Unpack
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import STAGES, Location, Origin
 from scenecc.errors import SceneError
-from scenecc.files import ARCHIVE, replace_unchanged
+from scenecc.files import replace_unchanged
 from scenecc.options import CompileOptions, Options, check_types, path_argument
-from scenecc.pipeline import compile_source, is_plan_json
+from scenecc.pipeline import compile_source
 from scenecc.scene_file.json_patch import PatchError, patch_text
 from scenecc.source import read_text
 from scenecc.source.edits import text_diff
@@ -123,13 +123,8 @@ def _read(name: str, options: Options) -> tuple[bytes, Document]:
     """Returns the content of a scene file, and its document. Raises SceneError."""
     sink = Sink()
     content = read_bytes(name, sink, options.limits)
-    if content is not None and content.startswith(ARCHIVE):
-        sink.report("SC941", "a pack cannot be patched", Location(name), hint="patch the scene file, and pack it again")
-    document = read_text(content, name, sink, options.limits) if content is not None and not sink.failed else None
-    if document is not None and is_plan_json(document.text or ""):
-        hint = "patch the scene file, and emit the plan again"
-        sink.report("SC941", "the JSON of a plan cannot be patched", Location(name), hint=hint)
-    if content is None or document is None or sink.failed:
+    document = None if content is None else read_text(content, name, sink, options.limits)
+    if content is None or document is None:
         raise SceneError(sink.diagnostics())
     return content, document
 

@@ -120,11 +120,3 @@ def test_a_file_that_is_read_only_or_changes_meanwhile_is_not_written(
     with pytest.raises(OSError, match="it has changed meanwhile"):
         patch_scene(scene, json.loads(MASS))
     assert scene.read_text() == CUBE
-
-
-def test_packs_and_plans_are_refused(scene: Path, tmp_path: Path) -> None:
-    scenecc.pack_scene(scene, tmp_path / "a.scn")
-    (tmp_path / "plan.json").write_text(scenecc.plan_text(scenecc.compile_scene(scene)))
-    for name, said in (("a.scn", "a pack cannot be patched"), ("plan.json", "the JSON of a plan cannot be patched")):
-        with pytest.raises(scenecc.SceneError, match=said):
-            patch_scene(tmp_path / name, [])
