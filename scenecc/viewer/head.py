@@ -65,7 +65,7 @@ setInterval(() => {
         changed = true;
       });
     if (path === "/selected" || path === "/contacts" || path.startsWith("/overlap "))
-      /* boxes around bodies and arrows of contacts are seen through what is in front */
+      /* boxes around bodies and arrows of contacts are visible through what is in front */
       node?.traverse((line) => {
         if (!line.material?.depthTest) return;
         line.material.depthTest = false;
