@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 Scene = Annotated[int, typer.Option("--scene", metavar="K", parser=at_least(0), help="Scene to show first.")]
 Grid = Annotated[bool, typer.Option("--grid", help="Show all scenes side by side.")]
 Shadows = Annotated[bool, typer.Option("--shadows/--no-shadows", help="Draw shadows; slow in a browser without a GPU.")]
+Lights = Annotated[bool, typer.Option("--lights", help="Light the scene with the lights of the file.")]
 Output = Annotated[
     str | None,
     typer.Option(
@@ -91,6 +92,7 @@ def view(
     index: Scene = 0,
     grid: Grid = False,
     show: Annotated[Show, typer.Option("--show", help="Shapes to show first.")] = "visual",
+    lights: Lights = False,
     shadows: Shadows = True,
     output: Output = None,
     steps: Steps = 0,
@@ -117,7 +119,8 @@ def view(
 
     _check(output, steps, served=open_it or no_token or any(given is not None for given in (host, port, token)))
     source = checked_source(scene, output)
-    shown = scenecc.ViewOptions(index, grid, visual=show == "visual", collision=show == "collision", shadows=shadows)
+    shapes = {"visual": show == "visual", "collision": show == "collision"}
+    shown = scenecc.ViewOptions(index, grid, **shapes, lights=lights, shadows=shadows)
     with scene_errors(options):
         outlive_pipes()  # a browser may disconnect, and the processes that write a page end in any order
         if output is None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.geometry.rotations import Pose7, Vec3
-    from scenecc.plan import Camera, ScenePlan
+    from scenecc.plan import Camera, Light, ScenePlan
     from scenecc.plan.framing import Solids
     from scenecc.plan.snapshot import MeasuredScene
 
@@ -86,7 +86,7 @@ def camera_views(
         for camera in plan.cameras:
             if scene.index in camera.scene_idxs:
                 row = camera.scene_idxs.index(scene.index)
-                px, py, pz, *q = compose(_mount(camera, scene), to_pose(camera.pose.row(row)))
+                px, py, pz, *q = compose(mount_pose(camera, scene), to_pose(camera.pose.row(row)))
                 position = (px + x, py + y, pz + z)
                 forward = np.array(rotate(normalized((q[0], q[1], q[2], q[3])), (1.0, 0.0, 0.0)))
                 distance = max(float((middle - position) @ forward), _NEAREST)
@@ -95,13 +95,13 @@ def camera_views(
                 yield BrowserView(name, position, (ax, ay, az), _fov(camera, row, distance), camera.mount is not None)
 
 
-def _mount(camera: Camera, scene: MeasuredScene) -> Pose7:
-    """Returns the pose of a camera's mount; for a camera in the world, the world's."""
-    if camera.mount is not None:
+def mount_pose(item: Camera | Light, scene: MeasuredScene) -> Pose7:
+    """Returns the pose of the mount of a camera or light in its scene; of one in the world, the world's."""
+    if item.mount is not None:
         for entity in scene.entities:
-            if entity.entity.name == camera.mount.entity:
+            if entity.entity.name == item.mount.entity:
                 for body in entity.bodies:
-                    if camera.mount.link in {None, body.name}:
+                    if item.mount.link in {None, body.name}:
                         return body.pose
     return (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 

@@ -12,13 +12,14 @@ import numpy as np
 from scenecc.diagnostics.frozen import frozen
 from scenecc.emit.glb import part_to_glb
 from scenecc.geometry.rotation_arrays import compose
+from scenecc.geometry.rotations import to_vector
 from scenecc.meshes.builder import clip_to_scene, grid_cell, scene_corners
 from scenecc.plan import ArticulationStructure
 from scenecc.plan.framing import Motion, Solids
 from scenecc.plan.rendering import FLAT_THICKNESS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from scenecc.meshes.surface import MeshPart, MeshShape
     from scenecc.meshes.surface import SurfaceMaterial as Material
     from scenecc.viewer.cameras import BrowserView
+    from scenecc.viewer.lights import PageLight
     from scenecc.viewer.options import ViewOptions
 
 
@@ -42,6 +44,12 @@ without redrawing. More copies become instances of one node."""
 
 _FAINT: Final = 0.5
 """Opacity of collision shapes over visual shapes, and of everything while contacts are shown."""
+
+_APART: Final = 0.12
+"""Distance between the names of two links, in sizes of their articulation."""
+
+_NUMBER_AT: Final = 0.8
+"""Place of a scene's number in a grid, towards the corner of its cell that is near the first view."""
 
 _SLASH: Final = "\N{DIVISION SLASH}"
 """Replaces slashes in names, because slashes separate the path: nodes move with their parent path."""
@@ -79,9 +87,27 @@ class SurfaceNode:
 
 @frozen
 class Name:
-    """A text label at the origin of the frame above it."""
+    """A text label.
+
+    Attributes:
+        text: the text.
+        position: in the frame above it [m].
+        body: its body. None: it is the number of a scene.
+        is_link: whether it is shown only while its link is selected.
+        is_apart: whether a link's name is also shown while another link of its articulation is selected, because it
+            hides no other name of that articulation.
+    """
 
     text: str
+    position: Vec3
+    body: Key | None = None
+    is_link: bool = False
+    is_apart: bool = False
+
+    def is_shown(self, selected: Key | None) -> bool:
+        """Returns whether it is shown while a body is selected."""
+        same = selected is not None and self.body is not None and self.body[:2] == selected[:2]
+        return not self.is_link or (same and (self.is_apart or self.body == selected))
 
 
 @frozen
@@ -176,6 +202,7 @@ class PageContent:
         origins: origins of the scenes, by index [m].
         solids: boxes of the first scene, to frame what moves in it.
         views: views of the file's cameras.
+        lights: lights of the first scene; empty: neutral light.
     """
 
     nodes: dict[str, Node]
@@ -186,6 +213,7 @@ class PageContent:
     origins: Mapping[int, Vec3]
     solids: Solids
     views: tuple[BrowserView, ...] = ()
+    lights: tuple[PageLight, ...] = ()
 
     def moved(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> PageContent:
         """Returns the content with some bodies moved. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
@@ -258,6 +286,12 @@ def page_content(
     corners = [scene_corners([scene]) + origins[scene.scene.index] for scene in drawn]
     poses = BodyPoses.of(painter.poses, origins)
     nodes, bodies = painter.nodes(poses.rows, origins)
+    if half is not None:
+        corner = half * _NUMBER_AT
+        nodes |= {
+            f"/number {index}": Name(f"Scene {index}", (x + corner, y + corner, z))
+            for index, (x, y, z) in origins.items()
+        }
     return PageContent(nodes, bodies, poses, np.concatenate(corners), look.shadows, origins, _solids(drawn[0]))
 
 
@@ -294,7 +328,7 @@ class _Painter:
         self._files = files
         self.poses: dict[Key, Pose7] = {}
         self._paths: dict[Key, tuple[str, ...]] = {}
-        self._names: dict[Key, str] = {}
+        self._names: dict[Key, Name] = {}
         self._surfaces: dict[Key, list[tuple[str, SurfaceNode]]] = {}
 
     def scene(self, scene: SceneMeshes, role: str, half: float | None, *, show: bool) -> None:
@@ -303,8 +337,11 @@ class _Painter:
         see_through = self._look.contacts or (role == "collision" and self._look.visual)
         for entity in scene.entities:
             hidden = entity.measured.entity.name in self._look.hidden
-            for key, steps, name, body in _bodies(scene, entity):
-                self.poses[key], self._paths[key], self._names[key] = body.body.pose, steps, name
+            bodies = [*_bodies(scene, entity)]
+            if self._look.names:
+                self._names |= _names(entity, [(key, name, body) for key, _, name, body in bodies])
+            for key, steps, _, body in bodies:
+                self.poses[key], self._paths[key] = body.body.pose, steps
                 surfaces = self._surfaces.setdefault(key, [])
                 for number, shape in enumerate(body.shapes if show and not hidden else ()):
                     fitted = _tiles_cut(clip_to_scene(shape, body, scene, half), half)
@@ -329,19 +366,21 @@ class _Painter:
         many = {digest: list[SurfaceNode]() for digest, count in copies.items() if count >= _FEW}
         nodes: dict[str, Node] = {_root(index): Frame(origin, _UNTURNED) for index, origin in origins.items()}
         bodies: dict[Key, str] = {}
+        roles: dict[str, str] = {}
         for key, surfaces in self._surfaces.items():
             own: dict[str, Node] = {}
             for name, node in surfaces:
                 if node.digest in many and _may_be_instance(node):
                     many[node.digest].append(node)
+                    roles[node.digest] = name.partition(" ")[0]
                 else:
                     own[name] = node
             if self._look.names:
-                own["name"] = Name(self._names[key])
+                own["name"] = self._names[key]
             if own or self._look.frames:
                 bodies[key] = self._add_frame(nodes, key)
                 nodes.update({f"{bodies[key]}/{name}": node for name, node in own.items()})
-        nodes |= {f"/copies/{digest[:16]}": Instances.of(found, rows) for digest, found in many.items()}
+        nodes |= {f"/copies/{roles[digest]} {digest[:16]}": Instances.of(found, rows) for digest, found in many.items()}
         return nodes, bodies
 
     def _add_frame(self, nodes: dict[str, Node], key: Key) -> str:
@@ -372,14 +411,35 @@ def _root(index: int) -> str:
 
 
 def _bodies(scene: SceneMeshes, entity: EntityMeshes) -> Iterator[tuple[Key, tuple[str, ...], str, BodyMeshes]]:
-    """Yields the bodies of an entity: key, steps of its path below the scene, and name."""
+    """Yields the bodies of an entity: key, steps of its path below the scene, and name. A root link is named after its
+    articulation.
+    """
     name = entity.measured.entity.name
     for number, body in enumerate(entity.bodies):
         key = (scene.scene.index, name, number)
         if isinstance(entity.measured.structure, ArticulationStructure):
-            yield key, (_escaped(name), _escaped(body.body.name)), f"{name}/{body.body.name}", body
+            yield key, (_escaped(name), _escaped(body.body.name)), body.body.name if number else name, body
         else:
             yield key, (_escaped(name),), name, body
+
+
+def _names(entity: EntityMeshes, bodies: Iterable[tuple[Key, str, BodyMeshes]]) -> dict[Key, Name]:
+    """Returns the names of the bodies of an entity, each in the middle of its shapes: two links often have the same
+    origin.
+    """
+    corners = np.concatenate([np.zeros((0, 3)), *(body.corners for body in entity.bodies)])
+    apart = _APART * float(np.linalg.norm(np.ptp(corners, axis=0))) if len(corners) else 0.0
+    found: dict[Key, Name] = {}
+    kept: list[NDArray[np.float64]] = []
+    for key, text, body in bodies:
+        place, is_apart = (0.0, 0.0, 0.0), False
+        if len(body.corners):
+            middle = (body.corners.min(axis=0) + body.corners.max(axis=0)) / 2
+            place = to_vector((middle - body.place[:3, 3]) @ body.place[:3, :3])
+            is_apart = all(np.linalg.norm(middle - other) > apart for other in kept)
+            kept += [middle] * is_apart
+        found[key] = Name(text, place, key, is_link=key[2] > 0, is_apart=is_apart)
+    return found
 
 
 def _tiles_cut(shape: MeshShape, half: float | None) -> MeshShape:

@@ -22,6 +22,7 @@ class ViewOptions:
         collision: show collision shapes.
         frames: show the axes of each body and link.
         names: show the names of bodies and links.
+        lights: light the scenes with the lights of the file, not with neutral light.
         shadows: draw shadows; slow in a browser without a GPU.
         contacts: show contact points and forces.
         hidden: names of hidden entities.
@@ -33,6 +34,7 @@ class ViewOptions:
     collision: bool = False
     frames: bool = False
     names: bool = False
+    lights: bool = False
     shadows: bool = True
     contacts: bool = False
     hidden: frozenset[str] = frozenset()

@@ -12,7 +12,8 @@ from scenecc.geometry.rotations import to_pose, to_vector
 from scenecc.interrupt import interrupts_wait
 from scenecc.plan.rendering import FRAMING_DIRECTION
 from scenecc.viewer.cameras import BrowserView
-from scenecc.viewer.nodes import BodyPoses, Frame, Instances, SurfaceNode
+from scenecc.viewer.lights import PageLight
+from scenecc.viewer.nodes import BodyPoses, Frame, Instances, Name, SurfaceNode
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -30,8 +31,7 @@ _AXES_LENGTH, _AXES_RADIUS = 0.1, 0.003
 _AROUND, _BRIGHT = 0.4, 1.5
 """Intensity of ambient light and of a distant lamp: faces pointing up show about their own colour."""
 
-_FROM: Final = (0.8, -0.5, 1.2)
-"""Direction of the lamp."""
+_LAMP: Final = PageLight("directional", (255, 255, 255), _BRIGHT, (0.8, -0.5, 1.2), shadow=True)
 
 _FOV: Final = float(np.radians(75))
 """Vertical field of view of viser's camera [rad]."""
@@ -89,6 +89,7 @@ class Page:
         self._clicked = clicked
         self._dragged = dragged
         self._marks: dict[str, tuple[Key, Any]] = {}
+        self._outlined: Key | None = None
         self._touches: Any = None
         self._origins: Mapping[int, Vec3] = {}
         self._nodes: dict[str, Node] = {}
@@ -99,8 +100,9 @@ class Page:
         self._views: Mapping[str, BrowserView] = {}
         # viser's own lights are so bright that they distort the file's colours.
         server.scene.configure_default_lights(enabled=False)
-        server.scene.configure_environment_map(environment_intensity=_AROUND)
-        self._light = server.scene.add_light_directional("/light", intensity=_BRIGHT, position=_FROM)
+        self._lit: tuple[tuple[PageLight, ...], bool] | None = None
+        self._lights: list[Any] = []
+        self._light_up((), shadows=True)
 
     @property
     def digests(self) -> set[str]:
@@ -110,7 +112,7 @@ class Page:
     @interrupts_wait()
     def show(self, picture: PageContent, contents: Mapping[str, bytes]) -> None:
         """Replaces the displayed content. `contents`: its files, by digest."""
-        self._light.cast_shadow = picture.shadows
+        self._light_up(picture.lights, shadows=picture.shadows)
         with self._server.atomic():
             for path in [path for path in self._nodes if path not in picture.nodes]:
                 self._remove(path)
@@ -121,6 +123,20 @@ class Page:
         self._overview, self._radius = overview(picture.corners), bounds(picture.corners)[1]
         self._views = {view.name: view for view in picture.views}
         self._server.flush()
+
+    def _light_up(self, lights: tuple[PageLight, ...], *, shadows: bool) -> None:
+        """Replaces the lights if they differ. Without any, the page has neutral light: ambient and a distant lamp."""
+        if (lights, shadows) == self._lit:
+            return
+        for handle in self._lights:
+            handle.remove()
+        scene = self._server.scene
+        if self._lit is None or bool(lights) != bool(self._lit[0]):
+            scene.configure_environment_map(environment_intensity=0 if lights else _AROUND)
+        self._lit = (lights, shadows)
+        self._lights = [
+            light.add(scene, f"/light {number}", shadows=shadows) for number, light in enumerate(lights or (_LAMP,))
+        ]
 
     @interrupts_wait()
     def move(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> None:
@@ -140,8 +156,12 @@ class Page:
 
     @interrupts_wait()
     def outline(self, key: Key | None, box: Box | None) -> None:
-        """Draws a box around a body, in its frame, replacing the last one; None: no box."""
+        """Draws a box around a body, in its frame, and names the links of its articulation; None: no box."""
         self._unmark(_OUTLINE)
+        self._outlined = key
+        for path, node in self._nodes.items():
+            if isinstance(node, Name) and self._handles[path].visible != node.is_shown(key):
+                self._handles[path].visible = node.is_shown(key)
         if key is not None and box is not None:
             self._mark(_OUTLINE, key, box, _ORANGE)
 
@@ -272,8 +292,9 @@ class Page:
             )
         if isinstance(node, Instances):
             return self._added_instances(path, node, contents[node.digest])
-        if not isinstance(node, SurfaceNode):
-            return scene.add_label(path, node.text)
+        if isinstance(node, Name):
+            shown = node.is_shown(self._outlined)
+            return scene.add_label(path, node.text, position=node.position, anchor="center-center", visible=shown)
         handle = scene.add_glb(path, contents[node.digest], scale=node.scale, position=node.position, wxyz=node.wxyz)
         if self._clicked is not None:
             clicked, body = self._clicked, node.body

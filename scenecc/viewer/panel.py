@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.interrupt import interrupts_wait
 from scenecc.viewer.controls import add_control
 from scenecc.viewer.selected import SelectedPanel
-from scenecc.viewer.texts import findings, line, message
+from scenecc.viewer.texts import draws, findings, line, message
 from scenecc.viewer.tree import ObjectTree
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     import viser
+    from numpy.typing import NDArray
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
@@ -77,6 +78,9 @@ class Panel:
         self._problem = self._add_problem()
         self._add_simulation()
         self._scene_folder = self._gui.add_folder("Scenes", order=10, visible=False)
+        self._draw_folder = self._gui.add_folder("Draws", order=15, visible=False)
+        with self._draw_folder:
+            self._draws = self._gui.add_html("")
         self._add_shown()
         self._cameras: tuple[str, ...] = ()
         self._camera_folder = self._gui.add_folder("Cameras", order=25, visible=False)
@@ -91,7 +95,7 @@ class Panel:
     @interrupts_wait()
     def tell_fault(self, text: str) -> None:
         """Shows an error above all other content; "" removes it."""
-        self._fault.content = message(text, color=_RED) if text else ""
+        self._fault.content = message(text, color=_RED, links=self._links) if text else ""
         if self._problem.visible != bool(text):
             self._problem.visible = bool(text)
 
@@ -100,6 +104,13 @@ class Panel:
         """Shows warnings, notes and results of a check. `none`: text if there are none."""
         self._findings.content = findings(diagnostics, links=self._links) if diagnostics else line(none)
         self._findings.visible = bool(diagnostics) or bool(none)
+
+    @interrupts_wait()
+    def tell_draws(self, scene: int, seed: int, reset: int | None, values: Mapping[str, NDArray[Any]]) -> None:
+        """Shows what a scene drew: when it was built, and since the last reset."""
+        since = "" if reset is None else f", reset with seed {reset}"
+        self._draws.content = draws(f"Scene {scene}, seed {seed}{since}", values)
+        self._draw_folder.visible = bool(values)
 
     @interrupts_wait()
     def tell_recording(self, *, recording: bool) -> None:
@@ -201,8 +212,9 @@ class Panel:
             again.on_click(lambda _: self._post_seed("reset", self._actions.reset))
             rebuild = self._gui.add_button("Rebuild", hint="Rebuild the scene; all draws use this seed")
             rebuild.on_click(lambda _: self._post_seed("rebuild", self._actions.rebuild))
-            following = self._gui.add_button("Next seed", hint="Rebuild the scene with the next seed")
-            following.on_click(lambda _: self._mail.post(object(), lambda: self._actions.rebuild(self._next_seed())))
+            for label, by in (("Previous seed", -1), ("Next seed", 1)):
+                button = self._gui.add_button(label, hint=f"Rebuild the scene with the {label.lower()}")
+                button.on_click(partial(self._rebuild_beside, by))
 
     def _add_pictures(self) -> None:
         with self._gui.add_folder("Pictures", order=35):
@@ -236,18 +248,28 @@ class Panel:
         shown = _whole(self._seed.value, _LARGEST)
         return self._true_seed if shown == min(self._true_seed, _LARGEST) else shown
 
-    def _next_seed(self) -> int:
-        return min(self._asked_seed() + 1, _MOST_SEED)
+    def _rebuild_beside(self, by: int, event: object) -> None:
+        """Rebuilds with the seed before or after the one in the field."""
+        del event
+        self._mail.post(object(), lambda: self._actions.rebuild(min(max(self._asked_seed() + by, 0), _MOST_SEED)))
 
     def _add_scenes(self, count: int) -> list[Any]:
         scene = min(self._look.scene, count - 1)
         slider = self._gui.add_slider("Scene", min=0, max=count - 1, step=1, initial_value=scene)
         slider.disabled = self._look.grid
         grid = self._gui.add_checkbox("Side by side", initial_value=self._look.grid)
+        steps = [self._gui.add_button(label, disabled=self._look.grid) for label in ("Previous scene", "Next scene")]
         note = self._gui.add_html("")
+        for button, by in zip(steps, (-1, 1), strict=True):
+            button.on_click(partial(self._step_scene, slider, by))
         slider.on_update(self._change)
         grid.on_update(self._change)
-        return [slider, grid, note]
+        return [slider, grid, *steps, note]
+
+    def _step_scene(self, slider: Any, by: int, event: object) -> None:
+        """Moves the slider, which shows another scene."""
+        del event
+        slider.value = min(max(_whole(slider.value, self._scenes - 1) + by, 0), self._scenes - 1)
 
     def _add_shown(self) -> None:
         with self._gui.add_folder("Shown", order=20):
@@ -258,6 +280,7 @@ class Panel:
                     ("collision", "Collision shapes"),
                     ("frames", "Frames"),
                     ("names", "Names"),
+                    ("lights", "Lights of the file"),
                     ("shadows", "Shadows"),
                     ("contacts", "Contacts"),
                 )
@@ -270,6 +293,11 @@ class Panel:
     def _see_all(self, event: viser.GuiEvent[Any]) -> None:
         if event.client is not None:
             self._page.frame([event.client])
+
+    @interrupts_wait()
+    def set_lights(self, *, possible: bool) -> None:
+        """Sets whether the file has lights that the page can show."""
+        self._boxes["lights"].visible = possible
 
     @interrupts_wait()
     def set_cameras(self, names: tuple[str, ...]) -> None:
@@ -299,8 +327,9 @@ class Panel:
     def _look_at(self) -> None:
         found: dict[str, Any] = {name: bool(box.value) for name, box in self._boxes.items()}
         if self._made["scenes"]:
-            slider, grid, _ = self._made["scenes"]
-            slider.disabled = grid.value
+            slider, grid, *steps, _ = self._made["scenes"]
+            for control in (slider, *steps):
+                control.disabled = grid.value
             found |= {"scene": _whole(slider.value, self._scenes - 1), "grid": bool(grid.value)}
         self._look = replace(self._look, **found)
         self._actions.look_at(self._look)

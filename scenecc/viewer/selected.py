@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.interrupt import interrupts_wait
-from scenecc.viewer.texts import facts, line
+from scenecc.viewer.texts import facts, line, pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     import viser
 
+    from scenecc.geometry.rotations import Pose7
     from scenecc.inspect import Item
     from scenecc.viewer.actions import Actions
     from scenecc.viewer.nodes import Key
@@ -61,6 +62,7 @@ class SelectedPanel:
         self._of: Any = None
         self._joints: list[Any] = []
         self._joint_folder = gui.add_folder("Joints", visible=False)
+        self._pose = gui.add_html("", visible=False)
         self._facts = gui.add_html(line(_UNSELECTED))
         self._hidden.on_update(_poster(mail, "hide", self._hidden, lambda on: actions.hide(hidden=on)))
         self._locked.on_update(_poster(mail, "lock", self._locked, lambda on: actions.lock(locked=on)))
@@ -74,7 +76,7 @@ class SelectedPanel:
     @property
     def text(self) -> str:
         """All displayed text."""
-        return f"{self._facts.content}\n{self._note.content}"
+        return f"{self._facts.content}\n{self._pose.content}\n{self._note.content}"
 
     @interrupts_wait()
     def tell(self, selected: Selected | None, *, moves: bool) -> None:
@@ -94,6 +96,11 @@ class SelectedPanel:
         """Shows the positions of the selected articulation's joints."""
         for slider, joint in zip(self._joints, joints, strict=False):
             slider.value = min(max(joint.position, joint.low), joint.high)
+
+    @interrupts_wait()
+    def tell_pose(self, name: str, now: Pose7 | None) -> None:
+        """Shows the current pose of the selected body; None: it does not move."""
+        self._pose.content, self._pose.visible = (pose(name, now) if now else ""), now is not None
 
     def _tell_joints(self, selected: Selected | None) -> None:
         """Replaces the sliders if the joints differ. Sliders of the same joints stay, so that they can be dragged."""

@@ -14,7 +14,6 @@ import socket
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from contextlib import suppress
 from functools import cached_property
-from html import escape
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
@@ -28,6 +27,7 @@ from websockets.http11 import Request, Response
 from websockets.server import ServerProtocol
 
 from scenecc.interrupt import interrupts_wait
+from scenecc.viewer.head import titled
 
 if TYPE_CHECKING:
     from scenecc.viewer.options import PageAddress
@@ -186,14 +186,6 @@ class _Viser(viser.ViserServer):
 
     def request_share_url(self, verbose: bool = True) -> None:  # noqa: FBT001, FBT002 - viser's own signature
         del verbose
-
-
-def titled(page: str, title: str) -> str:
-    """Returns viser's page with another title, and without the fade-in that every loop of a recording begins again."""
-    return page.replace("<title>Viser</title>", f"<title>{escape(title)}</title>{_NO_FADE}", 1)
-
-
-_NO_FADE: Final = "<style>canvas{opacity:1!important}</style>"
 
 
 async def _pass_on(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

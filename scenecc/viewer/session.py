@@ -48,6 +48,9 @@ _FRAME: Final = 1 / 30
 _MANY: Final = 200
 """Number of bodies side by side from which one scene is shown first."""
 
+_TELLING: Final = 0.2
+"""Time between two texts of the pose of the selected body, while it moves [s]."""
+
 _ROUNDING: Final = 1e-9
 """Rounding error of a sum of times, in steps."""
 
@@ -94,7 +97,8 @@ class Session:
         self._moves = False
         self._broken = ""
         self._playing = False
-        self._shown_at = self._owed = 0.0
+        self._shown_at = self._owed = self._told_at = 0.0
+        self._reset_seed: int | None = None
         self._poses = np.zeros((0, 7), np.float32)
         self._link: SelectionLink | None = None
 
@@ -171,10 +175,12 @@ class Session:
             sink.report("SC817", str(error), loaded.plan.origin or Location(None))
             raise SceneError(sink.diagnostics()) from error
         self._panel.tell_fault(self._broken)
+        self._reset_seed = seed
         self._show_poses()
         self._touch(self._world)
         self._tell_time()
         self._tell_selected()
+        self._tell_draws()
 
     def look_at(self, look: ViewOptions) -> None:
         """Changes what is shown; builds other scenes if needed."""
@@ -345,8 +351,10 @@ class Session:
         self._tell_selected()
 
     def _select(self, key: Key) -> None:
-        self._selected, self._moves = key, self._moves and key == self._selected
+        before, self._selected, self._moves = self._selected, key, self._moves and key == self._selected
         self._tell_selected()
+        if before is None or before[0] != key[0]:
+            self._tell_draws()
 
     def _tell_selected(self) -> None:
         """Shows the selection in the panel, the tree and the view."""
@@ -355,6 +363,7 @@ class Session:
         if world is None or key is None or item is None:
             self._selected, self._moves = None, False
             self._panel.selected.tell(None, moves=False)
+            self._panel.selected.tell_pose("", None)
             self._page.outline(None, None)
             self._page.hold(None, 0)
         else:
@@ -362,6 +371,7 @@ class Session:
             self._moves = self._moves and not reason
             hidden, locked = key[1] in self._look.hidden, key[1] in self._locked
             self._panel.selected.tell(Selected(key, item, hidden, locked, reason, world.joints(key)), moves=self._moves)
+            self._tell_pose(world, key)
             box = world.box(key)
             self._page.outline(None if hidden else key, box)
             size = 0.0 if box is None else float(np.linalg.norm(box[1] - box[0]))
@@ -475,6 +485,7 @@ class Session:
             self._page.open_at(first_view(picture.views, picture.solids, grid=look.grid))
         elif grid != look.grid:
             self._page.frame_all()
+        self._panel.set_lights(possible=world.has_lights)
         self._panel.set_cameras(tuple(view.name for view in picture.views))
         self._files.keep(self._page.digests)
         self._poses = world.poses()
@@ -486,9 +497,13 @@ class Session:
             self._page.warn({})
             self._report(diagnostics)
             self._panel.tell_seed(world.loaded.seed)
+        self._reset_seed = None
+        if self._selected is not None and self._selected[0] not in world.scene_idxs:
+            self._selected = (world.scene_idxs[0], *self._selected[1:])
         self._touch(world)
         self._tell_time()
         self._tell_selected()
+        self._tell_draws()
 
     def _paint(self, world: World) -> None:
         poses = world.poses()
@@ -508,6 +523,20 @@ class Session:
         self._poses = poses
         if self._selected is not None:
             self._panel.selected.tell_joints(self._world.joints(self._selected))
+            if not self._playing or time.monotonic() > self._told_at + _TELLING:
+                self._tell_pose(self._world, self._selected)
+
+    def _tell_pose(self, world: World, key: Key) -> None:
+        self._told_at = time.monotonic()
+        self._panel.selected.tell_pose(*(world.pose(key) or ("", None)))
+
+    def _tell_draws(self) -> None:
+        """Shows what was drawn in the scene of the selected body, or in the first scene shown."""
+        world, key = self._world, self._selected
+        if world is None:
+            return
+        scene = key[0] if key is not None and key[0] in world.scene_idxs else world.scene_idxs[0]
+        self._panel.tell_draws(scene, world.loaded.seed, self._reset_seed, world.draws(scene))
 
     def _touch(self, world: World) -> None:
         """Shows contacts, if enabled."""

@@ -8,6 +8,7 @@ import viser
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.interrupt import interrupts_wait
+from scenecc.viewer.head import TREE
 from scenecc.viewer.texts import line
 
 if TYPE_CHECKING:
@@ -107,6 +108,7 @@ class ObjectTree:
         self._rows: dict[Key, Any] = {}
         self._marks: dict[Key, tuple[str, Any]] = {}
         with tab:
+            gui.add_html(TREE)
             self._search = gui.add_text("Search", initial_value="", hint="Part of a name")
             self._search.on_update(lambda _: search())
 

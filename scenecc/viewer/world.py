@@ -24,9 +24,10 @@ from scenecc.plan import ArticulationStructure
 from scenecc.selection_link import Place
 from scenecc.source.paths import PathCache
 from scenecc.viewer.cameras import camera_views, first_view
+from scenecc.viewer.head import titled
+from scenecc.viewer.lights import page_lights
 from scenecc.viewer.nodes import SurfaceFiles, page_content
 from scenecc.viewer.page import Page, bounds
-from scenecc.viewer.server import titled
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
@@ -37,13 +38,14 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
-    from scenecc.geometry.rotations import Pose7
+    from scenecc.geometry.rotations import Pose7, Vec3
     from scenecc.inspect import Item
     from scenecc.meshes.builder import BodyMeshes, SceneMeshes
     from scenecc.options import Options
     from scenecc.pipeline import CompileResult, Source
     from scenecc.plan import ScenePlan
     from scenecc.plan.snapshot import MeasuredEntity
+    from scenecc.viewer.lights import PageLight
     from scenecc.viewer.nodes import Key, PageContent
     from scenecc.viewer.options import ViewOptions
 
@@ -124,7 +126,16 @@ class World:
         """
         found = page_content(self._visual, self._colliding_meshes if look.collision else None, look, files)
         views = camera_views(self.loaded.plan, self._measured.scenes, found.origins, bounds(found.corners)[0])
-        return replace(found, views=tuple(views))
+        lights = self._lights(found.origins[self.scene_idxs[0]]) if look.lights else ()
+        return replace(found, views=tuple(views), lights=lights)
+
+    @property
+    def has_lights(self) -> bool:
+        """Whether the file has lights that a page can show."""
+        return bool(self._lights((0.0, 0.0, 0.0)))
+
+    def _lights(self, origin: Vec3) -> tuple[PageLight, ...]:
+        return page_lights(self.loaded.plan, self._measured.scenes[0], origin)
 
     def entities(self) -> dict[int, list[tuple[str, tuple[str, ...]]]]:
         """Returns the entities of each scene, each with the names of its links."""
@@ -174,6 +185,17 @@ class World:
         qpos[number], qvel[number] = position, 0
         articulation.set_qpos(qpos[:dof], [key[0]])
         articulation.set_qvel(qvel[:dof], [key[0]])
+
+    def pose(self, key: Key) -> tuple[str, Pose7] | None:
+        """Returns the name and the current pose of a body, in its scene; None for a static body."""
+        if key not in self.keys:
+            return None
+        body = _bodies_of(self._visual, key)[0].body
+        return body.name or key[1], to_pose(self.poses()[self.keys.index(key)])
+
+    def draws(self, scene: int) -> dict[str, NDArray[Any]]:
+        """Returns what the last build or reset drew in a scene: name → (1, …)."""
+        return self._batch.drawn([scene])
 
     def named(self, names: Collection[tuple[int, str]]) -> list[Key]:
         """Returns the bodies named ENTITY or ENTITY/LINK in scenes; `names`: (scene, name)."""

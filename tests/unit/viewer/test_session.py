@@ -213,7 +213,7 @@ def test_a_seed_too_large_for_a_browser_is_kept(shown: Shown) -> None:
 
 def test_invalid_values_from_a_browser_are_handled(shown: Shown) -> None:
     panel = shown.session._panel
-    slider, _, _ = panel._made["scenes"]
+    slider, *_ = panel._made["scenes"]
     for sent, index in ((-7, 0), (10**9, 1), (1, 1)):
         slider.value = sent
         panel._look_at()

@@ -95,7 +95,15 @@ def test_view_options_select_what_is_shown() -> None:
     named = made.picture(ViewOptions(names=True, frames=True), files)
     both = made.picture(ViewOptions(collision=True), files)
     colliding = made.picture(ViewOptions(collision=True, visual=False), files)
-    assert named.nodes["/scene 0/arm/tip/name"] == Name("arm/tip")
+    base, tip = named.nodes["/scene 0/arm/base/name"], named.nodes["/scene 0/arm/tip/name"]
+    assert isinstance(base, Name)
+    assert isinstance(tip, Name)
+    assert (base.text, tip.text) == ("arm", "tip")
+    chosen = [None, (0, "ball", 0), (0, "arm", 0), (0, "arm", 1)]
+    assert [base.is_shown(key) for key in chosen] == [True] * 4
+    assert [tip.is_shown(key) for key in chosen] == [False, False, True, True], "only with its articulation"
+    grid = made.picture(ViewOptions(grid=True), files)
+    assert [node.text for node in grid.nodes.values() if isinstance(node, Name)] == ["Scene 0"]
     frame = plain.nodes["/scene 0/arm/tip"]
     assert isinstance(frame, Frame)
     assert named.nodes["/scene 0/arm/tip"] == replace(frame, axes=True)
