@@ -255,3 +255,25 @@ def test_a_column_of_chosen_numbers_may_be_short_in_a_plan(tmp_path: Path) -> No
         assert batch.drawn()["ball.mass"][0] == 2
     with pytest.raises(scenecc.SceneError):
         scenecc.compile_scene(text.replace(column, "[1.5]"))
+
+
+def test_a_variant_that_a_draw_picks_is_a_condition() -> None:
+    scene = {
+        "scenecc": 1,
+        "draws": {"kind": {"choice": [0, 1]}, "a": {"choice": [1, 2]}},
+        "entities": {
+            "ball": {
+                "mass": "${a}",
+                "pick": "${kind}",
+                "variants": [{"shapes": [{"type": "sphere", "radius": {"choice": [0.1, 0.2]}}]} for _ in range(2)],
+            }
+        },
+    }
+    cover = scenecc.cover_scene(scene)
+    assert all(
+        (f"ball.variants[{number}].shapes[0].radius" in row) == (row["kind"] == number)
+        for row in cover.rows
+        for number in (0, 1)
+    )
+    assert (cover.met, len(cover.missed)) == (4 + 4 + 4 + 4, 4 + 4)
+    assert scenecc.scene_coverage(scene, [row.draws for row in cover.content.rows]).missed == ()
