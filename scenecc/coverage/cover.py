@@ -205,15 +205,15 @@ class Builder:
             raise SceneError(sink.diagnostics())
         # A scene of this seed that cannot be built may be left out of the cover.
         self.sources = named_sources(record.sources.values())
-        self.factors = factors_of(self.sources, record.num_scenes)
+        self.factors = factors_of(self.sources, record.num_scenes, record.picks)
         if any(one.scenes is not None for one in self.factors):
             # In which of more scenes they are is known only with more scenes.
             _, more, _ = self.compile({}, _MANY_SCENES)
             if len(more.sources) == len(record.sources):
-                self.factors = factors_of(named_sources(more.sources.values()), _MANY_SCENES)
+                self.factors = factors_of(named_sources(more.sources.values()), _MANY_SCENES, more.picks)
         self.ranges = [one for one in self.sources if one.kind != "choice"]
         choices = [one.source for one in self.factors]
-        self.range_needs = [tuple(conditions(one, choices)) for one in self.ranges]
+        self.range_needs = [tuple(conditions(one, choices, record.picks)) for one in self.ranges]
 
     def compile(
         self, rows: Mapping[int, Mapping[str, SceneUnits]], num_scenes: int | None

@@ -90,6 +90,7 @@ class DrawRecord:
         failures: the scenes in which a value does not exist or is out of range, its node, and its range.
         draws: the shared draws.
         num_scenes: number of scenes.
+        picks: entity → the shared draw that its `pick` reads, if it is nothing else.
     """
 
     chosen: Mapping[str, ChosenUnits] = field(default_factory=dict[str, ChosenUnits])
@@ -97,6 +98,7 @@ class DrawRecord:
     failures: list[DrawFailure] = field(default_factory=list["DrawFailure"])
     draws: Mapping[str, Node] = field(default_factory=dict[str, "Node"])
     num_scenes: int = 0
+    picks: dict[str, str] = field(default_factory=dict[str, str])
 
 
 def chosen_units(rows: Iterable[tuple[int, Mapping[str, SceneUnits]]], num_scenes: int) -> dict[str, ChosenUnits]:

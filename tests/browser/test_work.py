@@ -148,8 +148,8 @@ def test_what_is_selected_is_marked_in_the_tree_and_seen_through_others(page: Pa
     page.press("See all")
     page.press("ground")
     page.click_on("/scene 0/chest/drawer/visual 0")
-    soon(lambda: "orange" in page.run(f"return {ROW}.style.cssText", "drawer"))
-    assert "orange" not in page.run(f"return {ROW}.style.cssText", "ground")
+    soon(lambda: "orange" in page.row("drawer"))
+    assert "orange" not in page.row("ground")
     soon(lambda: page.run(IN_FRONT, "/selected"))
     # A closed folder shows the selected row and no other.
     page.run(FOLDER)

@@ -217,3 +217,63 @@ def test_a_csv_with_cells_missing_is_refused(tmp_path: Path) -> None:
     path.write_text(written.getvalue())
     with pytest.raises(scenecc.SceneError, match="another number of cells"):
         scenecc.scene_coverage(SIX, path)
+
+
+def test_conditions_that_exclude_most_are_exact(tmp_path: Path) -> None:
+    scene = {
+        "scenecc": 1,
+        "draws": {name: {"integers": [0, 4]} for name in "abcd"},
+        "entities": {
+            "ball": {
+                "mass": "${1 if a == b and b == c else 0}",
+                "linear_damping": "${1 / (d + 0.5)}",
+                "shapes": [{"type": "sphere", "radius": 0.1}],
+            }
+        },
+    }
+    cover = scenecc.cover_scene(scene)
+    assert (cover.met, len(cover.missed), len(cover.rows)) == (3 * 5 + 3 * 25, 3 * 20, 25)
+    assert {one.why for one in cover.missed} == {"excluded"}
+    values = built(scene, cover, tmp_path)
+    assert np.array_equal(values["a"], values["b"])
+
+
+def test_a_column_of_chosen_numbers_may_be_short_in_a_plan(tmp_path: Path) -> None:
+    scene = {
+        "scenecc": 1,
+        "entities": {"ball": {"mass": {"choice": [1, 2, 3]}, "shapes": [{"type": "sphere", "radius": 0.1}]}},
+    }
+    cover = scenecc.cover_scene(scene)
+    cover.write(tmp_path / "starts.json")
+    plan = scenecc.compile_scene(scene, starts=tmp_path / "starts.json", num_scenes=3)
+    data = json.loads(scenecc.plan_text(plan))
+    text = json.dumps(data)
+    column = json.dumps([row.chosen['["entities", "ball", "mass"]'][0][2] for row in cover.content.rows])
+    assert column in text
+    with scenecc.load_scene(text.replace(column, "[0.5]"), render=False) as batch:
+        batch.reset(seed=4)
+        assert batch.drawn()["ball.mass"][0] == 2
+    with pytest.raises(scenecc.SceneError):
+        scenecc.compile_scene(text.replace(column, "[1.5]"))
+
+
+def test_a_variant_that_a_draw_picks_is_a_condition() -> None:
+    scene = {
+        "scenecc": 1,
+        "draws": {"kind": {"choice": [0, 1]}, "a": {"choice": [1, 2]}},
+        "entities": {
+            "ball": {
+                "mass": "${a}",
+                "pick": "${kind}",
+                "variants": [{"shapes": [{"type": "sphere", "radius": {"choice": [0.1, 0.2]}}]} for _ in range(2)],
+            }
+        },
+    }
+    cover = scenecc.cover_scene(scene)
+    assert all(
+        (f"ball.variants[{number}].shapes[0].radius" in row) == (row["kind"] == number)
+        for row in cover.rows
+        for number in (0, 1)
+    )
+    assert (cover.met, len(cover.missed)) == (4 + 4 + 4 + 4, 4 + 4)
+    assert scenecc.scene_coverage(scene, [row.draws for row in cover.content.rows]).missed == ()
