@@ -40,10 +40,11 @@ def is_mended(now: Sequence[Diagnostic], then: Sequence[Diagnostic], found: Diag
 
     if left[found.code, found.message] >= known[found.code, found.message]:
         return False
-    return not any(is_new(one) and _stage(one) <= _stage(found) for one in now)
+    return not any(is_new(one) and stage_of(one) <= stage_of(found) for one in now)
 
 
-def _stage(found: Diagnostic) -> int:
+def stage_of(found: Diagnostic) -> int:
+    """Returns the number of the stage that reports a finding."""
     if found.code in _PARSING:
         return -1
     return STAGES.index(found.stage) if found.stage in STAGES else len(STAGES)

@@ -12,6 +12,7 @@ from typing_extensions import Unpack
 
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import STAGES, Location, Origin
+from scenecc.diagnostics.fixing import stage_of
 from scenecc.errors import SceneError
 from scenecc.files import replace_unchanged
 from scenecc.options import CompileOptions, Options, check_types, path_argument
@@ -110,13 +111,9 @@ def _has_new_errors(found: list[Diagnostic], before: Callable[[], list[Diagnosti
         before: returns those of the old text.
     """
     errors = [one for one in found if one.severity == "error"]
-    old = {(one.code, one.path): _stage(one) for one in before() if one.severity == "error"} if errors else {}
+    old = {(one.code, one.path): stage_of(one) for one in before() if one.severity == "error"} if errors else {}
     reached = max(old.values(), default=len(STAGES))
-    return any((one.code, one.path) not in old and _stage(one) <= reached for one in errors)
-
-
-def _stage(one: Diagnostic) -> int:
-    return STAGES.index(one.stage) if one.stage in STAGES else len(STAGES)
+    return any((one.code, one.path) not in old and stage_of(one) <= reached for one in errors)
 
 
 def _read(name: str, options: Options) -> tuple[bytes, Document]:
