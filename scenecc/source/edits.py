@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from yaml.events import AliasEvent, MappingEndEvent, MappingStartEvent, ScalarEvent, SequenceEndEvent
 
-from scenecc.source.events import NextEvent, NodeEvent, next_event, resolve_scalar
+from scenecc.source.events import NextEvent, NodeEvent, next_event
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Path
@@ -160,8 +160,7 @@ class TextEdits:
         above = self._find(path[:-1])
         key, node = self._entry(above, path[-1])
         if above.is_flow:
-            value = _one(write(0, self._style(above, flow=True)))
-            self._splice(node.start, node.end, self._quoted(node, value))
+            self._splice(node.start, node.end, _one(write(0, self._style(above, flow=True))))
             return
         if key is None:
             place = self._dash(above, int(path[-1])) + 1
@@ -174,7 +173,7 @@ class TextEdits:
         column = node.column if own and (key is None or node.column > key.column) else column
         new = write(column, "block" if node.is_block else "any")
         if isinstance(new, str):
-            self._replace_inline(node, place, self._quoted(node, new), own=own)
+            self._replace_inline(node, place, new, own=own)
         elif own:
             self._splice(self._line_start(node.start), self._after(node), self._joined(new, self._after(node)))
         elif key is None:
@@ -315,13 +314,6 @@ class TextEdits:
             self._splice(place, place, f" {new}")
             self._splice(self._line_start(node.start), self._after(node), "")
 
-    def _quoted(self, old: _Node, new: str) -> str:
-        """Returns a plain text in the quotes of the string that it replaces."""
-        quote = self._text[old.start : old.start + 1]
-        if not old.is_scalar or quote not in {"'", '"'} or new[0] in "'\"[{" or not _is_string(new):
-            return new
-        return quote + (new.replace("'", "''") if quote == "'" else new) + quote
-
     def _is_inline(self, node: _Node, place: int) -> bool:
         """Returns whether a value begins on the line of its key or dash."""
         return not _BREAK.search(self._text, place, node.start)
@@ -430,13 +422,6 @@ def as_is(text: str) -> Write:
         return text
 
     return write
-
-
-def _is_string(text: str) -> bool:
-    try:
-        return isinstance(resolve_scalar(text), str)
-    except OverflowError:
-        return False
 
 
 def _one(value: str | Sequence[str]) -> str:
