@@ -290,7 +290,7 @@ class TextEdits:
                 return
             while self._text[end : end + 1] == " ":
                 end += 1
-            self._splice(start, end, "")
+            self._splice(start, end, " " if self._text[end : end + 1] == "#" else "")
             return
         before = self._comma(above.entries[number - 1][1].end)
         assert before is not None, "a comma is between two items"

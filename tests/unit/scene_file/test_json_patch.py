@@ -129,6 +129,11 @@ def test_indentation_of_the_file_is_kept() -> None:
     assert found == text + "    b:\n        pose: {p: [1, 2, 3], rpy_deg: [0, 0, 90]}\n"
 
 
+def test_a_comment_in_brackets_stays_a_comment() -> None:
+    text = "a: {b: [1, 0],   # one\n    c: 2}\n"
+    assert patched(op("remove", "/a/b"), text=text) == "a: { # one\n    c: 2}\n"
+
+
 def test_a_scene_in_json_stays_json() -> None:
     text = '{\n  "scenecc": 1,\n  "entities": {"cube": {"mass": 1}}\n}\n'
     made = [
