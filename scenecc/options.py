@@ -42,7 +42,7 @@ class CompileOptions(EnvironmentOptions, total=False):
         seed: seed, overriding the file.
         params: values of the file's parameters.
         draws: values of the file's shared draws, one row per scene.
-        starts: file of starts from `settle_scene`, where the scenes begin, overriding the file.
+        starts: file of starts from `settle_scene` or `cover_scene`, where the scenes begin, overriding the file.
         asset_roots: folders to search for `asset://` paths, before those of `SCENECC_ASSET_PATH`.
         allow_outside_assets: allow paths outside the scene's folder and the asset roots.
         limits: limits to change, by name; see `docs/reference/language.md`.

@@ -44,7 +44,7 @@ def _is_shown(one: Verdict, what: str) -> bool:
     shown = {
         "missed": is_missed,
         "line": not is_missed and not one.is_right_line,
-        "hint": not is_missed and not one.mended,
+        "hint": not is_missed and not one.fixed,
     }
     return shown.get(what, True)
 
@@ -53,8 +53,12 @@ def describe(one: Verdict) -> str:
     """Returns a fault and what is said of it."""
     case = one.case
     lines = sorted(lines_of(case.scene.text, case.fault, case.fault.edits))
-    said = "nothing" if one.told is None else f"{one.told.line}: {one.told.code} {one.told.message} -> {one.told.hint}"
-    marks = f"{one.outcome}{' line' * one.is_right_line}{' mended' * one.mended}{' clean' * one.clean}"
+    said = (
+        "nothing"
+        if one.finding is None
+        else f"{one.finding.line}: {one.finding.code} {one.finding.message} -> {one.finding.hint}"
+    )
+    marks = f"{one.outcome}{' line' * one.is_right_line}{' fixed' * one.fixed}{' clean' * one.clean}"
     shown = "".join(
         f"\n    | {case.text.splitlines()[line - 1]}" for line in lines[:2] if line <= len(case.text.splitlines())
     )
@@ -78,7 +82,7 @@ def figures(verdicts: list[Verdict], pairs: list[Pair]) -> dict[str, dict[str, f
             "legal": sum(one.is_legal for one in of_kind) / len(of_kind),
             "by_check": outcomes["check"] / len(of_kind),
             "right_line": sum(one.is_right_line for one in found) / max(len(found), 1),
-            "mended": sum(one.mended for one in early) / max(len(early), 1),
+            "fixed": sum(one.fixed for one in early) / max(len(early), 1),
             "clean": sum(one.clean for one in early) / max(len(early), 1),
         }
     for kinds in dict.fromkeys(pair.kinds for pair in pairs):
@@ -95,7 +99,7 @@ def figures(verdicts: list[Verdict], pairs: list[Pair]) -> dict[str, dict[str, f
 def table(verdicts: dict[int, list[Verdict]], pairs: dict[int, list[Pair]]) -> list[str]:
     """Returns Markdown tables with the figures of each seed."""
     every = {seed: figures(verdicts[seed], pairs[seed]) for seed in verdicts}
-    keys = ("found", "legal", "by_check", "right_line", "mended", "clean")
+    keys = ("found", "legal", "by_check", "right_line", "fixed", "clean")
     rows = [f"| class | {' | '.join(key.replace('_', ' ') for key in keys)} |", "| --- " * 7 + "|"]
     masked = ["", "| two faults | one masks the other | without a word |", "| --- | --- | --- |"]
     for kind in next(iter(every.values())):

@@ -64,18 +64,18 @@ class Verdict(NamedTuple):
     Attributes:
         outcome: what reports it first.
         is_legal: whether `validate` reports nothing: the scene is another one, which the language allows.
-        told: the first finding that names it.
+        finding: the first finding that names it.
         is_right_line: whether a finding that names it is on its line.
-        mended: whether its hints, applied as they are, give the plan of the shipped scene.
+        fixed: whether its hints, applied as they are, give the plan of the shipped scene.
         clean: whether they give a scene without findings.
     """
 
     case: Case
     outcome: Outcome
     is_legal: bool
-    told: Diagnostic | None
+    finding: Diagnostic | None
     is_right_line: bool
-    mended: bool
+    fixed: bool
     clean: bool
 
 
@@ -180,16 +180,16 @@ def _known(scene: SceneText) -> frozenset[tuple[str, str]]:
 def judge(case: Case, *, simulate: bool = True) -> Verdict:
     """Returns what the compiler says of a fault. `simulate`: run `check` where `validate` reports nothing."""
     found = findings(case.text, case.scene)
-    told = _naming(case.fault, found)
-    outcome: Outcome = "error" if told and told[0].severity == "error" else "warning"
-    if not told and simulate and not found:
+    naming = _naming(case.fault, found)
+    outcome: Outcome = "error" if naming and naming[0].severity == "error" else "warning"
+    if not naming and simulate and not found:
         known = _known(case.scene)
-        told = [one for one in checked(case.text, case.scene) if (one.code, one.path) not in known]
-        told = _naming(case.fault, told)
+        naming = [one for one in checked(case.text, case.scene) if (one.code, one.path) not in known]
+        naming = _naming(case.fault, naming)
         outcome = "check"
-    if not told:
+    if not naming:
         return Verdict(
-            case, "missed", not found, next(iter(found), None), is_right_line=False, mended=False, clean=False
+            case, "missed", not found, next(iter(found), None), is_right_line=False, fixed=False, clean=False
         )
     lines = lines_of(case.scene.text, case.fault, case.fault.edits)
     result = pasted(case.text, lambda text: _as_errors(findings(text, case.scene))) if found else None
@@ -197,9 +197,9 @@ def judge(case: Case, *, simulate: bool = True) -> Verdict:
         case,
         outcome,
         not found,
-        told[0],
-        is_right_line=any(one.line in lines for one in told),
-        mended=result is not None and is_equal(result, case.scene),
+        naming[0],
+        is_right_line=any(one.line in lines for one in naming),
+        fixed=result is not None and is_equal(result, case.scene),
         clean=result is not None,
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import signal
 import sys
 import time
@@ -248,9 +249,18 @@ def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str]) -> 
         if one.file == _PARAMS and one.line is None:
             option = f"{_SET} {one.path}" if one.path in settings else _SET
         elif one.file is None and one.path and one.code in CODES and CODES[one.code].at_fault == "usage":
-            option = _OPTIONS.get(one.path, f"--{one.path.replace('_', '-')}")
-        found.append(replace(one, location=Location(None), path=option) if option else one)
+            option = _option(one.path)
+        hint = _ARGUMENT.sub(lambda match: f"`{_option(match[1])}`", one.hint) if one.hint else None
+        found.append(replace(one, location=Location(None), path=option, hint=hint) if option else one)
     return found
+
+
+def _option(argument: str) -> str:
+    return _OPTIONS.get(argument, f"--{argument.replace('_', '-')}")
+
+
+_ARGUMENT: Final = re.compile("`(entity|scenes?|target|camera|focus|size|samples)`")
+"""An argument of the API in a hint about wrong usage."""
 
 
 def print_json(data: Mapping[str, Any], diagnostics: Sequence[Diagnostic] = ()) -> None:

@@ -119,8 +119,8 @@ def view(
 
     _check(output, steps, served=open_it or no_token or any(given is not None for given in (host, port, token)))
     source = checked_source(scene, output)
-    shapes = {"visual": show == "visual", "collision": show == "collision"}
-    shown = scenecc.ViewOptions(index, grid, **shapes, lights=lights, shadows=shadows)
+    visual, collision = show == "visual", show == "collision"
+    shown = scenecc.ViewOptions(index, grid, visual, collision, lights=lights, shadows=shadows)
     with scene_errors(options):
         outlive_pipes()  # a browser may disconnect, and the processes that write a page end in any order
         if output is None:

@@ -23,7 +23,18 @@ from scenecc.pipeline import as_plan, compile_source, read_input
 from scenecc.starts.file import StartRecord, StartsFile, starts_files
 from scenecc.starts.fingerprint import fingerprint
 from scenecc.variation.chosen import DrawFailure, DrawRecord, chosen_units, key_text
-from scenecc.variation.nodes import BUILTIN_NAMES, NODE_FIELDS, Chosen, Computed, Drawn, Node, Shared
+from scenecc.variation.nodes import (
+    BUILTIN_NAMES,
+    NODE_FIELDS,
+    Chosen,
+    Computed,
+    Cycled,
+    Drawn,
+    Node,
+    Placed,
+    Rows,
+    Shared,
+)
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -127,7 +138,8 @@ def cover_scene(
         source: as for `validate`, but not a plan.
         sobol: number of scenes, which fill all alternatives and ranges by a Sobol sequence instead of meeting pairs.
         progress: called with (pairs met, total pairs).
-        options: fields of `CompileOptions`, without `num_scenes`. The starts that the scene names are ignored.
+        options: fields of `CompileOptions`, without `num_scenes` and `draws`. The starts that the scene names are
+            ignored.
 
     Raises:
         SceneError: the scene has errors, or nothing to cover (SC945).
@@ -137,8 +149,8 @@ def cover_scene(
     """
     asked = replace(Options.of_call(cover_scene, options), starts=None, at_starts=False)
     check_types(cover_scene, {"sobol": sobol, "progress": progress}, COVER_TYPES)
-    if asked.num_scenes is not None:
-        raise ValueError("num_scenes cannot be given: the cover determines it")
+    if asked.num_scenes is not None or asked.draws:
+        raise ValueError("num_scenes and draws cannot be given: the cover determines them")
     if sobol is not None and sobol < 1:
         raise ValueError(f"sobol must be at least 1, not {sobol}")
     builder = Builder(source, asked)
@@ -264,14 +276,17 @@ class Builder:
                 continue
             if item.__class__ not in NODE_FIELDS:
                 continue
+            if isinstance(item, Cycled | Rows | Placed):
+                return None  # it depends on the scene's index, or on a placement
             if isinstance(item, Computed) and not BUILTIN_NAMES.isdisjoint(item.template.names):
                 return None
             names = [*item.draws_by_name.values()] if isinstance(item, Computed) else []
             names += [item.name] if isinstance(item, Shared) else []
             todo += [draws[name] for name in names if name in draws and name not in seen]
             seen.update(names)
-            if hasattr(item, "key"):
-                place = key_text(item.key.section, item.key.name, item.key.path), getattr(item, "word", 0)
+            key: Any = getattr(item, "key", None)
+            if key is not None:
+                place = key_text(key.section, key.name, key.path), getattr(item, "word", 0)
                 if not isinstance(item, Chosen | Drawn) or place not in by_place:
                     if isinstance(item, Chosen) and len(item.possible) < 2:
                         continue
@@ -344,6 +359,7 @@ class PairCover:
     def run(self) -> SceneCover:
         """Returns the cover."""
         self._begin()
+        sink = Sink()
         for _ in range(_MOST_BUILDS):
             self._extend()
             units = self._units()
@@ -528,7 +544,7 @@ class _SobolCover:
         """Returns the cover. Scenes that cannot be built use later points of the sequence."""
         extra = self._count * _FILLINGS + _MANY_SCENES
         points = iter(sobol_points(self._dimensions, self._count + extra))
-        taken = [next(points) for _ in range(self._count)]
+        taken, sink = [next(points) for _ in range(self._count)], Sink()
         for _ in range(_MOST_BUILDS):
             rows = [self._row(point, scene) for scene, point in enumerate(taken)]
             units = {scene: self._row_units(row, taken[scene]) for scene, row in enumerate(rows)}

@@ -21,7 +21,7 @@ from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, check_types, path_argument
 
 if TYPE_CHECKING:
-    from scenecc.coverage.pairs import Row
+    from scenecc.coverage.pairs import Pair, Row
     from scenecc.pipeline import Source
 
 _MOST_FAULTS: Final = 5
@@ -83,7 +83,7 @@ class SceneCoverage:
 
 def scene_coverage(
     source: Source,
-    draws: str | PathLike[str] | Iterable[Mapping[str, Any]],
+    episodes: str | PathLike[str] | Iterable[Mapping[str, Any]],
     *,
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
@@ -92,7 +92,7 @@ def scene_coverage(
 
     Args:
         source: the scene file of the episodes, as for `validate`, but not a plan.
-        draws: what each episode has drawn, as mappings from the names of `scenecc draws` to values, such as
+        episodes: what each episode has drawn, as mappings from the names of `scenecc draws` to values, such as
             `info["draws"]`; or a file of them: the output of `scenecc draws` (JSON, CSV, Parquet), the table of a
             sweep, starts, or one JSON object per line.
         progress: called with (pairs met, total pairs) while the scenes for comparison are made.
@@ -106,18 +106,20 @@ def scene_coverage(
     """
     asked = replace(Options.of_call(scene_coverage, options), starts=None, at_starts=False, num_scenes=None)
     check_types(scene_coverage, {"progress": progress}, {"progress": Callable[[int, int], None] | None})
-    file, episodes = _episodes(draws)
+    if asked.draws:
+        raise ValueError("draws cannot be given: they would replace what the file draws")
+    file, found = _read(episodes)
     builder = Builder(source, asked)
     if not builder.sources:
         report_nothing(builder)
-    return _Counting(builder, file, progress).run(episodes)
+    return _Counting(builder, file, progress).run(found)
 
 
-def _episodes(draws: str | PathLike[str] | Iterable[Mapping[str, Any]]) -> tuple[str, Iterable[Episode]]:
+def _read(episodes: str | PathLike[str] | Iterable[Mapping[str, Any]]) -> tuple[str, Iterable[Episode]]:
     """Returns the name of the file, or "", and the episodes."""
-    if not isinstance(draws, str | PathLike):
-        return "", (Episode(f"episode {number + 1}", _plain(one)) for number, one in enumerate(draws))
-    path, sink = path_argument(scene_coverage, "draws", draws), Sink()
+    if not isinstance(episodes, str | PathLike):
+        return "", (Episode(f"episode {number + 1}", _plain(one)) for number, one in enumerate(episodes))
+    path, sink = path_argument(scene_coverage, "episodes", episodes), Sink()
     try:
         return str(path), read_episodes(path)
     except InvalidEpisodesError as error:
@@ -162,11 +164,8 @@ class _Counting:
         """Returns the coverage."""
         levels, count = self._levels(episodes)
         table = self._pairs_met(levels)
-        hidden = [
-            one.source.label
-            for one, reader in zip(self._builder.factors, self._calibration.factors, strict=True)
-            if reader is None
-        ]
+        readers = zip(self._builder.factors, self._calibration.factors, strict=True)
+        hidden = [one.source.label for one, reader in readers if reader is None]
         ranges: dict[str, RangeCoverage] = {}
         for source, reader, tenths in zip(self._builder.ranges, self._calibration.ranges, self._counts, strict=True):
             if reader is None:
@@ -274,8 +273,7 @@ class _Counting:
             found[one.source.label] = dict(zip(one.source.values, counts, strict=True))
         return found
 
-    def _missed(self, pair: Any) -> MissedPair:
-        first, second = (
-            (self._builder.factors[f].source.label, self._builder.factors[f].source.values[a]) for f, a in pair
-        )
+    def _missed(self, pair: Pair) -> MissedPair:
+        sources = [(self._builder.factors[f].source, a) for f, a in pair]
+        first, second = ((source.label, source.values[a]) for source, a in sources)
         return MissedPair(first, second, "never met")

@@ -153,7 +153,7 @@ def cell_of(values: Mapping[str, Any], column: str) -> Cell | None:
     for index in reversed(path):
         if not isinstance(item, list) or index >= len(cast("list[Any]", item)):
             return None
-        item = item[index]
+        item = cast("list[Any]", item)[index]
     return to_cell(item)
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import warnings
+from importlib import import_module
 from random import Random
 from statistics import NormalDist
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,7 +57,7 @@ def sobol_points(dimensions: int, count: int) -> list[list[float]]:
     Raises:
         ImportError: scipy is not installed.
     """
-    from scipy.stats import qmc  # noqa: PLC0415 - in an extra
+    qmc: Any = import_module("scipy.stats.qmc")
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a number of points that is not a power of two is noted by the caller

@@ -48,7 +48,7 @@ class Scope:
         kept = tuple(one for one in self.factors if one == factor or row.get(one, -1) >= 0)
         if kept not in self._projections:
             others = tuple(axis for axis, one in enumerate(self.factors) if one not in kept)
-            self._projections[kept] = self._valid.any(axis=others)
+            self._projections[kept] = np.asarray(self._valid.any(axis=others))
         return self._projections[kept][tuple(slice(None) if one == factor else row[one] for one in kept)]
 
     def excludes(self, levels: Mapping[int, int]) -> bool:

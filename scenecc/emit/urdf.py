@@ -346,10 +346,7 @@ def _select_entities(scene: MeasuredScene, options: ExportOptions, sink: Sink) -
         message = f"there is no entity `{options.entity}` in scene {scene.index}; its articulations: {words}"
         sink.report("SC915", message, Location(None), path=("entity",))
     elif not robots:
-        message, hint = (
-            f"scene {scene.index} has no articulation",
-            "export a body as a one-link robot: `--entity NAME`, in Python `entity=NAME`",
-        )
+        message, hint = f"scene {scene.index} has no articulation", "choose a body as `entity`, as a one-link robot"
         sink.report("SC915", message, Location(None), hint=hint, path=("target",))
     elif len(robots) > 1 and not options.folder:
         message = f"a file holds one robot, but scene {scene.index} has {words}"

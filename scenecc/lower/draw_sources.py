@@ -39,7 +39,7 @@ def add_sources(
         place: of the form.
         written: items of a choice, as written.
     """
-    common = {"scenes": scenes, "origin": place.origin}
+    common: dict[str, Any] = {"scenes": scenes, "origin": place.origin}
     if isinstance(node, Chosen):
         possible = node.possible
         if len(possible) > 1:
@@ -88,7 +88,7 @@ def _component(node: Drawn, component: int, key: tuple[str, str, str], common: d
     """Returns what a component draws; None if its ends are equal."""
     word = node.word + component
     is_vector = bool(node.shape) or node.word > 0
-    ends = [item[component] if isinstance(item, tuple) else item for item in node.operands[:2]]
+    ends: list[Any] = [item[component] if isinstance(item, tuple) else item for item in node.operands[:2]]
     if node.kind in {"uniform", "log_uniform", "integers"} and type(ends[0]) in {int, float} and ends[0] == ends[1]:
         return None
     if node.distribution.whole and all(type(end) in {int, float} and math.isfinite(end) for end in ends):
@@ -117,4 +117,4 @@ def _shown(item: Any, written: Any, number: int) -> Any:
 
 
 def _has_node(item: Any) -> bool:
-    return isinstance(item, NODES) or (isinstance(item, tuple) and any(map(_has_node, item)))
+    return isinstance(item, NODES) or (isinstance(item, tuple) and any(map(_has_node, item)))  # pyright: ignore[reportUnknownArgumentType]

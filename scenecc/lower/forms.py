@@ -287,7 +287,7 @@ class VariationLowerer(Variation):
     def _draw_key(self, place: FieldPlace, cost: int = 1) -> Key:
         sampling = self._fields.sampling
         sampling.count_operations(form_cost(cost * len(self._fields.scenes)), place.origin)
-        chosen = sampling.record.chosen if sampling.record is not None else {}
+        chosen = None if sampling.record is None else sampling.record.chosen
         found = chosen.get(key_text(self._section, self._name, place.path), ()) if chosen else ()
         return Key(self._section, self._name, place.path, found)
 

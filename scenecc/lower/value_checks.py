@@ -52,7 +52,7 @@ def report_draw_failure(error: DrawError, origin: Origin, sampling: SamplingCont
     """
     place, expression, sink = _place_of(error, origin), error.expression, sampling.sink
     if sampling.record is not None:
-        sampling.record.failures.append(DrawFailure((error.scene,), error.node))
+        sampling.record.failures.append(DrawFailure((error.scene,), error.node))  # pyright: ignore[reportArgumentType] - a node
     if place in sampling.failed:
         return
     sampling.failed.add(place)

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import re
 from keyword import iskeyword
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scenecc.diagnostics.messages import cut
 from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_location, uses_of
 from scenecc.lsp.references import SECTIONS_OF, defined_kind
-from scenecc.source.hint_edits import hint_edits, safe_edit
+from scenecc.source.entry_edits import Splice
+from scenecc.source.hint_edits import HintEdit, hint_edits, safe_edit
 from scenecc.spec.base import NAME_PATTERN, VARIABLE_PATTERN
 from scenecc.spec.references import SHARED_NAMESPACE, WORLD
 from scenecc.variation.expression import RESERVED_NAMES
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.diagnostics.diagnostic import Location
     from scenecc.lsp.analysis import SceneText
     from scenecc.lsp.workspace import WorkspaceView
-    from scenecc.source.hint_edits import HintEdit
 
 
 class Edit(NamedTuple):
@@ -140,6 +141,24 @@ def corrections(text: SceneText, found: Diagnostic) -> list[HintEdit]:
     if place.file != str(text.path) or place.line is None or text.line(place.line - 1) != place.text:
         return []
     if found.fix is None:
-        return hint_edits(text.text, found, text.tree)
+        return [*hint_edits(text.text, found, text.tree), *_choices(text, found)]
     safe = safe_edit(text.text, found, text.tree)
     return [] if safe is None else [safe]
+
+
+_KNOWN: Final = re.compile(r"\A(?:known|the nearest) here: ([\w./, -]+?)(?: and \d+ others?\b.*)?\Z")
+
+
+def _choices(text: SceneText, found: Diagnostic) -> Iterator[HintEdit]:
+    """Yields a change to each name that a hint lists as known."""
+    listed = _KNOWN.match(found.hint or "")
+    place = found.location
+    if listed is None or place.line is None or place.column is None or not place.end_column:
+        return
+    start = text.index_of(place.line - 1, place.column - 1)
+    end = start + place.end_column - place.column
+    for name in listed[1].split(", ")[:_MOST_CHOICES]:
+        yield HintEdit(f"Change to `{name}`", (Splice(start, end, name),), is_guess=True)
+
+
+_MOST_CHOICES: Final = 5

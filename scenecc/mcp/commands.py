@@ -17,7 +17,7 @@ from typing import Any, Final, TypeAlias
 import anyio
 from anyio.abc import Process
 
-from scenecc.interrupt import interrupts_wait, undoing
+from scenecc.interrupt import undoing
 
 Document: TypeAlias = dict[str, Any]
 """The JSON that a command prints."""
@@ -120,15 +120,18 @@ async def _communicate(argv: list[str], root: Path, data: bytes, progress: Progr
     """Runs a process to its end. Returns its exit status, its output, and the end of its standard error. If the call is
     cancelled, or a signal ends the server, it is stopped.
     """
-    output, errors = bytearray(), bytearray()
+    output, errors, all_errors = bytearray(), bytearray(), anyio.Event()
     with undoing() as undo:
-        with interrupts_wait():
+        try:
             process = await anyio.open_process(argv, cwd=root, stderr=subprocess.PIPE, start_new_session=True)
-            undo.callback(_send_signal, process, signal.SIGTERM)
+        except OSError as error:  # an argument is too long, the root folder was removed, or there is no memory
+            hint = "use shorter arguments, and values in the file instead of `params`"
+            raise CallRefused(f"the command cannot be started: {error.strerror}", hint) from None
+        undo.callback(_stop, process)
         try:
             async with anyio.create_task_group() as tasks:
                 tasks.start_soon(_write, process, data)
-                tasks.start_soon(_read_errors, process, errors)
+                tasks.start_soon(_read_errors, process, errors, all_errors)
                 tasks.start_soon(_report, progress)
                 assert process.stdout is not None
                 async for piece in process.stdout:
@@ -137,6 +140,8 @@ async def _communicate(argv: list[str], root: Path, data: bytes, progress: Progr
                         break
                 else:
                     await process.wait()
+                    with anyio.move_on_after(_GRACE):
+                        await all_errors.wait()
                 tasks.cancel_scope.cancel()
         finally:
             with anyio.CancelScope(shield=True):
@@ -154,11 +159,12 @@ async def _write(process: Process, data: bytes) -> None:
     await process.stdin.aclose()
 
 
-async def _read_errors(process: Process, errors: bytearray) -> None:
+async def _read_errors(process: Process, errors: bytearray, all_errors: anyio.Event) -> None:
     assert process.stderr is not None
     async for piece in process.stderr:
         errors += piece
         del errors[:-_ERROR_BYTES]
+    all_errors.set()
 
 
 async def _report(progress: Progress) -> None:
@@ -184,6 +190,18 @@ def _send_signal(process: Process, number: int) -> None:
     if process.returncode is None:
         with suppress(ProcessLookupError):
             os.killpg(process.pid, number)
+
+
+def _stop(process: Process) -> None:
+    """Stops a process before a signal ends the server. If it takes long, the kernel ends it with the server."""
+    if process.returncode is None:
+        _send_signal(process, signal.SIGTERM)
+        deadline = time.monotonic() + 1
+        with suppress(ChildProcessError):
+            while time.monotonic() < deadline:
+                if os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT):
+                    break
+                time.sleep(0.02)
 
 
 def _document(command: str, status: int, output: bytes, errors: bytes) -> tuple[int, Document]:

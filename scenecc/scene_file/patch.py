@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import errno
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from typing_extensions import Unpack
 
 from scenecc.diagnostics import Sink
-from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.diagnostics.diagnostic import STAGES, Location, Origin
 from scenecc.errors import SceneError
 from scenecc.files import ARCHIVE, read_at_most, replace_all
 from scenecc.options import CompileOptions, Options, check_types, path_argument
@@ -60,7 +60,8 @@ def patch_scene(
 ) -> Patched:
     """Applies a JSON Patch (RFC 6902) to a scene file as written, and keeps comments and everything else in it.
 
-    The operations apply in order, all or none. The result is compiled as by `validate` before it is written.
+    The operations apply in order, all or none. The result is compiled as by `validate` before it is written. Errors of
+    stages that old errors had kept from running do not count as new.
 
     Args:
         path: a YAML scene file.
@@ -100,13 +101,28 @@ def patch_file(name: str, operations: Sequence[Any], options: Options, *, dry_ru
         sink.report("SC941", str(error), place, path=error.path, hint=error.hint)
         raise SceneError(sink.diagnostics()) from None
     found = _compile(text, name, options)
-    errors = {(one.code, one.path) for one in found if one.severity == "error"}
-    old = errors and {(one.code, one.path) for one in _compile(before, name, options)}
-    refused = bool(errors - old) and not allow_errors
+    refused = not allow_errors and _has_new_errors(found, lambda: _compile(before, name, options))
     written = not (refused or dry_run or text == before)
     if written:
         _write(Path(os.path.realpath(name)), content, mark + text.encode(encoding), options)
     return Patched(text, text_diff(before, text, name), written, refused, found)
+
+
+def _has_new_errors(found: list[Diagnostic], before: Callable[[], list[Diagnostic]]) -> bool:
+    """Returns whether there are errors that were not there before. Stages that did not run then do not count.
+
+    Args:
+        found: diagnostics of the new text.
+        before: returns those of the old text.
+    """
+    errors = [one for one in found if one.severity == "error"]
+    old = {(one.code, one.path): _stage(one) for one in before() if one.severity == "error"} if errors else {}
+    reached = max(old.values(), default=len(STAGES))
+    return any((one.code, one.path) not in old and _stage(one) <= reached for one in errors)
+
+
+def _stage(one: Diagnostic) -> int:
+    return STAGES.index(one.stage) if one.stage in STAGES else len(STAGES)
 
 
 def _read(name: str, options: Options) -> tuple[bytes, Document]:

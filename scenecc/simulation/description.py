@@ -30,6 +30,7 @@ from scenecc.simulation.description_text import description_text
 from scenecc.simulation.reach import gripper_of, reach_of
 from scenecc.simulation.relations import TOUCH, Neighbours, find_neighbours
 from scenecc.simulation.sight import View, view_of
+from scenecc.simulation.start import articulation_names
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -138,6 +139,7 @@ class _Describer:
         self._constraints = [one for one in self._plan.constraints if scene.index in one.scene_idxs]
         self._attached = {name: self._find_attached(name) for name in self._solids}
         self._held = self._find_held()
+        self._articulations = articulation_names(done.plan)
         self._carried: dict[str, list[str]] = {name: [] for name in self._solids}
         for name in self._solids:
             for other in neighbours[name].stands_on():
@@ -253,7 +255,7 @@ class _Describer:
         near = self._neighbours[name]
         stands = near.stands_on()
         attached = self._attached[name]
-        above = None if stands else self._above(name, near)
+        above = None if stands or (name in self._articulations and not moves) else self._above(name, near)
         carries = self._carried[name]
         return {
             "stands_on": list(stands),

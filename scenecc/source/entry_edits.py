@@ -6,6 +6,7 @@ import re
 from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -53,17 +54,23 @@ def chains(root: WrittenNode, place: Place) -> Iterator[tuple[Chain, At]]:
     todo: list[tuple[WrittenNode, Chain]] = [(root, ())]
     while todo:
         node, chain = todo.pop()
-        if node.span[:2] > place or node.end < place or any(step.inside is node for step in chain):
-            continue  # an alias leads to another place, or back
+        if any(step.inside is node for step in chain):
+            continue  # an alias leads back
         for key, entry in node.entries.items():
-            if not entry.merged:
-                step = (*chain, Step(node, key))
-                if entry.key[:2] == place:
-                    yield step, "key"
-                todo.append((entry.node, step))
-        todo += ((item, (*chain, Step(node, index))) for index, item in enumerate(node.items))
+            if not entry.merged and entry.key[:2] == place:
+                yield (*chain, Step(node, key)), "key"
+        below = [
+            *((key, entry.node) for key, entry in node.entries.items() if not entry.merged),
+            *enumerate(node.items),
+        ]
+        todo += ((one, (*chain, Step(node, key))) for key, one in below if one.span[:2] <= place <= one.end)
         if chain and node.span[:2] == place:
             yield chain, "value"
+
+
+@lru_cache(maxsize=1)
+def _line_starts(text: str) -> list[int]:
+    return [0, *(match.end() for match in re.finditer(r"\r\n?|\n", text))]
 
 
 class EntryEdits:
@@ -72,7 +79,7 @@ class EntryEdits:
     def __init__(self, text: str) -> None:
         self._text = text
         self._break = "\r\n" if "\r\n" in text else "\n"
-        self.lines = [0, *(match.end() for match in re.finditer(r"\r\n?|\n", text))]
+        self.lines = _line_starts(text)
 
     def index(self, place: Place) -> int:
         """Returns the position of a place in the text."""

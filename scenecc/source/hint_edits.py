@@ -6,6 +6,7 @@ after another check.
 
 from __future__ import annotations
 
+import json
 import re
 from bisect import bisect_right
 from collections.abc import Iterator
@@ -145,9 +146,16 @@ _LEAD: Final = re.compile(r"(?:write|written|[a-z]:) \Z")
 _BLANK: Final = re.compile(r"…|\b(?:NAME|FILE|FOLDER|KEY|LINK|JOINT|ENTITY)\b")
 """A part that only the user knows."""
 
-_REMOVE: Final = re.compile(r"(?:\A|, or |: )remove (?:it\b|the (\w+)|`([^`\n-][^`\n]*)`)")
+_REMOVE: Final = re.compile(
+    r"(?:\A|, or |: )(?:remove (?:it\b|the (\w+)|`(?P<name>[^`\n-][^`\n]*)`)|leave `(?P<left>[^`\n]+)` out)"
+)
 
-_INSTEAD: Final = re.compile(r"write `(\w+)` instead of `(\w+)`")
+_INSTEAD: Final = re.compile(r"(?:write|use) `(\w+)` instead of `(\w+)`")
+
+_PLAIN: Final = re.compile(r"\b(write|set) (\w+: [\w.]+)")
+"""An entry that is not in backticks."""
+
+_QUOTE: Final = re.compile(r"\b(?:quote (?:it|the value)|must be (?:quoted|strings))\b")
 
 _ABOVE: Final = re.compile(r"(?:beside|under) `(\w+)`|(at the top)")
 """Where else to write it: beside or below another key, or at the top of the file."""
@@ -155,6 +163,9 @@ _ABOVE: Final = re.compile(r"(?:beside|under) `(\w+)`|(at the top)")
 
 _FEWER: Final = 9
 """How many runs of lines, from the longest, may be indented."""
+
+_OF_STRUCTURE: Final = frozenset(("SC005", "SC006", "SC103", "SC105", "SC106"))
+"""Codes of findings that may be mended by another mapping; elsewhere its content would be lost."""
 
 _NAMES: Final = 1
 """Depth of the mappings of names, such as `entities`: a key written there would be a name."""
@@ -184,8 +195,9 @@ class _Editor:
     def __init__(self, text: str, found: Diagnostic, tree: WrittenTree) -> None:
         self._text = text
         self._found = found
-        self._hint = found.hint or ""
+        self._hint = _PLAIN.sub(r"\1 `\2`", found.hint or "")
         self._writer = EntryEdits(text)
+        self._root = tree.root
         assert found.line is not None
         assert found.column is not None
         place = found.line - 1, found.column - 1
@@ -203,17 +215,9 @@ class _Editor:
     def edits(self) -> Iterator[HintEdit]:
         """Yields all edits, likeliest first."""
         yield from self._meant()
-        if self._hint.startswith("write two spaces instead of each tab"):
-            tabs = [Splice(at, at + 1, "  ") for at, one in enumerate(self._text) if one == "\t"]
-            yield HintEdit("Write two spaces instead of each tab", tuple(tabs))
-        if straight := re.match(r"indent it by (\d+) spaces|remove the blanks before it", self._hint):
-            line = self._writer.lines[bisect_right(self._writer.lines, self._start) - 1]
-            indented = Splice(line, self._start, " " * int(straight[1] or 0))
-            yield HintEdit(straight[0].capitalize(), (indented,))
-        if self._hint.startswith(("indent the lines below", "indent it and")):
-            yield from self._indented()
+        yield from self._of_lines()
         removed = list(self._removals())
-        if self._hint.startswith("remove it"):
+        if self._hint.startswith(("remove", "leave")) and "and write" not in self._hint:
             yield from removed
         codes = [code for code in written_codes(self._hint) if not _BLANK.search(code)]
         if not self._chain:
@@ -235,7 +239,22 @@ class _Editor:
             if "…" in code and (key := re.fullmatch(r"(\w+): (?:…|\[…\]|\{…\})", code)):
                 yield from self._renamed(None, key[1])
 
-    # ------------------------------------------------------------------------------------------- words and removals
+    # ------------------------------------------------------------------------------------ lines, words and removals
+
+    def _of_lines(self) -> Iterator[HintEdit]:
+        """Yields edits of indentation, quotes and double keys."""
+        if self._hint.startswith("write two spaces instead of each tab"):
+            tabs = [Splice(at, at + 1, "  ") for at, one in enumerate(self._text) if one == "\t"]
+            yield HintEdit("Write two spaces instead of each tab", tuple(tabs))
+        if straight := re.match(r"indent it by (\d+) spaces|remove the blanks before it", self._hint):
+            line = self._writer.lines[bisect_right(self._writer.lines, self._start) - 1]
+            yield HintEdit(straight[0].capitalize(), (Splice(line, self._start, " " * int(straight[1] or 0)),))
+        if self._hint.startswith(("indent the lines below", "indent it and")):
+            yield from self._indented()
+        if _QUOTE.search(self._hint) and (marked := self._text[self._start : self._end]):
+            yield HintEdit("Quote it", self._at_mark(json.dumps(marked, ensure_ascii=False)))
+        if self._found.code == "SC004":
+            yield from self._first_of_two()
 
     def _at_mark(self, code: str) -> tuple[Splice, ...]:
         """Replaces what the finding underlines."""
@@ -257,13 +276,14 @@ class _Editor:
         asked = _REMOVE.search(self._hint)
         if asked is None:
             return
+        name = asked["name"] or asked["left"]
         if not self._chain:
-            if asked[1] is None and asked[2] is None:
+            if asked[1] is None and name is None:
                 yield HintEdit("Remove it", self._at_mark(""))
             return
         depths = [len(self._chain) - 1]
-        if asked[2] is not None:
-            name = asked[2].partition(":")[0]
+        if name is not None:
+            name = name.partition(":")[0]
             last, around = self._chain[-1], self._chain[:-1]
             if name in last.node.entries:
                 yield HintEdit(f"Remove `{cut(name)}`", self._writer.without((*self._chain, Step(last.node, name))))
@@ -276,6 +296,14 @@ class _Editor:
             key = self._chain[depth].key
             title = f"Remove `{cut(str(key))}`" if isinstance(key, str) else f"Remove item {key + 1}"
             yield HintEdit(title, self._writer.without(self._chain[: depth + 1]))
+
+    def _first_of_two(self) -> Iterator[HintEdit]:
+        """Removes the first of two equal keys."""
+        first = next((one.location for one in self._found.related if one.location.file == self._found.file), None)
+        if first is not None and first.line is not None and first.column is not None:
+            for chain, at in chains(self._root, (first.line - 1, first.column - 1)):
+                if at == "key":
+                    yield HintEdit(f"Remove the first `{cut(str(chain[-1].key))}`", self._writer.without(chain))
 
     def _indented(self) -> Iterator[HintEdit]:
         """Indents the lines below the finding that belong to it, or only the first of them; with its own or without."""
@@ -301,8 +329,8 @@ class _Editor:
 
     def _renamed(self, old: str | None, new: str) -> Iterator[HintEdit]:
         """Renames the nearest key, alone or with the entry of the finding removed."""
-        for depth in reversed(range(len(self._chain))):
-            inside, key = self._chain[depth]
+        last = self._chain[-1].node
+        for inside, key in (*((last, each) for each in last.entries), *reversed(self._chain)):
             name = old if old is not None and old in inside.entries else key
             if not isinstance(name, str) or new in inside.entries or not (name == old if old else _alike(name, new)):
                 continue
@@ -310,7 +338,7 @@ class _Editor:
             if end is not None:
                 rename = Splice(self._writer.index((line, start)), self._writer.index((line, end)), new)
                 yield HintEdit(f"Write `{new}` instead of `{cut(name)}`", (rename,))
-                if old is not None:
+                if old is not None and inside is not last:
                     both = ordered(rename, *self._writer.without(self._chain))
                     yield HintEdit(f"Write `{new}` instead of `{cut(name)}`", both)
 
@@ -336,18 +364,22 @@ class _Editor:
                 yield self._added(at, new) if "declare" in self._hint else self._moved(at, new)
         alike = [at for at, step in enumerate(self._chain) if _alike(str(step.key), name)]
         replaced = [self._writer.replaced(self._chain[at], new) for at in reversed(alike)]
-        if self._found.code == "SC102":
+        is_misplaced = self._found.code == "SC101"
+        if last.node.entries and not is_misplaced:
             yield self._writer.set_in(last.node, new)
-        if self._found.code == "SC101" and depth not in alike:
+        if is_misplaced and depth not in alike:
             yield self._moved(depth, new)
-            yield from replaced
-        else:
-            yield from replaced
-            if self._at == "value":
-                yield self._writer.filled(last, new)
+        yield from replaced
+        may_replace = is_misplaced or self._found.code in _OF_STRUCTURE or not last.node.entries
+        if may_replace and self._at == "value":
+            yield self._writer.filled(last, new)
+        if may_replace and not is_misplaced:
             yield self._moved(depth, new)
         yield self._writer.set_in(last.inside, new)
-        yield from (self._moved(at, new) for at in reversed(range(depth)) if at != _NAMES)
+        if self._at == "value":
+            yield from (self._added(at, new) for at in reversed(range(depth)) if at != _NAMES)
+        if may_replace:
+            yield from (self._moved(at, new) for at in reversed(range(depth)) if at != _NAMES)
 
     def _moved(self, depth: int, new: Entries) -> tuple[Splice, ...]:
         """Removes the entry of the finding, and writes entries in the mapping at a depth of the chain."""

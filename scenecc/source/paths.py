@@ -135,6 +135,9 @@ class NameSuggestions:
         folder = next((parent for parent in path.parents if parent.is_dir()), Path(path.anchor))
         missing, *rest = path.relative_to(folder).parts
         guess = self._guess(missing, self._listing(folder))
+        if guess is None and not rest and self._guesses_left > 0:
+            inside = (f"{name}/{missing}" for name in reversed(self._listing(folder).names) if "." not in name)
+            guess = next((one for one in inside if (folder / one).is_file()), None)
         if guess is not None and (not rest or (folder / guess).is_dir()):
             parts = written.split("/")
             before = parts[: -len(rest) - 1] if parts[-len(rest) - 1 :] == [missing, *rest] else []

@@ -85,6 +85,8 @@ KEY_SYNONYMS = _meanings(
     {
         "file": "filename path src uri mesh_file mesh",
         "pose origin com": f"{PLACES} initial_pose",
+        "pose com": "origin",
+        "origin": "pose",
         "com": "center_of_mass cog center_of_gravity com_offset",
         "look_at": "target lookat",
         "entities": "actors objects bodies robots articulations models worldbody world scene",
@@ -285,9 +287,9 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "only `hinge` and `slider` have an axis; here it is x of both poses, which `rpy_deg: [0, -90, 0]` turns to z"),
 )  # fmt: skip
 """Rows of models of `spec`, unknown keys and a hint. A row applies to a mapping of one of its models; the first row
-that applies is used. A key that belongs in a mapping beside, inside or around needs no row: its place is found. In a hint,
-`@` is the value of the unknown key, `[@]` a list of it, `@first` and `@last` its ends, `@key` the key, `@here` its name
-here, and `@name` the name of the mapping that has it."""
+that applies is used. A key that belongs in a mapping beside, inside or around needs no row: its place is found. In a
+hint, `@` is the value of the unknown key, `[@]` a list of it, `@first` and `@last` its ends, `@key` the key, `@here`
+its name here, and `@name` the name of the mapping that has it."""
 
 SHAPE_LIST_HINTS: dict[str, str] = {
     "mesh": "write `type: convex_mesh`, convex_parts or triangle_mesh: a `mesh` is only visible, under `visuals`",

@@ -120,7 +120,7 @@ def misplaced_hint(
     unknown = _Key(word, value, owner)
     for places, words, make in MAKERS:
         if word in words.split() and not models.isdisjoint(places.split()) and (hint := make(unknown)):
-            return hint
+            return _LONG_VALUE.sub(r"did you mean `\1`?", hint)
     ends = numbers(value)[:1] + numbers(value)[-1:]
     rows = (row for row in MISPLACED_KEYS if word in row[1].split() and (ends or "@first" not in row[2]))
     hint = next((hint for places, _, hint in rows if not models.isdisjoint(places.split())), None)
@@ -130,7 +130,12 @@ def misplaced_hint(
     (here, *_) = KEY_SYNONYMS.get(word, (key,))
     hint = hint.replace("@first", flow(ends[:1])[1:-1]).replace("@last", flow(ends[1:])[1:-1])
     hint = hint.replace("@name", flow(owner.get("name", name))).replace("@here", here)
-    return hint.replace("@key", key).replace("[@]", listed).replace("@", flow(value))
+    hint = hint.replace("@key", key).replace("[@]", listed).replace("@", flow(value))
+    return _LONG_VALUE.sub(r"did you mean `\1`?", hint)
+
+
+_LONG_VALUE: Final = re.compile(r"\Awrite `(\w+): …`\Z")
+"""A hint whose value is too long to be shown: only the key changes."""
 
 
 _ENTITY_FORMS: Final = frozenset(("urdf", "mjcf", "root", "use", "variants"))
@@ -198,7 +203,7 @@ def _pose(pose: str, key: _Key) -> str | None:
         turn = next((entry for word in ROTATIONS.split() if (entry := _rotation(word, inner.among(word)))), None)
     else:
         return None
-    parts = [f"p: {flow(_vector(place))}"] * (len(_vector(place)) == 3) + [turn[0]] * bool(turn)
+    parts = [f"p: {flow(_vector(place))}"] * (len(_vector(place)) == 3) + ([turn[0]] if turn else [])
     return f"{lead}`{pose}: {{{', '.join(parts)}}}`{note}" if turn or (parts and lead == "write ") else None
 
 

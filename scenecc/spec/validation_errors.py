@@ -225,7 +225,7 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
         return
     hint = misplaced_hint(key, owner, known, str(path[-2]) if len(path) > 1 else "", models)
     if hint is None:
-        hint = _other_place(path, data, known)
+        hint = _other_place(path, data, known, free)
     if hint is None and "use" in known and not suggest_key(key, known):
         form = INSTANCE_HINT if _is_key_of_entities(key) else PARAM_HINT
         hint = form.format(entry=f"{key}: {flow(owner[key])}")
@@ -242,11 +242,13 @@ def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> Non
     sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint, fix=fix)
 
 
-def _other_place(path: Path, data: Any, known: Sequence[str]) -> str | None:
-    """Returns a hint for a key that a mapping beside it, or one around it, may have; for another name of it too."""
+def _other_place(path: Path, data: Any, known: Sequence[str], free: Sequence[str]) -> str | None:
+    """Returns a hint for a key that a mapping beside it, or one around it, may have; for another name of it too.
+    `free`: those of the `known` keys that the mapping does not have.
+    """
     owner, word = value_at(data, path[:-1]), snake_case(str(path[-1]))
     value, meanings = flow(owner[path[-1]]), KEY_SYNONYMS.get(word, ())
-    if not {*meanings}.isdisjoint(known) or nearest(word, known, _SAME_WORD):
+    if not {*meanings}.isdisjoint(free) or nearest(word, known, _SAME_WORD):
         return None
     names = [str(path[-1]), *(() if suggest_key(str(path[-1]), known) else meanings)]
     beside = [one for one in dict.fromkeys((*owner, *known)) if one not in FORM_KEYS and is_mapping(owner.get(one, {}))]

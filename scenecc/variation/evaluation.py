@@ -532,7 +532,7 @@ def key_units(batch: Batch, key: Key, first: int, count: int, lane: int = 0, *, 
     found = units(words(batch.seed, key, batch.scenes, first, count, lane, batch.tries))
     for in_lane, word, column in key.chosen:
         if in_lane == lane and first <= word < first + count:
-            given = np.array(column)[batch.scenes]
+            given = np.array((*column, -1.0))[np.minimum(batch.scenes, len(column))]
             taken = given >= 0 if batch.tries is None or every_try else (given >= 0) & (batch.tries == 0)
             found[:, word - first] = np.where(taken, given, found[:, word - first])
     return found

@@ -64,8 +64,8 @@ setInterval(() => {
         light.shadow.normalBias = 0.01;
         changed = true;
       });
-    if (path === "/selected" || path.startsWith("/overlap "))
-      /* boxes around bodies are visible through what is in front */
+    if (path === "/selected" || path === "/contacts" || path.startsWith("/overlap "))
+      /* boxes around bodies and arrows of contacts are visible through what is in front */
       node?.traverse((line) => {
         if (!line.material?.depthTest) return;
         line.material.depthTest = false;

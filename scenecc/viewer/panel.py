@@ -95,7 +95,7 @@ class Panel:
     @interrupts_wait()
     def tell_fault(self, text: str) -> None:
         """Shows an error above all other content; "" removes it."""
-        self._fault.content = message(text, color=_RED) if text else ""
+        self._fault.content = message(text, color=_RED, links=self._links) if text else ""
         if self._problem.visible != bool(text):
             self._problem.visible = bool(text)
 

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 class BuildProgress:
     """A bar on the page, visible inside a `with` block once more than one scene is counted."""
 
-    def __init__(self, server: viser.ViserServer, told: Callable[[int, int], None]) -> None:
-        """`told`: also called with (scenes done, total scenes)."""
+    def __init__(self, server: viser.ViserServer, told: Callable[[int, int], None] | None) -> None:
+        """`told`: also called with (scenes done, total scenes), if given."""
         self._text = server.gui.add_markdown("", visible=False)
         self._bar = server.gui.add_progress_bar(0, visible=False)
         self._told = told
@@ -32,4 +32,5 @@ class BuildProgress:
             self._text.content = f"Building: {done} of {total} scenes"
             self._bar.value = 100 * done / total
             self._text.visible = self._bar.visible = True
-        self._told(done, total)
+        if self._told is not None:
+            self._told(done, total)

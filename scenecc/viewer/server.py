@@ -109,6 +109,7 @@ class PageServer:
                 protocol = ServerProtocol(origins=[_OWN_PAGE, None] if self._place.is_local else None)
                 protocol.receive_data(head)
                 for request in protocol.events_received():
+                    assert isinstance(request, Request)
                     response = self._respond(protocol, request)
                     if response.status_code == HTTPStatus.SWITCHING_PROTOCOLS:
                         await self._relay(head, reader, writer)

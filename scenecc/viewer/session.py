@@ -45,11 +45,11 @@ if TYPE_CHECKING:
 _FRAME: Final = 1 / 30
 """Display time of a frame of a running simulation [s]."""
 
-_TELLING: Final = 0.2
-"""Time between two texts of the pose of the selected body, while it moves [s]."""
-
 _MANY: Final = 200
 """Number of bodies side by side from which one scene is shown first."""
+
+_TELLING: Final = 0.2
+"""Time between two texts of the pose of the selected body, while it moves [s]."""
 
 _ROUNDING: Final = 1e-9
 """Rounding error of a sum of times, in steps."""
@@ -70,7 +70,7 @@ class Session:
         *,
         path: Path | None,
         report: Callable[[Sequence[Diagnostic]], None],
-        progress: Callable[[int, int], None] = lambda *_: None,
+        progress: Callable[[int, int], None] | None = None,
         links: bool = True,
         writes: bool = True,
     ) -> None:

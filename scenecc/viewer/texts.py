@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from html import escape
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Final
@@ -29,10 +30,28 @@ _STYLE = "font-size:0.75rem;line-height:1.45;padding:0.2rem 0.6rem;overflow-wrap
 _CODE = "font-family:ui-monospace,monospace;white-space:pre;overflow:auto;max-height:60vh;user-select:text;"
 
 
-def message(text: str, *, color: str) -> str:
-    """Returns a message, line by line as on a terminal. `color`: colour of the bar beside it."""
+def message(text: str, *, color: str, links: bool = False) -> str:
+    """Returns a message, line by line as on a terminal.
+
+    Args:
+        text: the message.
+        color: colour of the bar beside it.
+        links: whether places at the start of lines are links to an editor on this machine.
+    """
     bar = f"border-left:3px solid {color};"
-    return f'<div style="{_STYLE}{_CODE}{bar}" class="scenecc-message">{escape(text.rstrip())}</div>'
+    lines = "\n".join(_linked(one, links=links) for one in text.rstrip().split("\n"))
+    return f'<div style="{_STYLE}{_CODE}{bar}" class="scenecc-message">{lines}</div>'
+
+
+_PLACE: Final = re.compile(r"(\S.*?):(\d+):(\d+)(?=: (?:error|warning|note) SC)")
+
+
+def _linked(text: str, *, links: bool) -> str:
+    found = _PLACE.match(text) if links else None
+    if found is None:
+        return escape(text)
+    file, row, column = found.groups()
+    return f"{_link(found[0], file, int(row), int(column))}{escape(text[found.end() :])}"
 
 
 def findings(diagnostics: Sequence[Diagnostic], *, links: bool) -> str:
@@ -52,11 +71,13 @@ _COLORS = {"error": "#e03131", "warning": "#f08c00", "note": "#868e96"}
 def _place(one: Diagnostic, *, links: bool) -> str:
     if one.file is None or one.line is None:
         return ""
-    words = escape(f"{PurePath(one.file).name}:{one.line}")
-    if not links:
-        return f"{words} "
-    target = quote(f"{Path(one.file).absolute().as_posix()}:{one.line}:{one.column or 1}", safe="/:")
-    return f'<a href="vscode://file{target}">{words}</a> '
+    words = f"{PurePath(one.file).name}:{one.line}"
+    return f"{_link(words, one.file, one.line, one.column or 1)} " if links else f"{escape(words)} "
+
+
+def _link(words: str, file: str, row: int, column: int) -> str:
+    target = quote(f"{Path(file).absolute().as_posix()}:{row}:{column}", safe="/:")
+    return f'<a href="vscode://file{target}">{escape(words)}</a>'
 
 
 def _aside(text: str | None) -> str:

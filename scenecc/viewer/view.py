@@ -66,8 +66,8 @@ def view_scene(
     path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
     label = "scenecc" if path is None else f"scenecc: {path.stem}"
     writes = address.is_local or address.token is not None
-    around: Any = {"path": path, "links": address.is_local, "writes": writes}
-    around |= {"report": on_diagnostics or _ignore, "progress": on_progress or _ignore}
+    around: Any = {"path": path, "progress": on_progress, "links": address.is_local, "writes": writes}
+    around["report"] = on_diagnostics or _ignore
     with (
         _serve(address, label) as server,
         closing(Session(server.viser, _again(source), compile_options, options, **around)) as session,
@@ -194,6 +194,6 @@ def _need_packages() -> None:
         raise SceneError(sink.diagnostics())
 
 
-def _ignore(*what: object) -> None:
-    """Does nothing with its arguments."""
+def _ignore(what: object) -> None:
+    """Does nothing with its argument."""
     del what

@@ -23,14 +23,45 @@ scenecc: 1   # for drags
 params: {height: 1}
 cameras:
   front: {pose: {p: [4, 0, 1], look_at: [0, 0, 0.5]}, fovy_deg: 50, width: 320, height: 240}
+environment: {ambient_light: [0.5, 0.5, 0.5]}
+lights:
+  sun: {type: directional, direction: [-1, -1, -2], color: [0.8, 0.8, 0.8], shadow: true}
 entities:
   ground: {body_type: static, shapes: [{type: plane}]}
   box:
     pose: [0, 0,  0.5]  # where it stands
     shapes: [{type: box, half_size: [0.3, 0.3, 0.5]}]
   tall: {pose: [0, 2, "${height}"], shapes: [{type: box, half_size: [0.1, 0.2, 1]}]}
+  chest:
+    pose: [0, -1.5, 0]
+    fix_root_link: true
+    root:
+      name: case
+      shapes: [{type: box, half_size: [0.2, 0.2, 0.2], pose: [0, 0, 0.2]}]
+      children:
+        - name: drawer
+          joint: {name: slide, type: prismatic, origin: [0.25, 0, 0.2], axis: x, limits: [0, 0.3]}
+          shapes: [{type: box, half_size: [0.05, 0.15, 0.1]}]
 """
-OBJECTS = {"Scene 0 (3)": ["ground", "box", "tall"]}
+OBJECTS = {"Scene 0 (4)": ["ground", "box", "tall", "case", "drawer"]}
+ROW = "[...document.querySelectorAll('button')].find(one => one.innerText === arguments[0])"
+FOLDER = """
+const titles = [...document.querySelectorAll('[data-with-border] > .mantine-Paper-root')];
+titles.find(one => one.innerText === 'chest').click();
+"""
+IN_FRONT = """
+let found = [];
+__viserMutable.nodeRefFromName[arguments[0]]?.traverse(({material}) => { if (material) found.push(material) });
+return found.some(one => one.userData.isNearer || one.depthTest === false);
+"""
+LIGHTS = """
+let scene = __viserMutable.scene, found = [];
+while (scene.parent) scene = scene.parent;
+scene.traverse(one => {
+  if (one.isLight) found.push([one.type, +one.intensity.toFixed(3), one.shadow?.normalBias ?? 0]);
+});
+return found;
+"""
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +106,7 @@ def test_it_opens_at_the_camera_of_the_file_under_its_name(page: Page) -> None:
 
 def test_a_search_and_a_click_find_each_other(page: Page) -> None:
     page.write("Search", "tal")
-    soon(page.objects, {"Scene 0 (3)": ["tall"]}.__eq__)
+    soon(page.objects, {"Scene 0 (4)": ["tall"]}.__eq__)
     page.press("tall")
     soon(lambda: page.place("/selected"), (0, 2, 1).__eq__)
     page.write("Search", "")
@@ -111,6 +142,88 @@ def test_a_drag_changes_the_file_and_an_undo_gives_its_bytes_back(page: Page, fi
     page.await_at("/scene 0/box", (0, 0, 0.5))
     page.press("tall")
     soon(page.text, lambda text: "is an expression or a form" in text)
+
+
+def test_what_is_selected_is_marked_in_the_tree_and_seen_through_others(page: Page) -> None:
+    page.press("See all")
+    page.press("ground")
+    page.click_on("/scene 0/chest/drawer/visual 0")
+    soon(lambda: "orange" in page.row("drawer"))
+    assert "orange" not in page.row("ground")
+    soon(lambda: page.run(IN_FRONT, "/selected"))
+    # A closed folder shows the selected row and no other.
+    page.run(FOLDER)
+    soon(lambda: page.run(f"return {ROW}.offsetHeight", "case"), (0).__eq__)
+    assert page.run(f"return {ROW}.offsetHeight", "drawer") > 10
+    page.run(FOLDER)
+    soon(lambda: page.run(f"return {ROW}.offsetHeight", "case"))
+
+
+def test_a_slider_moves_a_joint_and_the_page_tells_where_the_link_is(page: Page, file: Path) -> None:
+    page.press("drawer")
+    soon(page.text, lambda text: "now at [0.25, -1.5, 0.2] m" in text)
+    page.slide("slide", "END")
+    page.await_at("/scene 0/chest/drawer", (0.55, -1.5, 0.2))
+    soon(page.text, lambda text: "now at [0.55, -1.5, 0.2] m" in text)
+    assert file.read_text() == SCENE
+    page.press("Reset")
+    page.await_at("/scene 0/chest/drawer", (0.25, -1.5, 0.2))
+
+
+def test_names_of_links_are_those_of_the_selected_articulation(page: Page) -> None:
+    def is_named(link: str) -> bool:
+        return page.run("return __viserSceneTree.getState()[arguments[0]].visibility", f"/scene 0/chest/{link}/name")
+
+    page.press("box")
+    page.field("Names").click()
+    soon(page.nodes, lambda nodes: nodes >= {f"/scene 0/{body}/name" for body in ("box", "chest/case", "chest/drawer")})
+    assert is_named("case")
+    assert not is_named("drawer")
+    page.press("drawer")
+    soon(lambda: is_named("drawer"))
+    page.field("Names").click()
+
+
+def test_collision_shapes_and_contacts_are_in_front_of_what_is_seen(page: Page) -> None:
+    page.field("Collision shapes").click()
+    soon(lambda: page.run(IN_FRONT, "/scene 0/box/collision 0"))
+    assert not page.run(IN_FRONT, "/scene 0/box/visual 0")
+    page.field("Collision shapes").click()
+    page.field("Contacts").click()
+    page.press("Step")
+    soon(page.nodes, lambda nodes: "/contacts" in nodes)
+    soon(lambda: page.run(IN_FRONT, "/contacts"))
+    page.field("Contacts").click()
+    page.press("Reset")
+    soon(page.steps, (0).__eq__)
+
+
+def test_overlaps_are_red_and_findings_are_links_to_lines(page: Page, file: Path) -> None:
+    file.write_text(SCENE.replace("pose: [0, 2,", "pose: [0, 0.4,"))
+    page.await_at("/scene 0/tall", (0, 0.4, 1))
+    page.press("Check")
+    soon(page.text, lambda text: "SC850" in text)
+    soon(page.nodes, lambda nodes: nodes >= {"/overlap 0", "/overlap 1"})
+    soon(lambda: page.run(IN_FRONT, "/overlap 0"))
+    line = SCENE.splitlines().index("  box:") + 1
+    links = page.run("return [...document.querySelectorAll('.scenecc-findings a')].map(one => one.href)")
+    assert any(f"work.yaml:{line}:" in link for link in links), links
+    file.write_text(SCENE.replace("0.3, 0.3, 0.5", "0.3, 0.3, -1"))
+    soon(page.text, lambda text: "SC104" in text)
+    error = "const told = document.querySelector('.scenecc-message'); return "
+    assert "monospace" in page.run(f"{error} getComputedStyle(told).fontFamily")
+    assert page.run(f"{error} told.querySelector('a').href").startswith("vscode://file/")
+
+
+def test_lights_are_those_of_the_file_on_request_and_shadows_have_a_bias(page: Page) -> None:
+    page.field("Lights of the file").click()
+    soon(lambda: sorted(page.run(LIGHTS)), [["AmbientLight", 1.571, 0], ["DirectionalLight", 0.8, 0]].__eq__)
+    page.field("Shadows").click()
+    soon(lambda: [kind for kind, _, bias in page.run(LIGHTS) if bias > 0], lambda kinds: "DirectionalLight" in kinds)
+    page.field("Lights of the file").click()
+    soon(lambda: "AmbientLight" not in [kind for kind, _, _ in page.run(LIGHTS)])
+    page.field("Shadows").click()
+    soon(lambda: [kind for kind, *_ in page.run(LIGHTS)], ["DirectionalLight"].__eq__)
 
 
 def test_a_browser_is_given_a_picture_and_a_video(page: Page, tmp_path: Path) -> None:
@@ -162,7 +275,7 @@ def test_rapid_clicks_leave_it_at_work(page: Page) -> None:
     soon(page.steps, (0).__eq__)
     if not page.field("Visual shapes").is_selected():
         page.field("Visual shapes").click()
-    for label in ("Collision shapes", "Frames", "Names", "Shadows", "Contacts"):
+    for label in ("Collision shapes", "Frames", "Names", "Lights of the file", "Shadows", "Contacts"):
         if page.field(label).is_selected():
             page.field(label).click()
     if "Show all" in page.text():

@@ -56,7 +56,7 @@ def test_options_of_other_targets_are_wrong_usage(run, cube: Path) -> None:
         assert words in " ".join(done.stderr.split()), done.stderr
 
 
-def test_urdf_goes_to_a_file_or_a_folder(run, tmp_path: Path) -> None:
+def test_urdf_goes_to_a_file_or_a_folder(run, cube: Path, tmp_path: Path) -> None:
     arms = SCENES / "robot_arm.yaml"
     done = run("emit", arms, "--to", "urdf", "--entity", "arm", "-o", "arm.urdf")
     assert done.returncode == 0
@@ -71,6 +71,7 @@ def test_urdf_goes_to_a_file_or_a_folder(run, tmp_path: Path) -> None:
     assert several.returncode == 2
     assert "SC915" in several.stderr
     assert not (tmp_path / "both.urdf").exists()
+    assert "choose a body as `--entity`, as a one-link robot" in run("emit", cube, "-o", "cube.urdf").stderr
 
 
 def test_the_output_suffix_must_fit_the_target(run, cube: Path, tmp_path: Path) -> None:

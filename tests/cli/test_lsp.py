@@ -219,6 +219,8 @@ def test_quick_fixes_do_what_a_hint_says(client, scene):
     assert after == SCENE.replace("entities", "num_scenes: 4\nentities")
     found = quick_fixes(client, scene, SCENE + "    mass: 0\n", end)
     assert found == {"Remove `mass`": SCENE, "Write `body_type: static`": SCENE + "    body_type: static\n"}
+    wrong = SCENE.replace("relative_to: table", "relative_to: lamp")
+    assert [*quick_fixes(client, scene, wrong, 4)] == ["Change to `table`"], "what is known"
     # What would only cause another error is not offered.
     assert quick_fixes(client, scene, SCENE + "    com: [[0, 0, 0]]\n", end) == {}
 

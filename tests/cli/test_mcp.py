@@ -110,6 +110,7 @@ def test_files_outside_of_the_root_are_refused(client, root, file):
         ({"file": ["cube.yaml"]}, "`file`: Input should be a valid string"),
         ({"files": "cube.yaml"}, "unknown argument 'files'"),
         ({"text": "# " + "a" * (1 << 20)}, "`text` has 1048578 characters; 1048576 are allowed"),
+        ({"text": CUBE, "params": {"a": "x" * 200_000}}, "the command cannot be started: Argument list too long"),
         ({"file": "cube.yaml", "params": [1]}, "`params`: Input should be a valid dictionary"),
         ({"file": "cube.yaml", "params": {"a\0": 1}}, "an argument contains the character NUL"),
     ],
@@ -230,7 +231,7 @@ def wait_until_gone(process: int) -> None:
 
 def test_a_cancelled_call_ends_its_command_and_no_other(client):
     number = client.begin_call("check", file="long.yaml", seconds=60)
-    command = client.wait_for_command()
+    (command,) = client.wait_for_commands(1)
     other = client.begin_call("validate", file="cube.yaml")
     assert not client.answer(other)["isError"]
     assert command in client.commands()
@@ -255,14 +256,16 @@ def test_progress_is_reported_to_clients_that_ask_for_it(client):
 )
 def test_the_end_of_the_server_ends_its_commands(root, number, status):
     with AgentClient(root) as client:
-        client.begin_call("check", file="long.yaml", seconds=60)
-        command = client.wait_for_command()
+        for _ in range(3):
+            client.begin_call("check", file="long.yaml", seconds=60)
+        commands = client.wait_for_commands(3)
         if number is None:
             assert client.end() == status
         else:
             os.kill(client.process.pid, number)
             assert client.wait_until_ended() == status
-        wait_until_gone(command)
+        for command in commands:
+            wait_until_gone(command)
         assert b"Traceback" not in client.errors
 
 
@@ -277,7 +280,7 @@ def test_a_command_that_takes_too_long_is_stopped(root):
 def test_a_command_that_crashes_ends_only_its_call(root):
     with AgentClient(root) as client:
         number = client.begin_call("check", file="long.yaml", seconds=60)
-        os.kill(client.wait_for_command(), signal.SIGSEGV)
+        os.kill(client.wait_for_commands(1)[0], signal.SIGSEGV)
         result = client.answer(number)
         assert result["isError"]
         assert result["structuredContent"]["error"].startswith("`scenecc check` ended without a result: signal 11")

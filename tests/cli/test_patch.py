@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +49,17 @@ def test_new_errors_prevent_writing_unless_allowed(run: Any, scene: Path) -> Non
     assert (done.returncode, scene.read_text()) == (0, PATCHED)
 
 
+def test_errors_of_stages_that_did_not_run_before_are_not_new(scene: Path) -> None:
+    scene.write_text(CUBE.replace("half_size", "half_sizes").replace("type: box", "material: gone, type: box"))
+    renamed = {"op": "move", "from": "/entities/cube/shapes/0/half_sizes", "path": "/entities/cube/shapes/0/half_size"}
+    mended = patch_scene(scene, [renamed])
+    assert mended.written
+    assert [one.stage for one in mended.diagnostics if one.severity == "error"] == ["names and poses"]
+    back = {**renamed, "from": renamed["path"], "path": renamed["from"]}
+    with pytest.raises(scenecc.SceneError, match="half_sizes"):
+        patch_scene(scene, [back])
+
+
 def test_a_dry_run_writes_nothing(run: Any, scene: Path) -> None:
     found = json.loads(run("patch", "cube.yaml", MASS, "--dry-run", "--format", "json").stdout)
     assert (found["written"], found["diff"].count("\n"), found["diagnostics"]) == (False, 7, [])
@@ -93,12 +103,23 @@ def test_patch_scene_raises_for_new_errors(scene: Path) -> None:
     assert scene.read_text() == WITH_COMMENTS
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everything")
-def test_a_read_only_file_is_not_written(run: Any, scene: Path) -> None:
-    scene.chmod(0o400)
-    done = run("patch", "cube.yaml", MASS)
-    assert (done.returncode, scene.read_text()) == (2, WITH_COMMENTS)
-    assert "cannot be written: Permission denied" in done.stderr
+def test_a_file_that_is_read_only_or_changes_meanwhile_is_not_written(
+    scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patches:
+        patches.setattr("os.access", lambda *_: False)  # root may write everything
+        with pytest.raises(PermissionError, match="Permission denied"):
+            patch_scene(scene, json.loads(MASS))
+    assert scene.read_text() == WITH_COMMENTS
+
+    def compile_and_change(*_: Any) -> list[Any]:
+        scene.write_text(CUBE)
+        return []
+
+    monkeypatch.setattr("scenecc.scene_file.patch._compile", compile_and_change)
+    with pytest.raises(OSError, match="it changed while the patch was applied"):
+        patch_scene(scene, json.loads(MASS))
+    assert scene.read_text() == CUBE
 
 
 def test_packs_and_plans_are_refused(scene: Path, tmp_path: Path) -> None:

@@ -105,13 +105,13 @@ class AgentClient:
         path = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
         return [int(one) for one in path.read_text().split()]
 
-    def wait_for_command(self) -> int:
-        """The first process that the server starts."""
+    def wait_for_commands(self, count: int) -> list[int]:
+        """The processes that the server has started, once there are so many."""
         deadline = time.monotonic() + SECONDS
-        while not (found := self.commands()):
+        while len(found := self.commands()) < count:
             assert time.monotonic() < deadline
             time.sleep(0.05)
-        return found[0]
+        return found
 
     def end(self) -> int:
         """Closes its input. Returns its exit status."""

@@ -79,6 +79,10 @@ class Page:
         """The tree of objects: names under the titles of their scenes."""
         return self.run(_TREE)
 
+    def row(self, label: str) -> str:
+        """Style of a button."""
+        return self.run(f"{_BUTTON.strip().rstrip(';')}?.style.cssText ?? ''", label)
+
     def facts(self) -> str:
         """What is said of the object that was chosen, as it can be seen."""
         return self.run("return document.querySelector('.scenecc-facts')?.innerText") or ""

@@ -217,3 +217,41 @@ def test_a_csv_with_cells_missing_is_refused(tmp_path: Path) -> None:
     path.write_text(written.getvalue())
     with pytest.raises(scenecc.SceneError, match="another number of cells"):
         scenecc.scene_coverage(SIX, path)
+
+
+def test_conditions_that_exclude_most_are_exact(tmp_path: Path) -> None:
+    scene = {
+        "scenecc": 1,
+        "draws": {name: {"integers": [0, 4]} for name in "abcd"},
+        "entities": {
+            "ball": {
+                "mass": "${1 if a == b and b == c else 0}",
+                "linear_damping": "${1 / (d + 0.5)}",
+                "shapes": [{"type": "sphere", "radius": 0.1}],
+            }
+        },
+    }
+    cover = scenecc.cover_scene(scene)
+    assert (cover.met, len(cover.missed), len(cover.rows)) == (3 * 5 + 3 * 25, 3 * 20, 25)
+    assert {one.why for one in cover.missed} == {"excluded"}
+    values = built(scene, cover, tmp_path)
+    assert np.array_equal(values["a"], values["b"])
+
+
+def test_a_column_of_chosen_numbers_may_be_short_in_a_plan(tmp_path: Path) -> None:
+    scene = {
+        "scenecc": 1,
+        "entities": {"ball": {"mass": {"choice": [1, 2, 3]}, "shapes": [{"type": "sphere", "radius": 0.1}]}},
+    }
+    cover = scenecc.cover_scene(scene)
+    cover.write(tmp_path / "starts.json")
+    plan = scenecc.compile_scene(scene, starts=tmp_path / "starts.json", num_scenes=3)
+    data = json.loads(scenecc.plan_text(plan))
+    text = json.dumps(data)
+    column = json.dumps([row.chosen['["entities", "ball", "mass"]'][0][2] for row in cover.content.rows])
+    assert column in text
+    with scenecc.load_scene(text.replace(column, "[0.5]"), render=False) as batch:
+        batch.reset(seed=4)
+        assert batch.drawn()["ball.mass"][0] == 2
+    with pytest.raises(scenecc.SceneError):
+        scenecc.compile_scene(text.replace(column, "[1.5]"))

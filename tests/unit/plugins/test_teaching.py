@@ -28,7 +28,7 @@ def case(teaching: Any, kind: str, old: str, new: str, codes: str) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("kind", "old", "new", "codes", "outcome", "is_right_line", "mended"),
+    ("kind", "old", "new", "codes", "outcome", "is_right_line", "fixed"),
     [
         ("key", "half_size: [0.6", "halfSize: [0.6", "SC101", "error", True, True),
         ("name", "material: rubber", "material: ruber", "SC301", "error", True, True),
@@ -41,10 +41,10 @@ def case(teaching: Any, kind: str, old: str, new: str, codes: str) -> Any:
     ],
 )
 def test_a_fault_is_judged_by_what_validate_says(
-    kind: str, old: str, new: str, codes: str, outcome: str, is_right_line: bool, mended: bool, teaching: Any
+    kind: str, old: str, new: str, codes: str, outcome: str, is_right_line: bool, fixed: bool, teaching: Any
 ) -> None:
     found = teaching.judge(case(teaching, kind, old, new, codes), simulate=False)
-    assert (found.outcome, found.is_right_line, found.mended) == (outcome, is_right_line, mended)
+    assert (found.outcome, found.is_right_line, found.fixed) == (outcome, is_right_line, fixed)
     assert found.is_legal == (new == "density: 1.1")
 
 

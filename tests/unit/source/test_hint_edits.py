@@ -44,6 +44,18 @@ def test_edits_keep_all_other_text(before: tuple[str, ...], after: tuple[str, ..
     assert first_edit(scene(*before)) == scene(*after)
 
 
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ((f"  a: {{{BOX}}}", "  b: {}", f"  a: {{mass: 1, {BOX}}}"), ("  b: {}", f"  a: {{mass: 1, {BOX}}}")),
+        ((f"  1: {{{BOX}}}",), (f'  "1": {{{BOX}}}',)),
+        (("  a:", "    visuals: [{type: sphere, radius: 1}]"), ("  a:", "    shapes: [{type: sphere, radius: 1}]")),
+    ],
+)
+def test_words_of_hints_have_edits(before: tuple[str, ...], after: tuple[str, ...]) -> None:
+    assert first_edit(scene(*before)) == scene(*after)
+
+
 def test_line_breaks_and_wide_characters_count() -> None:
     text = scene("  a:  # 😀", f"    {BOX}", '    x-note: "😀"', "    color: red # 😀").replace("\n", "\r\n")
     assert first_edit(text) == text.replace("red #", '"#ff0000" #')
