@@ -39,10 +39,10 @@ from scenecc.variation.nodes import (
 if TYPE_CHECKING:
     from os import PathLike
 
-    from scenecc.coverage.factors import Factor, Level
+    from scenecc.coverage.factors import Factor
     from scenecc.coverage.pairs import Pair, Row
     from scenecc.pipeline import CompileResult, Source
-    from scenecc.variation.chosen import DrawSource, SceneUnits
+    from scenecc.variation.chosen import SceneUnits
 
 _MOST_BUILDS: Final = 300
 """Most compilations of one cover."""
@@ -334,6 +334,8 @@ class PairCover:
     Attributes:
         rows: the alternatives of each scene.
         can_move: whether a row may be in any scene.
+        table: the pairs.
+        given_up: pairs that no scene has, with why and where.
     """
 
     def __init__(self, builder: Builder, progress: Callable[[int, int], None] | None) -> None:
@@ -346,12 +348,12 @@ class PairCover:
             message = f"the file draws {levels} alternatives, and pairs of at most {_MOST_LEVELS} can be covered"
             sink.report("SC945", message, Location(builder.name), hint="cover with --sobol N (`sobol=N`)")
             raise SceneError(sink.diagnostics())
-        self._table = PairTable(self._factors)
-        self._maker = RowMaker(self._table)
+        self.table = PairTable(self._factors)
+        self._maker = RowMaker(self.table)
         self.rows: list[Row] = []
         self._starts: list[Pair | None] = []
         self._attempts: list[int] = []
-        self._given_up: dict[Pair, tuple[str, str]] = {}
+        self.given_up: dict[Pair, tuple[str, str]] = {}
         self._tries: dict[Pair, int] = {}
         self._checked = 0
         self.can_move = not any(one.is_cycle or one.scenes is not None for one in self._factors)
@@ -365,7 +367,7 @@ class PairCover:
             units = self._units()
             result, record, sink = self._builder.compile(units, len(self.rows))
             if result is not None:
-                rows = without_redundant(self.rows, self._table) if self.can_move else self.rows
+                rows = without_redundant(self.rows, self.table) if self.can_move else self.rows
                 if len(rows) == len(self.rows):
                     return self._cover(result, sink, units)
                 self.rows, self._starts, self._attempts = rows, [None] * len(rows), [0] * len(rows)
@@ -377,34 +379,34 @@ class PairCover:
     def _begin(self) -> None:
         """Makes the first rows: the smallest of several covers."""
         best: list[Row] | None = None
-        for seed in range(_RESTARTS if self.can_move and len(self._table.levels) < _FEW_LEVELS else 1):
-            self._maker = RowMaker(self._table, seed)
+        for seed in range(_RESTARTS if self.can_move and len(self.table.levels) < _FEW_LEVELS else 1):
+            self._maker = RowMaker(self.table, seed)
             self.rows, self._starts, self._attempts = [], [], []
-            self._table.reopen([], [])
+            self.table.reopen([], [])
             self._extend()
-            rows = without_redundant(self.rows, self._table) if self.can_move else self.rows
+            rows = without_redundant(self.rows, self.table) if self.can_move else self.rows
             best = rows if best is None or len(rows) < len(best) else best
         assert best is not None
         self.rows, self._starts, self._attempts = best, [None] * len(best), [0] * len(best)
-        self._table.reopen(best, [*self._given_up])
+        self.table.reopen(best, [*self.given_up])
 
     def _extend(self) -> None:
         """Adds rows until no pair is open, and at least one."""
         idle = 0
-        while self._table.open.any() or not self.rows:
-            before = self._table.open.sum()
+        while self.table.open.any() or not self.rows:
+            before = self.table.open.sum()
             self._append(*self._next(len(self.rows)))
-            idle = 0 if self._table.open.sum() < before else idle + 1
+            idle = 0 if self.table.open.sum() < before else idle + 1
             if idle > _MANY_SCENES:
                 self._close_all("not found", "")
-            if idle and not self._table.open.any():
+            if idle and not self.table.open.any():
                 del self.rows[-idle:], self._starts[-idle:], self._attempts[-idle:]
 
     def _next(self, scene: int) -> tuple[Row, Pair | None]:
         """Returns a row of a scene, and the pair that it was made for. Gives up the pairs that have no row."""
         found = self._maker.best(scene)
         if (
-            self._table.open.any()
+            self.table.open.any()
             and (found is None or found[1] is None)
             and self._checked < len(self._maker.conflicts) + len(self._maker.scopes)
         ):
@@ -419,9 +421,9 @@ class PairCover:
         self.rows.append(row)
         self._starts.append(start)
         self._attempts.append(0)
-        self._table.meet(row)
+        self.table.meet(row)
         if self._progress is not None:
-            self._progress(self._table.total - self._table.count, self._table.total)
+            self._progress(self.table.total - self.table.count, self.table.total)
 
     def _builder_error(self) -> list[Diagnostic]:
         sink = Sink()
@@ -431,21 +433,21 @@ class PairCover:
 
     def _give_up_excluded(self, scene: int) -> None:
         """Gives up the open pairs for which no row is possible, because of what failed before."""
-        for pair in [*self._open_levels(), *self._table.open_pairs()][:_MOST_CHECKED]:
+        for pair in [*self._open_levels(), *self.table.open_pairs()][:_MOST_CHECKED]:
             if not self._maker.is_possible(pair, scene, _TRIES):
                 self._close(pair, "excluded", self._maker.reason(pair))
 
     def _open_levels(self) -> list[Pair]:
-        levels = self._table.levels
-        return [(level, level) for v, level in enumerate(levels) if self._table.open[v, v]]
+        levels = self.table.levels
+        return [(level, level) for v, level in enumerate(levels) if self.table.open[v, v]]
 
     def _close(self, pair: Pair, why: str, by: str) -> None:
-        self._given_up[pair] = why, by
+        self.given_up[pair] = why, by
         (f, a), (g, b) = pair
-        self._table.close(self._table.at[f] + a, self._table.at[g] + b)
+        self.table.close(self.table.at[f] + a, self.table.at[g] + b)
 
     def _close_all(self, why: str, by: str) -> None:
-        for pair in [*self._table.open_pairs(), *self._open_levels()]:
+        for pair in [*self.table.open_pairs(), *self._open_levels()]:
             self._close(pair, why, by)
 
     def _units(self) -> dict[int, dict[str, SceneUnits]]:
@@ -468,7 +470,7 @@ class PairCover:
                 self._note_failure(scene)
         if replaced:
             kept = [row for scene, row in enumerate(self.rows) if scene not in replaced]
-            self._table.reopen(kept, [*self._given_up])
+            self.table.reopen(kept, [*self.given_up])
             self._renew(replaced)
 
     def _learn(
@@ -491,35 +493,27 @@ class PairCover:
         if start is not None:
             self._tries[start] = self._tries.get(start, 0) + 1
             if self._tries[start] >= _TRIES:
-                self._given_up[start] = "not found", ""
+                self.given_up[start] = "not found", ""
 
     def _renew(self, scenes: Sequence[int]) -> None:
         """Makes other rows of these scenes, or removes them if nothing is open."""
         for scene in sorted(scenes, reverse=True):
-            if not self._table.open.any() and self.can_move and len(self.rows) > 1:
+            if not self.table.open.any() and self.can_move and len(self.rows) > 1:
                 del self.rows[scene], self._starts[scene], self._attempts[scene]
                 continue
             self.rows[scene], self._starts[scene] = self._next(scene)
-            self._table.meet(self.rows[scene])
+            self.table.meet(self.rows[scene])
 
     def _cover(self, result: CompileResult, sink: Sink, units: Mapping[int, Any]) -> SceneCover:
-        given_up = {pair: why for pair, why in self._given_up.items() if not self._meets(pair)}
-        missed = [self._missed(pair, "excluded", "") for pair in self._table.impossible]
-        missed += [self._missed(pair, *why) for pair, why in given_up.items() if pair[0] != pair[1]]
-        total = self._table.total
+        given_up = {pair: why for pair, why in self.given_up.items() if not self._meets(pair)}
+        missed = [MissedPair(*self.table.named(pair), "excluded") for pair in self.table.impossible]
+        missed += [MissedPair(*self.table.named(pair), *why) for pair, why in given_up.items() if pair[0] != pair[1]]
+        total = self.table.total
         met = total - sum(1 for pair in given_up if pair[0] != pair[1])
         return self._builder.cover(result, sink, self.rows, units, met=met, missed=tuple(missed))
 
     def _meets(self, pair: Pair) -> bool:
         return any(all(row[f] == a for f, a in pair) for row in self.rows)
-
-    def _missed(self, pair: Pair, why: str, by: str) -> MissedPair:
-        first, second = (self._named(level) for level in pair)
-        return MissedPair(first, second, why, by)
-
-    def _named(self, level: Level) -> tuple[str, Any]:
-        source: DrawSource = self._factors[level[0]].source
-        return source.label, source.values[level[1]]
 
 
 _FEW_LEVELS: Final = 150
@@ -553,7 +547,7 @@ class _SobolCover:
                 met = PairTable(self._builder.factors)
                 for row in rows:
                     met.meet(row)
-                missed = tuple(self._missed(pair, met) for pair in met.open_pairs())
+                missed = tuple(MissedPair(*met.named(pair), "not met") for pair in met.open_pairs())
                 return self._builder.cover(result, sink, rows, units, met=met.total - met.count, missed=missed)
             for scene in self._builder.failed_scenes(record, sink, self._count):
                 point = next(points, None)
@@ -583,7 +577,3 @@ class _SobolCover:
             ranges[number] = point[at : at + one.words]
             at += one.words
         return self._builder.row_units(row, ranges)
-
-    def _missed(self, pair: Pair, table: PairTable) -> MissedPair:
-        first, second = ((table.factors[f].source.label, table.factors[f].source.values[a]) for f, a in pair)
-        return MissedPair(first, second, "not met")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import lcm
 from random import Random
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -95,6 +95,17 @@ class PairTable:
     def pair(self, v: int, w: int) -> Pair:
         """Returns a pair by its two numbers."""
         return self.levels[min(v, w)], self.levels[max(v, w)]
+
+    def named(self, pair: Pair) -> tuple[tuple[str, Any], tuple[str, Any]]:
+        """Returns the name and the value of each alternative of a pair."""
+        (f, a), (g, b) = pair
+        first, second = self.factors[f].source, self.factors[g].source
+        return (first.label, first.values[a]), (second.label, second.values[b])
+
+    def ignore(self, factor: int) -> None:
+        """Marks all pairs of a factor as no longer open."""
+        own = slice(self.at[factor], self.at[factor + 1])
+        self.open[own] = self.open[:, own] = False
 
     def numbers(self, row: Row) -> list[int]:
         """Returns the numbers of a row's alternatives."""

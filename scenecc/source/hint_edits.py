@@ -152,9 +152,6 @@ _REMOVE: Final = re.compile(
 
 _INSTEAD: Final = re.compile(r"(?:write|use) `(\w+)` instead of `(\w+)`")
 
-_PLAIN: Final = re.compile(r"\b(write|set) (\w+: [\w.]+)")
-"""An entry that is not in backticks."""
-
 _QUOTE: Final = re.compile(r"\b(?:quote (?:it|the value)|must be (?:quoted|strings))\b")
 
 _ABOVE: Final = re.compile(r"(?:beside|under) `(\w+)`|(at the top)")
@@ -163,9 +160,6 @@ _ABOVE: Final = re.compile(r"(?:beside|under) `(\w+)`|(at the top)")
 
 _FEWER: Final = 9
 """How many runs of lines, from the longest, may be indented."""
-
-_OF_STRUCTURE: Final = frozenset(("SC005", "SC006", "SC103", "SC105", "SC106"))
-"""Codes of findings that may be mended by another mapping; elsewhere its content would be lost."""
 
 _NAMES: Final = 1
 """Depth of the mappings of names, such as `entities`: a key written there would be a name."""
@@ -195,7 +189,7 @@ class _Editor:
     def __init__(self, text: str, found: Diagnostic, tree: WrittenTree) -> None:
         self._text = text
         self._found = found
-        self._hint = _PLAIN.sub(r"\1 `\2`", found.hint or "")
+        self._hint = found.hint or ""
         self._writer = EntryEdits(text)
         self._root = tree.root
         assert found.line is not None
@@ -231,13 +225,10 @@ class _Editor:
             made = self._value(code) if entries is None else self._entries(entries)
             for splices in made:
                 yield HintEdit(f"Write `{cut(code)}`", splices)
-            if entries is not None and removed and "and write" in self._hint:
+            if entries is not None and "and write" in self._hint:
                 top = self._added(0, entries)
                 yield from (HintEdit(f"Write `{cut(code)}`", ordered(*one.splices, *top)) for one in removed)
         yield from removed
-        for code in _CODE.findall(self._hint):
-            if "…" in code and (key := re.fullmatch(r"(\w+): (?:…|\[…\]|\{…\})", code)):
-                yield from self._renamed(None, key[1])
 
     # ------------------------------------------------------------------------------------ lines, words and removals
 
@@ -327,20 +318,16 @@ class _Editor:
                 splices = tuple(Splice(at, at, "  ") for at in [*mark, *starts[:count]])
                 yield HintEdit("Indent the lines below it", splices)
 
-    def _renamed(self, old: str | None, new: str) -> Iterator[HintEdit]:
-        """Renames the nearest key, alone or with the entry of the finding removed."""
+    def _renamed(self, old: str, new: str) -> Iterator[HintEdit]:
+        """Renames the nearest key of a name, alone or with the entry of the finding removed."""
         last = self._chain[-1].node
-        for inside, key in (*((last, each) for each in last.entries), *reversed(self._chain)):
-            name = old if old is not None and old in inside.entries else key
-            if not isinstance(name, str) or new in inside.entries or not (name == old if old else _alike(name, new)):
-                continue
-            line, start, end = inside.entries[name].key
-            if end is not None:
-                rename = Splice(self._writer.index((line, start)), self._writer.index((line, end)), new)
-                yield HintEdit(f"Write `{new}` instead of `{cut(name)}`", (rename,))
-                if old is not None and inside is not last:
-                    both = ordered(rename, *self._writer.without(self._chain))
-                    yield HintEdit(f"Write `{new}` instead of `{cut(name)}`", both)
+        for inside in (last, *(step.inside for step in reversed(self._chain))):
+            if old in inside.entries and new not in inside.entries:
+                line, start, end = inside.entries[old].key
+                if end is not None:
+                    rename = Splice(self._writer.index((line, start)), self._writer.index((line, end)), new)
+                    for more in (), self._writer.without(self._chain) if inside is not last else ():
+                        yield HintEdit(f"Write `{new}` instead of `{old}`", ordered(rename, *more))
 
     # ------------------------------------------------------------------------------------------------------- values
 
@@ -370,16 +357,9 @@ class _Editor:
         if is_misplaced and depth not in alike:
             yield self._moved(depth, new)
         yield from replaced
-        may_replace = is_misplaced or self._found.code in _OF_STRUCTURE or not last.node.entries
-        if may_replace and self._at == "value":
-            yield self._writer.filled(last, new)
-        if may_replace and not is_misplaced:
-            yield self._moved(depth, new)
-        yield self._writer.set_in(last.inside, new)
         if self._at == "value":
             yield from (self._added(at, new) for at in reversed(range(depth)) if at != _NAMES)
-        if may_replace:
-            yield from (self._moved(at, new) for at in reversed(range(depth)) if at != _NAMES)
+            yield self._at_mark(new.code[1:-1])
 
     def _moved(self, depth: int, new: Entries) -> tuple[Splice, ...]:
         """Removes the entry of the finding, and writes entries in the mapping at a depth of the chain."""
