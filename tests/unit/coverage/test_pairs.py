@@ -83,7 +83,7 @@ def test_conflicts_are_left_out() -> None:
     table = PairTable(factors)
     maker = RowMaker(table)
     maker.add_conflict({0: 0, 1: 0}, "scene.yaml:7")
-    assert not maker.is_possible(((0, 0), (1, 0)), 0, 5)
+    assert not maker.is_possible(((0, 0), (1, 0)), 0)
     assert maker.reason(((0, 0), (1, 0))) == "scene.yaml:7"
     for scene in range(30):
         found = maker.best(scene)
