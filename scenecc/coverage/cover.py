@@ -11,7 +11,7 @@ from typing_extensions import Unpack
 
 from scenecc.coverage.factors import conditions, factors_of, named_sources
 from scenecc.coverage.filling import latin_quantiles, range_units, sobol_points
-from scenecc.coverage.pairs import PairTable, RowMaker, without_redundant
+from scenecc.coverage.pairs import PairTable, RowMaker
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.drawn_values import DrawnValues, plain_values
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
     from scenecc.coverage.factors import Factor
     from scenecc.coverage.pairs import Pair, Row
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.pipeline import CompileResult, Source
     from scenecc.variation.chosen import SceneUnits
 
@@ -259,11 +260,11 @@ class Builder:
         return found
 
     def factors_read(self, node: Node | None, draws: Mapping[str, Node]) -> list[int] | None:
-        """Returns the factors that determine a value; None if something else does too."""
+        """Returns the factors that determine a value and whether a scene has it; None if something else does too."""
         if node is None:
             return None
         by_place = {(one.source.key, one.source.word): number for number, one in enumerate(self.factors)}
-        found: dict[int, None] = {}
+        found = dict.fromkeys(self._enclosing(getattr(node, "origin", None)))
         todo, seen = [node], set[str]()
         while todo:
             item: Any = todo.pop()
@@ -290,6 +291,12 @@ class Builder:
                 found[by_place[place]] = None
             todo += [getattr(item, name) for name in NODE_FIELDS[item.__class__] if name != "key"]
         return [*found]
+
+    def _enclosing(self, origin: Origin | None) -> list[int]:
+        """Returns the factors that select whether a scene has the value written at a place."""
+        above = () if origin is None else [(origin.file, origin.path[:n]) for n in range(len(origin.path))]
+        places = [one.source.origin for one in self.factors]
+        return [number for number, one in enumerate(places) if (one.file, one.path) in above]
 
     def cover(
         self, result: CompileResult, sink: Sink, rows: Sequence[Row], units: Mapping[int, Any], **found: Any
@@ -363,11 +370,7 @@ class PairCover:
             units = self._units()
             result, record, sink = self._builder.compile(units, len(self.rows))
             if result is not None:
-                rows = without_redundant(self.rows, self.table) if self.can_move else self.rows
-                if len(rows) == len(self.rows):
-                    return self._cover(result, sink, units)
-                self.rows, self._starts, self._attempts = rows, [None] * len(rows), [0] * len(rows)
-                continue
+                return self._cover(result, sink, units)
             self._replace_failed(record, sink)
         sink.report("SC945", f"no cover was found in {_MOST_BUILDS} builds", Location(self._builder.name))
         raise SceneError(sink.diagnostics())
@@ -380,8 +383,7 @@ class PairCover:
             self.rows, self._starts, self._attempts = [], [], []
             self.table.reopen([], [])
             self._extend()
-            rows = without_redundant(self.rows, self.table) if self.can_move else self.rows
-            best = rows if best is None or len(rows) < len(best) else best
+            best = self.rows if best is None or len(self.rows) < len(best) else best
         assert best is not None
         self.rows, self._starts, self._attempts = best, [None] * len(best), [0] * len(best)
         self.table.reopen(best, [*self.given_up])

@@ -268,19 +268,3 @@ class RowMaker:
             return []
         gains = score[at : at + one.count].tolist()
         return sorted(found, key=lambda a: (gains[a], self._random.random()))
-
-
-def without_redundant(rows: Sequence[Row], table: PairTable) -> list[Row]:
-    """Returns the rows without those all of whose pairs other rows meet too."""
-    met = np.zeros(table.open.shape, np.int32)
-    for row in rows:
-        numbers = table.numbers(row)
-        met[np.ix_(numbers, numbers)] += 1
-    kept: list[Row] = []
-    for row in rows:
-        numbers = table.numbers(row)
-        if (met[np.ix_(numbers, numbers)] > 1).all():
-            met[np.ix_(numbers, numbers)] -= 1
-        else:
-            kept.append(row)
-    return kept
