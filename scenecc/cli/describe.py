@@ -20,7 +20,7 @@ def describe(
     form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
-    """Describe a built scene in words: what is where, and what stands on what.
+    """Describe a built scene: sizes, poses, and what stands on what.
 
     Lists each object with its size, position and mass, what it stands on, is in, is suspended from, touches and
     overlaps, and gaps below it. Contacts come from the engine, in the initial poses. No render device is needed.

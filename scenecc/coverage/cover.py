@@ -11,8 +11,7 @@ from typing_extensions import Unpack
 
 from scenecc.coverage.factors import conditions, factors_of, named_sources
 from scenecc.coverage.filling import latin_quantiles, range_units, sobol_points
-from scenecc.coverage.pairs import PairTable, RowMaker, without_redundant
-from scenecc.coverage.scopes import scope_of
+from scenecc.coverage.pairs import PairTable, RowMaker
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.drawn_values import DrawnValues, plain_values
@@ -41,6 +40,7 @@ if TYPE_CHECKING:
 
     from scenecc.coverage.factors import Factor
     from scenecc.coverage.pairs import Pair, Row
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.pipeline import CompileResult, Source
     from scenecc.variation.chosen import SceneUnits
 
@@ -55,9 +55,6 @@ _FILLINGS: Final = 3
 
 _TRIES: Final = 5
 """Rows made for a pair before it counts as not found."""
-
-_MOST_CONFLICTS: Final = 300
-"""Combinations that are learned one by one. Pairs of later ones are only tried."""
 
 _MOST_CHECKED: Final = 2000
 """Most open pairs that are looked at one by one to find whether they have a row."""
@@ -263,11 +260,11 @@ class Builder:
         return found
 
     def factors_read(self, node: Node | None, draws: Mapping[str, Node]) -> list[int] | None:
-        """Returns the factors that determine a value; None if something else does too."""
+        """Returns the factors that determine a value and whether a scene has it; None if something else does too."""
         if node is None:
             return None
         by_place = {(one.source.key, one.source.word): number for number, one in enumerate(self.factors)}
-        found: dict[int, None] = {}
+        found = dict.fromkeys(self._enclosing(getattr(node, "origin", None)))
         todo, seen = [node], set[str]()
         while todo:
             item: Any = todo.pop()
@@ -294,6 +291,12 @@ class Builder:
                 found[by_place[place]] = None
             todo += [getattr(item, name) for name in NODE_FIELDS[item.__class__] if name != "key"]
         return [*found]
+
+    def _enclosing(self, origin: Origin | None) -> list[int]:
+        """Returns the factors that select whether a scene has the value written at a place."""
+        above = () if origin is None else [(origin.file, origin.path[:n]) for n in range(len(origin.path))]
+        places = [one.source.origin for one in self.factors]
+        return [number for number, one in enumerate(places) if (one.file, one.path) in above]
 
     def cover(
         self, result: CompileResult, sink: Sink, rows: Sequence[Row], units: Mapping[int, Any], **found: Any
@@ -367,11 +370,7 @@ class PairCover:
             units = self._units()
             result, record, sink = self._builder.compile(units, len(self.rows))
             if result is not None:
-                rows = without_redundant(self.rows, self.table) if self.can_move else self.rows
-                if len(rows) == len(self.rows):
-                    return self._cover(result, sink, units)
-                self.rows, self._starts, self._attempts = rows, [None] * len(rows), [0] * len(rows)
-                continue
+                return self._cover(result, sink, units)
             self._replace_failed(record, sink)
         sink.report("SC945", f"no cover was found in {_MOST_BUILDS} builds", Location(self._builder.name))
         raise SceneError(sink.diagnostics())
@@ -384,8 +383,7 @@ class PairCover:
             self.rows, self._starts, self._attempts = [], [], []
             self.table.reopen([], [])
             self._extend()
-            rows = without_redundant(self.rows, self.table) if self.can_move else self.rows
-            best = rows if best is None or len(rows) < len(best) else best
+            best = self.rows if best is None or len(self.rows) < len(best) else best
         assert best is not None
         self.rows, self._starts, self._attempts = best, [None] * len(best), [0] * len(best)
         self.table.reopen(best, [*self.given_up])
@@ -408,9 +406,9 @@ class PairCover:
         if (
             self.table.open.any()
             and (found is None or found[1] is None)
-            and self._checked < len(self._maker.conflicts) + len(self._maker.scopes)
+            and self._checked < (known := sum(map(len, self._maker.conflicts.values())))
         ):
-            self._checked = len(self._maker.conflicts) + len(self._maker.scopes)
+            self._checked = known
             self._give_up_excluded(scene)
             found = self._maker.best(scene)
         if found is None:
@@ -434,7 +432,7 @@ class PairCover:
     def _give_up_excluded(self, scene: int) -> None:
         """Gives up the open pairs for which no row is possible, because of what failed before."""
         for pair in [*self._open_levels(), *self.table.open_pairs()][:_MOST_CHECKED]:
-            if not self._maker.is_possible(pair, scene, _TRIES):
+            if not self._maker.is_possible(pair, scene):
                 self._close(pair, "excluded", self._maker.reason(pair))
 
     def _open_levels(self) -> list[Pair]:
@@ -460,8 +458,10 @@ class PairCover:
         replaced: list[int] = []
         for scene, failure in failed.items():
             read = self._builder.factors_read(failure.node, record.draws)
-            if read and failure.node is not None and len(self._maker.conflicts) < _MOST_CONFLICTS:
-                self._learn(tuple(sorted(read)), failure, record.draws, self.rows[scene], sink)
+            if read:
+                origin, row = getattr(failure.node, "origin", None), self.rows[scene]
+                by = "" if origin is None else _line(origin, sink)
+                self._maker.add_conflict({f: row[f] for f in sorted(read) if row[f] >= 0}, by)
                 replaced.append(scene)
                 continue
             self._attempts[scene] += 1
@@ -472,20 +472,6 @@ class PairCover:
             kept = [row for scene, row in enumerate(self.rows) if scene not in replaced]
             self.table.reopen(kept, [*self.given_up])
             self._renew(replaced)
-
-    def _learn(
-        self, read: tuple[int, ...], failure: DrawFailure, draws: Mapping[str, Node], row: Row, sink: Sink
-    ) -> None:
-        """Learns which alternatives of some factors exclude each other, all of them at once if possible."""
-        assert failure.node is not None
-        origin = getattr(failure.node, "origin", None)
-        by = "" if origin is None else _line(origin, sink)
-        if not any(scope.factors == read and scope.excludes({f: row[f] for f in read}) for scope in self._maker.scopes):
-            scope = scope_of(read, failure.node, failure.bounds, draws, self._factors, by)
-            if scope is not None and scope.excludes({f: row[f] for f in read}):
-                self._maker.scopes.append(scope)
-            else:
-                self._maker.add_conflict({f: row[f] for f in read if row[f] >= 0}, by)
 
     def _note_failure(self, scene: int) -> None:
         """Counts a row that failed for unknown reasons, for the pair that it was made for."""

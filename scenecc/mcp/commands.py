@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,9 +22,6 @@ from scenecc.interrupt import undoing
 Document: TypeAlias = dict[str, Any]
 """The JSON that a command prints."""
 
-Progress: TypeAlias = Callable[[float], Awaitable[None]]
-"""Called every few seconds with the time since the start [s]."""
-
 _MOST_BYTES: Final = 16 << 20
 """Largest output that is read from a command."""
 
@@ -33,9 +30,6 @@ _ERROR_BYTES: Final = 10_000
 
 _GRACE: Final = 3.0
 """Time for a stopped command to clean up [s]."""
-
-_PROGRESS_PERIOD: Final = 2.0
-"""Time between two notifications of progress [s]."""
 
 
 _USAGE: Final = 2
@@ -89,14 +83,13 @@ class CommandRunner:
             raise CallRefused("there is no such file", f"paths are relative to {self.root}; write the file first")
         return file if file != "-" else "./-"  # `-` is standard input
 
-    async def run(self, command: str, arguments: list[str], text: str, progress: Progress) -> tuple[int, Document]:
+    async def run(self, command: str, arguments: list[str], text: str) -> tuple[int, Document]:
         """Runs a command with `--format json` in the root folder. Returns its exit status and its document.
 
         Args:
             command: its name.
             arguments: its arguments.
             text: its standard input.
-            progress: reports progress.
 
         Raises:
             CallRefused: it took too long, printed too much, or crashed.
@@ -109,14 +102,14 @@ class CommandRunner:
         argv = [sys.executable, "-I", "-c", start, command, "--format", "json", *arguments]
         async with self.slots:
             with anyio.move_on_after(self.seconds):
-                return _document(command, *await _communicate(argv, self.root, text.encode(), progress))
+                return _document(command, *await _communicate(argv, self.root, text.encode()))
         raise CallRefused(
             f"`{command}` took longer than {self.seconds:g} s and was stopped",
             "ask for fewer scenes, seeds or steps, or ask the user for a longer `scenecc mcp --timeout`",
         )
 
 
-async def _communicate(argv: list[str], root: Path, data: bytes, progress: Progress) -> tuple[int, bytes, bytes]:
+async def _communicate(argv: list[str], root: Path, data: bytes) -> tuple[int, bytes, bytes]:
     """Runs a process to its end. Returns its exit status, its output, and the end of its standard error. If the call is
     cancelled, or a signal ends the server, it is stopped.
     """
@@ -132,10 +125,7 @@ async def _communicate(argv: list[str], root: Path, data: bytes, progress: Progr
             raise CallRefused(f"the command cannot be started: {error.strerror}", hint) from None
         undo.callback(_stop, process)
         try:
-            async with anyio.create_task_group() as tasks:
-                tasks.start_soon(_report, progress)
-                await process.wait()
-                tasks.cancel_scope.cancel()
+            await process.wait()
         finally:
             with anyio.CancelScope(shield=True):
                 await _end(process)
@@ -145,13 +135,6 @@ async def _communicate(argv: list[str], root: Path, data: bytes, progress: Progr
         errors.seek(max(0, errors.seek(0, os.SEEK_END) - _ERROR_BYTES))
         assert process.returncode is not None
         return process.returncode, output.read(), errors.read()
-
-
-async def _report(progress: Progress) -> None:
-    begin = time.monotonic()
-    while True:
-        await anyio.sleep(_PROGRESS_PERIOD)
-        await progress(time.monotonic() - begin)
 
 
 async def _end(process: Process) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from typing_extensions import Unpack
 
 from scenecc.diagnostics import Sink
-from scenecc.diagnostics.diagnostic import STAGES, Location, Origin
-from scenecc.diagnostics.fixing import stage_of
+from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.diagnostics.fixing import has_new_errors
 from scenecc.errors import SceneError
 from scenecc.files import replace_unchanged
 from scenecc.options import CompileOptions, Options, check_types, path_argument
@@ -96,24 +96,12 @@ def patch_file(name: str, operations: Sequence[Any], options: Options, *, dry_ru
         sink.report("SC941", str(error), place, path=error.path, hint=error.hint)
         raise SceneError(sink.diagnostics()) from None
     found = _compile(text, name, options)
-    refused = not allow_errors and _has_new_errors(found, lambda: _compile(before, name, options))
+    has_errors = any(one.severity == "error" for one in found)
+    refused = has_errors and not allow_errors and has_new_errors(found, _compile(before, name, options))
     written = not (refused or dry_run or text == before)
     if written:
         replace_unchanged(name, content, encoded_as(content, text))
     return Patched(text, text_diff(before, text, name), written, refused, found)
-
-
-def _has_new_errors(found: list[Diagnostic], before: Callable[[], list[Diagnostic]]) -> bool:
-    """Returns whether there are errors that were not there before. Stages that did not run then do not count.
-
-    Args:
-        found: diagnostics of the new text.
-        before: returns those of the old text.
-    """
-    errors = [one for one in found if one.severity == "error"]
-    old = {(one.code, one.path): stage_of(one) for one in before() if one.severity == "error"} if errors else {}
-    reached = max(old.values(), default=len(STAGES))
-    return any((one.code, one.path) not in old and stage_of(one) <= reached for one in errors)
 
 
 def _read(name: str, options: Options) -> tuple[bytes, Document]:

@@ -6,7 +6,6 @@ after another check.
 
 from __future__ import annotations
 
-import json
 import re
 from bisect import bisect_right
 from collections.abc import Iterator
@@ -152,8 +151,6 @@ _REMOVE: Final = re.compile(
 
 _INSTEAD: Final = re.compile(r"(?:write|use) `(\w+)` instead of `(\w+)`")
 
-_QUOTE: Final = re.compile(r"\b(?:quote (?:it|the value)|must be (?:quoted|strings))\b")
-
 _ABOVE: Final = re.compile(r"(?:beside|under) `(\w+)`|(at the top)")
 """Where else to write it: beside or below another key, or at the top of the file."""
 
@@ -214,7 +211,7 @@ class _Editor:
         if self._hint.startswith(("remove", "leave")) and "and write" not in self._hint:
             yield from removed
         codes = [code for code in written_codes(self._hint) if not _BLANK.search(code)]
-        if not self._chain:
+        if not self._chain or self._hint.startswith("quote it"):
             yield from (HintEdit(f"Write `{cut(code)}`", self._at_mark(code)) for code in codes)
             return
         instead = _INSTEAD.search(self._hint)
@@ -233,7 +230,7 @@ class _Editor:
     # ------------------------------------------------------------------------------------ lines, words and removals
 
     def _of_lines(self) -> Iterator[HintEdit]:
-        """Yields edits of indentation, quotes and double keys."""
+        """Yields edits of indentation and double keys."""
         if self._hint.startswith("write two spaces instead of each tab"):
             tabs = [Splice(at, at + 1, "  ") for at, one in enumerate(self._text) if one == "\t"]
             yield HintEdit("Write two spaces instead of each tab", tuple(tabs))
@@ -242,8 +239,6 @@ class _Editor:
             yield HintEdit(straight[0].capitalize(), (Splice(line, self._start, " " * int(straight[1] or 0)),))
         if self._hint.startswith(("indent the lines below", "indent it and")):
             yield from self._indented()
-        if _QUOTE.search(self._hint) and (marked := self._text[self._start : self._end]):
-            yield HintEdit("Quote it", self._at_mark(json.dumps(marked, ensure_ascii=False)))
         if self._found.code == "SC004":
             yield from self._first_of_two()
 
@@ -272,21 +267,18 @@ class _Editor:
             if asked[1] is None and name is None:
                 yield HintEdit("Remove it", self._at_mark(""))
             return
-        depths = [len(self._chain) - 1]
+        ways = [self._chain]
         if name is not None:
             name = name.partition(":")[0]
-            last, around = self._chain[-1], self._chain[:-1]
-            if name in last.node.entries:
-                yield HintEdit(f"Remove `{cut(name)}`", self._writer.without((*self._chain, Step(last.node, name))))
-            if last.key != name and name in last.inside.entries:
-                yield HintEdit(f"Remove `{cut(name)}`", self._writer.without((*around, Step(last.inside, name))))
-            depths = [depth for depth, step in enumerate(self._chain) if step.key == name][::-1]
+            around = [*(step.inside for step in self._chain), self._chain[-1].node]
+            every = ((*self._chain[:at], Step(one, name)) for at, one in enumerate(around) if name in one.entries)
+            ways = [*every][::-1]
         elif asked[1] not in {None, "key"}:
-            depths = depths + [depth - 1 for depth in depths if depth > 0]
-        for depth in depths:
-            key = self._chain[depth].key
+            ways += [self._chain[:-1]] * (len(self._chain) > 1)
+        for way in ways:
+            key = way[-1].key
             title = f"Remove `{cut(str(key))}`" if isinstance(key, str) else f"Remove item {key + 1}"
-            yield HintEdit(title, self._writer.without(self._chain[: depth + 1]))
+            yield HintEdit(title, self._writer.without(way))
 
     def _first_of_two(self) -> Iterator[HintEdit]:
         """Removes the first of two equal keys."""

@@ -214,6 +214,11 @@ _NO_COMMA: Final = re.compile(r'(?<=[\w"\]}]);? +(?=["\[{\w.-])|(?<=[\w"\]}]);(?
 def _separate(window: _Window, line: int) -> Iterator[_Change]:
     """Colons, dashes and commas."""
     text = window.text(line)
+    if found := re.search(r"(?<!\S)//", text):
+        yield _Change("`//` does not start a comment", f"{text[: found.start()]}#{text[found.end() :]}")
+    if found := re.search(r"\bscenecc:\s+(?=\w)", text):
+        message = "a space is not allowed in the name of a prefab"
+        yield _Change(message, f"{text[: found.start()]}scenecc:{text[found.end() :]}")
     if (found := _NO_COLON.match(text)) and ":" not in found[0]:
         rest = text[found.end() :]
         yield _Change(f"the colon is missing after `{found[2]}`", f"{found[1]}{found[2]}:{' ' * bool(rest)}{rest}")
@@ -297,6 +302,9 @@ def _close_quotes(window: _Window, line: int) -> Iterator[_Change]:
                 if start is not None:
                     yield _Change("a quote is missing", text[: start.start()] + quote + text[start.start() :])
             yield _Change("this quote is never closed", text.rstrip() + quote)
+    quoted = re.sub(r"(?<=[:,\[] )(#[0-9A-Fa-f]{3,8})\b", r'"\1"', text)
+    if quoted != text:
+        yield _Change("a bracket is not closed: `#` starts a comment", quoted)
     quoted = re.sub(r"(?<![\"'\w])(\$\{(?:[^{}\"]|\{[^}]*\})*\}[\w.-]*)", r'"\1"', text)
     if quoted != text:
         yield _Change("unquoted expression: inside brackets, `{` starts a mapping", quoted)

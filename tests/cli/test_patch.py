@@ -60,6 +60,13 @@ def test_errors_of_stages_that_did_not_run_before_are_not_new(scene: Path) -> No
         patch_scene(scene, [back])
 
 
+def test_an_old_error_that_moves_is_not_new(scene: Path) -> None:
+    scene.write_text(CUBE.replace("half_size", "half_sizes"))
+    assert patch_scene(scene, [{"op": "move", "from": "/entities/cube", "path": "/entities/box"}]).written
+    first = {"op": "add", "path": "/entities/box/shapes/0", "value": {"type": "sphere", "radius": 0.1}}
+    assert patch_scene(scene, [first]).written
+
+
 def test_a_dry_run_writes_nothing(run: Any, scene: Path) -> None:
     found = json.loads(run("patch", "cube.yaml", MASS, "--dry-run", "--format", "json").stdout)
     assert (found["written"], found["diff"].count("\n"), found["diagnostics"]) == (False, 7, [])
