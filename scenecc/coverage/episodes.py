@@ -141,7 +141,10 @@ def to_cell(item: Any) -> Cell | None:
         return math.inf if item == "inf" else -math.inf if item == "-inf" else item
     if not isinstance(item, int | float):
         return None
-    number = float(item)
+    try:
+        number = float(item)
+    except OverflowError:  # an integer of hundreds of digits
+        return math.inf if item > 0 else -math.inf
     return None if math.isnan(number) else float(f"{number:.6g}") + 0.0
 
 

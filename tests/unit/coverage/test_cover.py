@@ -282,3 +282,9 @@ def test_a_variant_that_a_draw_picks_is_a_condition() -> None:
     )
     assert (cover.met, len(cover.missed)) == (4 + 4 + 4 + 4, 4 + 4)
     assert scenecc.scene_coverage(scene, [row.draws for row in cover.content.rows]).missed == ()
+
+
+def test_an_integer_beyond_floats_is_no_traceback() -> None:
+    from scenecc.coverage.episodes import to_cell
+
+    assert to_cell(-(10**400)) == -float("inf")
