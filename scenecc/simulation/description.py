@@ -210,7 +210,7 @@ class _Describer:
             "rpy_deg": _rounded(map(math.degrees, to_rpy(pose[3:])), 2),
             "size_m": _sizes(one, structure),
             "box_m": None if solid.low is None else {"low": _rounded(solid.low), "high": _rounded(solid.high)},
-            "plane_height_m": solid.height,
+            "plane_height_m": solid.height if solid.height is None else round(solid.height, 6),
             "mass_kg": round(sum(masses), 6) if masses and _has_mass(structure) else None,
             "color": self._color(structure, one.row),
             "hidden": planned.hidden,
