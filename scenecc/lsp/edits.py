@@ -6,6 +6,9 @@ import re
 from keyword import iskeyword
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from lsprotocol.types import LSPErrorCodes
+from pygls.exceptions import JsonRpcException
+
 from scenecc.diagnostics.messages import cut
 from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_location, uses_of
 from scenecc.lsp.references import SECTIONS_OF, defined_kind
@@ -35,8 +38,11 @@ class Edit(NamedTuple):
     text: str
 
 
-class RefusedError(Exception):
+class RefusedError(JsonRpcException):
     """A name cannot be changed; the message tells users why."""
+
+    CODE = LSPErrorCodes.RequestFailed
+    MESSAGE = "the request was refused"
 
 
 def renamed_part(view: WorkspaceView, path: Path, line: int, column: int) -> Edit:

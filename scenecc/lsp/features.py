@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from lsprotocol import types
-from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
+from pygls.exceptions import JsonRpcInvalidParams
 
 from scenecc.diagnostics.fixing import is_better, is_mended
 from scenecc.lsp import edits, worker
@@ -36,13 +36,6 @@ T = TypeVar("T")
 
 At = Callable[[WorkspaceView, Path, int, int], T]
 """Answers a request about a 0-based position [characters]."""
-
-
-class RequestRefusedError(JsonRpcException):
-    """A request cannot be fulfilled; the message tells users why."""
-
-    CODE = types.LSPErrorCodes.RequestFailed
-    MESSAGE = "the request was refused"
 
 
 def make_server(options: Options, finding_filter: FindingFilter) -> SceneServer:
@@ -89,7 +82,7 @@ def serve(options: Options, finding_filter: FindingFilter) -> None:
 
 def _is_fault(record: logging.LogRecord) -> bool:
     """Returns whether a log record reports an error, not a refused request."""
-    refused = RequestRefusedError | JsonRpcInvalidParams | asyncio.CancelledError
+    refused = edits.RefusedError | JsonRpcInvalidParams | asyncio.CancelledError
     return record.exc_info is None or not isinstance(record.exc_info[1], refused)
 
 
@@ -270,12 +263,9 @@ def _place_of_use(server: SceneServer, use: Use) -> types.Range:
 
 
 async def _prepare_rename(ls: SceneServer, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder:
-    try:
-        _, text, edit = await _ask(ls, params, edits.renamed_part)
-    except edits.RefusedError as refused:
-        raise RequestRefusedError(str(refused)) from None
+    _, text, edit = await _ask(ls, params, edits.renamed_part)
     if text is None or edit is None:
-        raise RequestRefusedError("this file is not open")
+        raise edits.RefusedError("this file is not open")
     place = ls.columns.range(text, edit.line, edit.start, edit.end)
     return types.PrepareRenamePlaceholder(place, edit.text)
 
@@ -284,11 +274,8 @@ async def _rename(ls: SceneServer, params: types.RenameParams) -> types.Workspac
     def changes(view: WorkspaceView, path: Path, line: int, column: int) -> list[edits.Edit]:
         return edits.rename(view, path, line, column, params.new_name)
 
-    try:
-        view, _, made = await _ask(ls, params, changes)
-        await _prove(ls, view, made or [])
-    except edits.RefusedError as refused:
-        raise RequestRefusedError(str(refused)) from None
+    view, _, made = await _ask(ls, params, changes)
+    await _prove(ls, view, made or [])
     return _workspace_edit(ls, view, made or [])
 
 

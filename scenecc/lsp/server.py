@@ -187,13 +187,13 @@ class SceneServer(LanguageServer):
         if path not in view.projects or path not in await asyncio.to_thread(view.judges, path):
             return  # a part is checked with the scene that includes it
         checked: worker.CheckAnswer = await self.checker.ask(worker.CheckRequest(view.open_scene(path)))
+        found = await asyncio.to_thread(self.finding_filter, checked.diagnostics, str(path))
         read = {path, *checked.files.values()}
         if any(self.scenes.texts.get(each) is not view.texts.get(each) for each in read):
             # The text changed during the check, so findings may be outdated.
             if path in self.scenes.projects:
                 self._due[path] = None
             return
-        found = await asyncio.to_thread(self.finding_filter, checked.diagnostics, str(path))
         if path in self.scenes.projects:
             before = self.scenes.projects[path]
             self.scenes.projects[path] = before.after(checked, found)
