@@ -349,9 +349,10 @@ class _Editor:
         if is_misplaced and depth not in alike:
             yield self._moved(depth, new)
         yield from replaced
+        if not is_misplaced and not last.node.entries:
+            yield self._moved(depth, new)
         if self._at == "value":
             yield from (self._added(at, new) for at in reversed(range(depth)) if at != _NAMES)
-            yield self._at_mark(new.code[1:-1])
 
     def _moved(self, depth: int, new: Entries) -> tuple[Splice, ...]:
         """Removes the entry of the finding, and writes entries in the mapping at a depth of the chain."""
