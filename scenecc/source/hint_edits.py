@@ -253,8 +253,6 @@ class _Editor:
                 continue
             marked = self._text[self._start : self._end]
             quote = marked[:1] if marked[:1] in {"'", '"'} and marked[:1] == marked[-1:] else ""
-            if self._at == "value" and self._chain and marked[:1] in {"[", "{"}:
-                quote = ""
             shown = word if word[:1] in {"[", "{"} else f"{quote}{word}{quote}"
             yield HintEdit(f"Change to `{cut(word)}`", self._at_mark(shown), is_guess=True)
 
