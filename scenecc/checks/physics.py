@@ -325,14 +325,12 @@ def _check_planes(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
     if body.body_type not in DYNAMIC_TYPES:
         return
     is_link = body.body_type == "link"
-    kind = origin.child("body_type")
-    written = None if sink.locate(kind, "key") == sink.locate(origin, "key") else kind
     for shape in body.collisions:
         if isinstance(shape.geometry, Plane):
             sink.report(
                 "SC503",
                 f"`{name}` is {'a link' if is_link else 'dynamic'}, but a plane is infinite and cannot move",
-                written or shape.origin or origin,
+                shape.origin or origin,
                 hint="use a box" if is_link else "write `body_type: static`, or use a box",
             )
 

@@ -129,11 +129,11 @@ def _summary(made: SceneCover, sobol: int | None) -> str:
         lines[0] += f" and fill{'s' * (count == 1)} {len(made.ranges)} range{'s' * (len(made.ranges) != 1)}"
     if sobol is not None and sobol & (sobol - 1):
         lines.append(f"{sobol} is not a power of two, for which a Sobol sequence fills most evenly")
-    return "\n".join(lines) + "\n" + missed_pairs(made.missed, SHOWN)
+    return "\n".join(lines) + "\n" + missed_pairs(made.missed)
 
 
-def missed_pairs(missed: Sequence[MissedPair], most: int | None) -> str:
-    """Returns pairs by the reason why they were not met. `most`: pairs that are listed for each; None: all."""
+def missed_pairs(missed: Sequence[MissedPair]) -> str:
+    """Returns pairs by the reason why they were not met, the first ones of each."""
     groups: dict[tuple[str, str], list[MissedPair]] = {}
     for one in missed:
         groups.setdefault((one.why, one.by), []).append(one)
@@ -146,8 +146,8 @@ def missed_pairs(missed: Sequence[MissedPair], most: int | None) -> str:
             "not found": f"{'were' if many else 'was'} found in no scene that can be built",
         }.get(why, f"{'are' if many else 'is'} {why}")
         lines.append(f"{len(pairs)} pair{'s' * many} {words}:")
-        lines += [f"  {_named(one.first)}, {_named(one.second)}" for one in pairs[:most]]
-        lines += [f"  … {len(pairs) - most} more"] if most is not None and len(pairs) > most else []
+        lines += [f"  {_named(one.first)}, {_named(one.second)}" for one in pairs[:SHOWN]]
+        lines += [f"  … {len(pairs) - SHOWN} more"] if len(pairs) > SHOWN else []
     return "".join(f"{line}\n" for line in lines)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scenecc.variation.chosen import DrawSource
 
@@ -61,11 +61,15 @@ def named_sources(sources: Iterable[DrawSource]) -> list[DrawSource]:
     return [replace(one, is_vector=one.is_vector or one.key in several) for one in found]
 
 
-def factors_of(sources: Sequence[DrawSource], num_scenes: int) -> list[Factor]:
+def factors_of(sources: Sequence[DrawSource], num_scenes: int, picks: Mapping[str, str]) -> list[Factor]:
     """Returns the factors among the sources, each with its conditions."""
     choices = [one for one in sources if one.kind == "choice"]
     return [
-        Factor(one, tuple(conditions(one, choices)), None if len(one.scenes) == num_scenes else frozenset(one.scenes))
+        Factor(
+            one,
+            tuple(conditions(one, choices, picks)),
+            None if len(one.scenes) == num_scenes else frozenset(one.scenes),
+        )
         for one in choices
     ]
 
@@ -74,12 +78,19 @@ _INSIDE: Final = re.compile(r"(?:^|\.)(choice|cycle|variants)\[(\d+)\]")
 """A step into a form of which a scene has one item."""
 
 
-def conditions(source: DrawSource, choices: Sequence[DrawSource]) -> Iterator[tuple[int, frozenset[int]]]:
-    """Yields the factors that a source needs, and their alternatives in which it is drawn."""
+def conditions(
+    source: DrawSource, choices: Sequence[DrawSource], picks: Mapping[str, str]
+) -> Iterator[tuple[int, frozenset[int]]]:
+    """Yields the factors that a source needs, and their alternatives in which it is drawn.
+
+    `picks`: entity → the shared draw that selects its variant.
+    """
     by_place = {(one.section, one.name, one.path, one.word): number for number, one in enumerate(choices)}
     for step in _INSIDE.finditer(source.path):
         above = source.path[: step.start()] if step[1] != "variants" else "pick"
         places = [(source.section, source.name, above, word) for word in (source.word, 0)]
+        if step[1] == "variants" and source.name in picks:
+            places.append(("draws", picks[source.name], "", 0))
         number = next((by_place[place] for place in places if place in by_place), None)
         if number is None or choices[number] is source:
             continue

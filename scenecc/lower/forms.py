@@ -241,6 +241,9 @@ class VariationLowerer(Variation):
         self.broken |= not self._fields.sampling.rejected.isdisjoint(names.values())
         reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
         shape = None if kind.convert is not None else kind.shape
+        record = self._fields.sampling.record
+        if record is not None and place.path == "pick" and given.text[2:-1].strip() in names:
+            record.picks[self._name] = names[given.text[2:-1].strip()]
         self._fields.sampling.count_operations(expression_cost(given.text, len(self._fields.scenes)), place.origin)
         node = self.risk(Computed(given if given.scope is None else given.within(None), shape, reads), place.origin)
         return node if kind.conversion is None else Converted(node, kind.conversion)

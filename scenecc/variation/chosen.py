@@ -73,11 +73,10 @@ def key_text(section: str, name: str, path: str) -> str:
 
 
 class DrawFailure(NamedTuple):
-    """A value that does not exist or is out of range in some scenes. `bounds`: its range, if it is out of it."""
+    """A value that does not exist or is out of range in some scenes."""
 
     scenes: tuple[int, ...]
     node: Node | None = None
-    bounds: Any = None
 
 
 @dataclass(slots=True)
@@ -87,9 +86,10 @@ class DrawRecord:
     Attributes:
         chosen: key as text → numbers that replace random ones.
         sources: what the file draws, by key and component.
-        failures: the scenes in which a value does not exist or is out of range, its node, and its range.
+        failures: the scenes in which a value does not exist or is out of range, and its node.
         draws: the shared draws.
         num_scenes: number of scenes.
+        picks: entity → the shared draw that its `pick` reads, if it is nothing else.
     """
 
     chosen: Mapping[str, ChosenUnits] = field(default_factory=dict[str, ChosenUnits])
@@ -97,6 +97,7 @@ class DrawRecord:
     failures: list[DrawFailure] = field(default_factory=list["DrawFailure"])
     draws: Mapping[str, Node] = field(default_factory=dict[str, "Node"])
     num_scenes: int = 0
+    picks: dict[str, str] = field(default_factory=dict[str, str])
 
 
 def chosen_units(rows: Iterable[tuple[int, Mapping[str, SceneUnits]]], num_scenes: int) -> dict[str, ChosenUnits]:

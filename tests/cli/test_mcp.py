@@ -240,16 +240,6 @@ def test_a_cancelled_call_ends_its_command_and_no_other(client):
     assert client.ask("ping") == {}
 
 
-def test_progress_is_reported_to_clients_that_ask_for_it(client):
-    arguments = {"file": "long.yaml", "seconds": 60}
-    params = {"name": "check", "arguments": arguments, "_meta": {"progressToken": "t"}}
-    number = client.begin("tools/call", params)
-    told = client.wait(lambda one: one.get("method") == "notifications/progress")["params"]
-    client.send({"method": "notifications/cancelled", "params": {"requestId": number}})
-    assert told["progressToken"] == "t"
-    assert told["message"].startswith("check: ")
-
-
 @pytest.mark.parametrize(
     ("number", "status"),
     [(None, 0), (signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129), (signal.SIGKILL, -9)],
