@@ -32,7 +32,7 @@ def coverage(
     form: FormatOption = "text",
     options: dict[str, Any],
 ) -> None:
-    """Print which pairs of alternatives a set of episodes never met.
+    """Print the pairs of alternatives that episodes never met.
 
     DRAWS is the output of `scenecc draws` (JSON, CSV or Parquet), the table of a sweep, starts, or a file with one JSON
     object per line, such as `info["draws"]` of an environment. Prints the first pairs that no episode met;

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
-from hashlib import sha256
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.emit.glb import part_to_glb
 from scenecc.geometry.rotation_arrays import compose
 from scenecc.geometry.rotations import to_vector
 from scenecc.meshes.builder import clip_to_scene, grid_cell, scene_corners
@@ -24,13 +22,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.geometry.rotations import Pose7, Quat, Vec3
-    from scenecc.meshes import Surface
     from scenecc.meshes.builder import BodyMeshes, EntityMeshes, SceneMeshes
-    from scenecc.meshes.surface import MeshPart, MeshShape
-    from scenecc.meshes.surface import SurfaceMaterial as Material
+    from scenecc.meshes.surface import MeshPart, MeshShape, Surface
     from scenecc.viewer.cameras import BrowserView
     from scenecc.viewer.lights import PageLight
     from scenecc.viewer.options import ViewOptions
+    from scenecc.viewer.surfaces import SurfaceFiles
 
 
 Key = tuple[int, str, int]
@@ -41,6 +38,10 @@ _UNTURNED: Final[Quat] = (1.0, 0.0, 0.0, 0.0)
 _FEW: Final = 8
 """Up to this many copies of a surface are separate nodes, which follow the frame of their body; the browser moves them
 without redrawing. More copies become instances of one node."""
+
+_COLORS: Final = 100
+"""From this many plain materials of one surface on, its copies are instances of one node and show only their colours,
+without gloss: each material would be a file and a node of its own."""
 
 _FAINT: Final = 0.5
 """Opacity of collision shapes over visual shapes, and of everything while contacts are shown."""
@@ -69,12 +70,12 @@ class SurfaceNode:
     """A surface of a body.
 
     Attributes:
-        digest: digest of its file, see `SurfaceFiles`.
+        file: name of its file, see `SurfaceFiles`.
         position, wxyz: in the body's frame. scale: along its own axes.
         body: its body.
     """
 
-    digest: str
+    file: str
     position: Vec3
     wxyz: Quat
     scale: Vec3
@@ -82,7 +83,7 @@ class SurfaceNode:
 
     def is_moved(self, before: SurfaceNode) -> bool:
         """Returns whether it is the same surface of the same body, perhaps with another pose."""
-        return (self.digest, self.body) == (before.digest, before.body)
+        return (self.file, self.body) == (before.file, before.body)
 
 
 @frozen
@@ -115,25 +116,29 @@ class Instances:
     """Copies of one surface on many bodies, as one node. Compared by identity.
 
     Attributes:
-        digest: digest of its file, see `SurfaceFiles`.
+        file: name of its file, see `SurfaceFiles`.
         rows: (N,) body of each copy, as a row of `BodyPoses`.
         places: (N, 7) p [m] then q (wxyz) of each copy in its body's frame.
         scales: (N, 3) scales along its own axes.
+        surface: its surface, if it has no file.
+        colors: (N, 4) linear RGBA of each copy of `surface`.
     """
 
-    digest: str
+    file: str
     rows: NDArray[np.intp]
     places: NDArray[np.float64]
     scales: NDArray[np.float32]
+    surface: Surface | None = None
+    colors: NDArray[np.float64] | None = None
 
     __eq__ = object.__eq__
     __hash__ = object.__hash__
 
     @staticmethod
-    def of(nodes: Sequence[SurfaceNode], rows: Mapping[Key, int]) -> Instances:
-        """Merges surfaces with the same file into one node. `rows`: rows of their bodies."""
+    def of(nodes: Sequence[SurfaceNode], file: str, rows: Mapping[Key, int]) -> Instances:
+        """Merges copies of one surface into one node. `rows`: rows of their bodies."""
         return Instances(
-            nodes[0].digest,
+            file,
             np.array([rows[node.body] for node in nodes], np.intp),
             np.array([(*node.position, *node.wxyz) for node in nodes], np.float64),
             np.array([node.scale for node in nodes], np.float32),
@@ -141,7 +146,8 @@ class Instances:
 
     def is_moved(self, before: Instances) -> bool:
         """Returns whether it has as many copies of the same surface, perhaps with other poses or bodies."""
-        return (self.digest, len(self.rows)) == (before.digest, len(before.rows))
+        same = (self.file, len(self.rows)) == (before.file, len(before.rows))
+        return same and (self.surface is None) == (before.surface is None)
 
     def poses(self, bodies: BodyPoses) -> NDArray[np.float64]:
         """(N, 7) poses of the copies on the page."""
@@ -224,39 +230,6 @@ class PageContent:
                 position, wxyz = _split_pose(tuple(pose))
                 nodes[path] = replace(nodes[path], position=position, wxyz=wxyz)
         return replace(self, nodes=nodes, poses=self.poses.moved(keys, poses))
-
-
-class SurfaceFiles:
-    """Surfaces as files. A file is kept as long as something on the page uses it."""
-
-    def __init__(self) -> None:
-        self._digests: dict[tuple[str, Material, bool], str] = {}
-        self._surfaces: dict[Surface, str] = {}
-        self.contents: dict[str, bytes] = {}
-
-    def digest(self, part: MeshPart, *, turned: bool) -> str:
-        """Returns the digest of a part's file, and adds the file to `contents`."""
-        key = (self._surface(part.surface), part.look, turned)
-        if key not in self._digests:
-            content = part_to_glb(_shade_part(part), turned=turned)
-            digest = sha256(content).hexdigest()
-            self._digests[key] = digest
-            self.contents[digest] = content
-        return self._digests[key]
-
-    def keep(self, used: set[str]) -> None:
-        """Drops every file that is not among these."""
-        self._surfaces = {}
-        self._digests = {key: digest for key, digest in self._digests.items() if digest in used}
-        self.contents = {digest: content for digest, content in self.contents.items() if digest in used}
-
-    def _surface(self, surface: Surface) -> str:
-        if surface not in self._surfaces:
-            digest = sha256()
-            for array in (surface.vertices, surface.faces, surface.normals, surface.uvs):
-                digest.update(b"-" if array is None else b"%d:" % array.size + array.tobytes())
-            self._surfaces[surface] = digest.hexdigest()
-        return self._surfaces[surface]
 
 
 def page_content(
@@ -353,7 +326,7 @@ class _Painter:
         for number, part in enumerate(parts):
             # Parts of one shape share a path.
             own = name if len(shape.parts) == 1 else f"{name}.{number}"
-            yield own, SurfaceNode(self._files.digest(part, turned=shape.turned), *place, shape.scale, key)
+            yield own, SurfaceNode(self._files.name(part, turned=shape.turned), *place, shape.scale, key)
 
     def nodes(self, rows: Mapping[Key, int], origins: Mapping[int, Vec3]) -> tuple[dict[str, Node], dict[Key, str]]:
         """Returns all nodes by path, and the frame path of each body that has one.
@@ -362,26 +335,43 @@ class _Painter:
             rows: rows of the bodies, for instances.
             origins: origins of the scenes on the page [m].
         """
-        copies = Counter(node.digest for _, node in self._each() if _may_be_instance(node))
-        many = {digest: list[SurfaceNode]() for digest, count in copies.items() if count >= _FEW}
+        groups = self._groups()
+        sizes = Counter(groups[node.file] for _, node in self._each() if _may_be_instance(node))
+        many = {group: list[SurfaceNode]() for group, size in sizes.items() if size >= _FEW}
         nodes: dict[str, Node] = {_root(index): Frame(origin, _UNTURNED) for index, origin in origins.items()}
         bodies: dict[Key, str] = {}
         roles: dict[str, str] = {}
         for key, surfaces in self._surfaces.items():
             own: dict[str, Node] = {}
             for name, node in surfaces:
-                if node.digest in many and _may_be_instance(node):
-                    many[node.digest].append(node)
-                    roles[node.digest] = name.partition(" ")[0]
+                group = groups[node.file]
+                if group in many and _may_be_instance(node):
+                    many[group].append(node)
+                    roles[group] = name.partition(" ")[0]
                 else:
                     own[name] = node
+                    self._files.write(node.file)
             if self._look.names:
                 own["name"] = self._names[key]
             if own or self._look.frames:
                 bodies[key] = self._add_frame(nodes, key)
                 nodes.update({f"{bodies[key]}/{name}": node for name, node in own.items()})
-        nodes |= {f"/copies/{roles[digest]} {digest[:16]}": Instances.of(found, rows) for digest, found in many.items()}
+        nodes |= {f"/copies/{roles[group]} {group}": self._copies(group, found, rows) for group, found in many.items()}
         return nodes, bodies
+
+    def _groups(self) -> dict[str, str]:
+        """Returns for each file the one whose copies are merged: itself, or that of the surface without its colour."""
+        files = dict.fromkeys(node.file for _, node in self._each())
+        plain = {file: self._files.plain(file) for file in files}
+        colors = Counter(plain.values())
+        return {file: white if white and colors[white] >= _COLORS else file for file, white in plain.items()}
+
+    def _copies(self, group: str, nodes: Sequence[SurfaceNode], rows: Mapping[Key, int]) -> Instances:
+        if all(node.file == group for node in nodes):
+            self._files.write(group)
+            return Instances.of(nodes, group, rows)
+        colors = np.array([self._files.tint(node.file) for node in nodes], np.float64)
+        return replace(Instances.of(nodes, group, rows), surface=self._files.surface(group), colors=colors)
 
     def _add_frame(self, nodes: dict[str, Node], key: Key) -> str:
         """Adds the frame of a body, and returns its path."""
@@ -454,21 +444,6 @@ def _tiles_cut(shape: MeshShape, half: float | None) -> MeshShape:
         kept = None if uvs is None else 0.5 + (uvs - 0.5) * np.array((small[0] / x, small[1] / y), np.float32)
         parts.append(replace(part, surface=replace(part.surface, uvs=kept)))
     return replace(shape, parts=tuple(parts), scale=(*small, 1.0))
-
-
-def _shade_part(part: MeshPart) -> MeshPart:
-    """Returns a part that viser shades as SAPIEN does.
-
-    viser computes vertex normals from all adjacent triangles. It overwrites the file's normals, and also the vertices
-    if both arrays are equal, as for a ball. So the part has no normals, and flat triangles have separate vertices.
-    """
-    surface = part.surface
-    if surface.normals is not None:
-        return replace(part, surface=replace(surface, normals=None))
-    corners = surface.faces.ravel()
-    uvs = None if surface.uvs is None else surface.uvs[corners]
-    apart = replace(surface, vertices=surface.vertices[corners], faces=np.arange(len(corners)).reshape(-1, 3), uvs=uvs)
-    return replace(part, surface=apart)
 
 
 def _seen_through(part: MeshPart) -> MeshPart:

@@ -49,8 +49,8 @@ _ORANGE, _RED = (255, 120, 0), (224, 30, 30)
 _LONGEST: Final = 0.3
 """Length of the arrow of the largest force, in radii of all content."""
 
-_SMALLEST: Final = 0.15
-"""Minimum size of a gizmo, in radii of all content: a smaller one is hard to hit."""
+_GIZMO_SIZE: Final = 120
+"""Length of the arrows of a gizmo [px]."""
 
 _FARTHEST, _TURNED = 1e6, 0.5
 """Maximum drag distance of a body [m], and minimum norm of a valid quaternion."""
@@ -105,13 +105,13 @@ class Page:
         self._light_up((), shadows=True)
 
     @property
-    def digests(self) -> set[str]:
-        """Digests of the displayed files."""
-        return {node.digest for node in self._nodes.values() if isinstance(node, SurfaceNode | Instances)}
+    def files(self) -> set[str]:
+        """Names of the displayed files."""
+        return {node.file for node in self._nodes.values() if isinstance(node, SurfaceNode | Instances)}
 
     @interrupts_wait()
     def show(self, picture: PageContent, contents: Mapping[str, bytes]) -> None:
-        """Replaces the displayed content. `contents`: its files, by digest."""
+        """Replaces the displayed content. `contents`: its files, by name."""
         self._light_up(picture.lights, shadows=picture.shadows)
         with self._server.atomic():
             for path in [path for path in self._nodes if path not in picture.nodes]:
@@ -190,15 +190,13 @@ class Page:
         )
 
     @interrupts_wait()
-    def hold(self, key: Key | None, size: float) -> None:
-        """Adds a gizmo to drag a body; None: removes it. `size`: size of the body [m]."""
+    def hold(self, key: Key | None) -> None:
+        """Adds a gizmo to drag a body; None: removes it."""
         self._unmark(_GIZMO)
         if key is None or self._dragged is None:
             return
         dragged, origin = self._dragged, self._poses.origins[self._poses.rows[key]]
-        handle = self._server.scene.add_transform_controls(
-            _GIZMO, scale=max(size, _SMALLEST * self._radius), depth_test=False
-        )
+        handle = self._server.scene.add_transform_controls(_GIZMO, scale=_GIZMO_SIZE, fixed=True, depth_test=False)
         self._marks[_GIZMO] = (key, handle)
         self._follow()
 
@@ -265,6 +263,8 @@ class Page:
             handle.position, handle.wxyz, handle.show_axes = node.position, node.wxyz, node.axes
         elif isinstance(node, Instances) and isinstance(before, Instances) and node.is_moved(before):
             handle.batched_scales = node.scales
+            if node.colors is not None:
+                handle.batched_colors = _bytes(node.colors)
             self._place(handle, node)
         elif node == before:
             return
@@ -291,26 +291,30 @@ class Page:
                 wxyz=node.wxyz,
             )
         if isinstance(node, Instances):
-            return self._added_instances(path, node, contents[node.digest])
+            return self._added_instances(path, node, contents)
         if isinstance(node, Name):
             shown = node.is_shown(self._outlined)
             return scene.add_label(path, node.text, position=node.position, anchor="center-center", visible=shown)
-        handle = scene.add_glb(path, contents[node.digest], scale=node.scale, position=node.position, wxyz=node.wxyz)
+        handle = scene.add_glb(path, contents[node.file], scale=node.scale, position=node.position, wxyz=node.wxyz)
         if self._clicked is not None:
             clicked, body = self._clicked, node.body
             handle.on_click(lambda _: clicked(body))
         return handle
 
-    def _added_instances(self, path: str, node: Instances, content: bytes) -> Any:
-        poses = node.poses(self._poses)
-        handle = self._server.scene.add_batched_glb(
-            path,
-            content,
-            batched_wxyzs=poses[:, 3:],
-            batched_positions=poses[:, :3],
-            batched_scales=node.scales,
-            lod="off",
-        )
+    def _added_instances(self, path: str, node: Instances, contents: Mapping[str, bytes]) -> Any:
+        scene, poses = self._server.scene, node.poses(self._poses)
+        copies: dict[str, Any] = {
+            "batched_wxyzs": poses[:, 3:],
+            "batched_positions": poses[:, :3],
+            "batched_scales": node.scales,
+            "lod": "off",
+        }
+        if node.surface is None or node.colors is None:
+            handle: Any = scene.add_batched_glb(path, contents[node.file], **copies)
+        else:
+            # All are equally transparent.
+            copies |= {"batched_colors": _bytes(node.colors), "opacity": float(node.colors[0, 3])}
+            handle = scene.add_batched_meshes_simple(path, node.surface.vertices, node.surface.faces, **copies)
         if self._clicked is not None:
             handle.on_click(lambda event: self._click_instance(path, event.instance_index))
         return handle
@@ -322,6 +326,11 @@ class Page:
             return
         if 0 <= number < len(node.rows):
             self._clicked(self._poses.key(int(node.rows[number])))
+
+
+def _bytes(colors: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """(N, 3) colours of copies; viser takes them as linear."""
+    return np.round(255 * colors[:, :3].clip(0, 1)).astype(np.uint8)
 
 
 def bounds(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:

@@ -19,11 +19,11 @@ from scenecc.source.edits import EditError
 from scenecc.viewer.cameras import first_view
 from scenecc.viewer.controls import AsWritten
 from scenecc.viewer.editor import FileEditor
-from scenecc.viewer.nodes import SurfaceFiles
 from scenecc.viewer.page import Page
 from scenecc.viewer.panel import Panel
 from scenecc.viewer.progress import BuildProgress
 from scenecc.viewer.selected import Selected
+from scenecc.viewer.surfaces import SurfaceFiles
 from scenecc.viewer.tasks import FileWatcher, TaskQueue, interrupts_kept
 from scenecc.viewer.world import World, check_selected_scene, count_bodies, load
 
@@ -365,17 +365,15 @@ class Session:
             self._panel.selected.tell(None, moves=False)
             self._panel.selected.tell_pose("", None)
             self._page.outline(None, None)
-            self._page.hold(None, 0)
+            self._page.hold(None)
         else:
             reason = self._unmovable(world, key[1])
             self._moves = self._moves and not reason
             hidden, locked = key[1] in self._look.hidden, key[1] in self._locked
             self._panel.selected.tell(Selected(key, item, hidden, locked, reason, world.joints(key)), moves=self._moves)
             self._tell_pose(world, key)
-            box = world.box(key)
-            self._page.outline(None if hidden else key, box)
-            size = 0.0 if box is None else float(np.linalg.norm(box[1] - box[0]))
-            self._page.hold(next(iter(world.places(key))) if self._moves else None, size)
+            self._page.outline(None if hidden else key, world.box(key))
+            self._page.hold(next(iter(world.places(key))) if self._moves else None)
         self._tell_marks()
 
     def _tell_marks(self) -> None:
@@ -487,7 +485,7 @@ class Session:
             self._page.frame_all()
         self._panel.set_lights(possible=world.has_lights)
         self._panel.set_cameras(tuple(view.name for view in picture.views))
-        self._files.keep(self._page.digests)
+        self._files.keep(self._page.files)
         self._poses = world.poses()
         self._panel.set_scenes(world.loaded.plan.num_scenes, world.left_out)
         self._panel.tree.show(world.entities())
@@ -509,7 +507,7 @@ class Session:
         poses = world.poses()
         picture = world.picture(self._look, self._files).moved(world.keys, poses)
         self._page.show(picture, self._files.contents)
-        self._files.keep(self._page.digests)
+        self._files.keep(self._page.files)
         self._poses = poses
         self._touch(world)
 

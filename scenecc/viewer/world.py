@@ -26,8 +26,9 @@ from scenecc.source.paths import PathCache
 from scenecc.viewer.cameras import camera_views, first_view
 from scenecc.viewer.head import titled
 from scenecc.viewer.lights import page_lights
-from scenecc.viewer.nodes import SurfaceFiles, page_content
+from scenecc.viewer.nodes import page_content
 from scenecc.viewer.page import Page, bounds
+from scenecc.viewer.surfaces import SurfaceFiles
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping

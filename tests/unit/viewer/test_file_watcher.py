@@ -18,7 +18,7 @@ import pytest
 import trimesh
 
 from scenecc.meshes import MeshPart, SurfaceMaterial, primitives
-from scenecc.viewer.nodes import SurfaceFiles
+from scenecc.viewer.surfaces import SurfaceFiles
 from scenecc.viewer.tasks import FileWatcher
 
 pytest.importorskip("watchfiles", reason="needs the extra `view`")
@@ -182,7 +182,8 @@ def test_files_are_polled_without_notifications(told: Told, tmp_path: Path, monk
 
 def mesh_of(part: MeshPart) -> Any:
     files = SurfaceFiles()
-    content = files.contents[files.digest(part, turned=False)]
+    files.write(name := files.name(part, turned=False))
+    content = files.contents[name]
     scene: Any = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
     assert b"NORMAL" not in content, "viser would write over what shares its numbers"
     (mesh,) = scene.geometry.values()

@@ -11,7 +11,7 @@ pytest.importorskip("viser", reason="needs the extra `view`")
 
 from scenecc import ViewOptions
 from scenecc.options import Options
-from scenecc.viewer.nodes import SurfaceFiles
+from scenecc.viewer.surfaces import SurfaceFiles
 from scenecc.viewer.world import World, load
 
 SCENE: dict[str, Any] = {

@@ -310,3 +310,40 @@ def test_a_hidden_copy_is_removed_from_the_node(shown: Shown, server: viser.Vise
     (copies,) = [name for name in server.scene._handle_from_node_name if name.startswith("/copies/")]
     assert 3 not in shown.node(copies).batched_positions[:, 0].round()
     assert len(shown.node(copies).batched_positions) == 39
+
+
+COLORED = """\
+scenecc: 1
+entities:
+  box:
+    repeat: {i: {count: 120}}
+    pose: ["${i}", 0, 0.5]
+    color: ["${i / 119}", 0, 1]
+    shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]
+  glowing:
+    pose: [0, 9, 0.5]
+    shapes: [{type: box, half_size: [0.1, 0.1, 0.1], material: {visual: {emission: [1, 0, 0]}}}]
+"""
+
+
+def test_copies_of_many_colours_are_one_node_too(shown: Shown, server: viser.ViserServer) -> None:
+    shown.path.write_text(COLORED)
+    shown.session.reload()
+    paths = set(server.scene._handle_from_node_name)
+    (copies,) = [path for path in paths if path.startswith("/copies/")]
+    assert {path for path in paths if path.endswith("visual 0")} == {"/scene 0/glowing/visual 0"}
+    handle = shown.node(copies)
+    assert handle.batched_colors[[0, 119]].tolist() == [[0, 0, 255], [255, 0, 255]]
+    assert handle.batched_colors[60, 0] == round(255 * 60 / 119), "linear, as in the file"
+    clicked: list[Any] = []
+    shown.session._page._clicked = clicked.append
+    shown.session._page._click_instance(copies, 7)
+    assert clicked == [(0, "box_7", 0)]
+    shown.path.write_text(COLORED.replace("0, 1]\n", "1, 1]\n"))
+    shown.session.reload()
+    assert shown.node(copies) is handle
+    assert handle.batched_colors[0].tolist() == [0, 255, 255]
+    # Half transparent, over what is inside.
+    shown.session.look_at(scenecc.ViewOptions(contacts=True))
+    (copies,) = [path for path in server.scene._handle_from_node_name if path.startswith("/copies/")]
+    assert shown.node(copies).opacity == 0.5
