@@ -153,8 +153,7 @@ def cover_scene(
     if sobol is not None:
         return _SobolCover(builder, sobol).run()
     if not builder.factors:
-        message = "the file draws only from ranges, so that there are no pairs of alternatives"
-        raise builder.error(message, "fill the ranges with --sobol N (`sobol=N`)")
+        raise builder.error(ONLY_RANGES, "fill the ranges with --sobol N (`sobol=N`)")
     return PairCover(builder).run()
 
 
@@ -163,6 +162,8 @@ NOTHING: Final = (
     "draw something: `choice`, `integers`, `uniform` and others",
 )
 """Message and hint."""
+
+ONLY_RANGES: Final = "the file draws only from ranges, so that there are no pairs of alternatives"
 
 
 class Builder:
