@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from scenecc.coverage.cover import MissedPair as MissedPair
     from scenecc.coverage.cover import SceneCover as SceneCover
     from scenecc.coverage.cover import cover_scene as cover_scene
-    from scenecc.coverage.coverage import RangeCoverage as RangeCoverage
     from scenecc.coverage.coverage import SceneCoverage as SceneCoverage
     from scenecc.coverage.coverage import scene_coverage as scene_coverage
     from scenecc.decompiler.decompile import Decompiled as Decompiled
@@ -89,7 +88,7 @@ _MODULES = {
         "SceneState",
     ),
     "coverage.cover": ("MissedPair", "SceneCover", "cover_scene"),
-    "coverage.coverage": ("RangeCoverage", "SceneCoverage", "scene_coverage"),
+    "coverage.coverage": ("SceneCoverage", "scene_coverage"),
     "decompiler.decompile": ("Decompiled", "decompile"),
     "decompiler.record": ("Recording", "record"),
     "diagnostics": ("Diagnostic",),

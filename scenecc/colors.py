@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from colorsys import rgb_to_hls
 
 
 def srgb_to_linear(value: float) -> float:
@@ -34,25 +33,3 @@ def color_text(color: Sequence[float], tolerance: float) -> str | None:
     text = "#" + bytes(round(share * 255) for share in shares).hex()
     near = all(abs(a - b) <= tolerance for a, b in zip(read_color_text(text), color, strict=False))
     return (text.removesuffix("ff") if len(color) == 4 else text) if near else None
-
-
-_HUES = ((15, "red"), (42, "orange"), (70, "yellow"), (165, "green"), (195, "cyan"), (260, "blue"), (310, "purple"))
-"""Upper ends of hues [°], in order; above is pink, then red again."""
-
-
-def color_name(color: Sequence[float]) -> str:
-    """Returns an English word for a colour. `color`: linear RGB, or RGBA, 0 to 1."""
-    red, green, blue = (linear_to_srgb(min(1.0, max(0.0, part))) for part in color[:3])
-    hue, lightness, saturation = rgb_to_hls(red, green, blue)
-    spread = max(red, green, blue) - min(red, green, blue)
-    if spread < 0.12 or (saturation < 0.12 and spread < 0.2):
-        return "black" if lightness < 0.15 else "white" if lightness > 0.9 else "grey"
-    degrees = 360 * hue
-    name = next((name for end, name in _HUES if degrees < end), "pink" if degrees < 340 else "red")
-    if lightness < 0.12:
-        return "black"
-    if 12 <= degrees < 45:
-        if lightness > 0.7 and spread < 0.5:
-            return "beige"
-        name = "brown" if lightness < 0.45 or saturation < 0.55 else name
-    return f"dark {name}" if lightness < 0.2 else f"light {name}" if lightness > 0.8 else name

@@ -54,6 +54,22 @@ def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> No
             undo.pop_all()
 
 
+def replace_unchanged(path: str | os.PathLike[str], before: bytes, after: bytes) -> None:
+    """Replaces the content of a file, through links, if it still is `before`.
+
+    Raises:
+        ChangedError: it is not.
+        OSError: the file cannot be written. It is then unchanged.
+    """
+    target = Path(os.path.realpath(path))
+    if not os.access(target, os.W_OK):  # checked because a writable folder would allow replacing the file
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), os.fspath(path))
+    with open_regular(target) as file:
+        if file.read(len(before) + 1) != before:
+            raise ChangedError(errno.ESTALE, "it has changed meanwhile", os.fspath(path))
+    replace_all({target: after})
+
+
 def replace_set(target: Path, files: Mapping[str, bytes], *, folder: bool) -> list[Path]:
     """Writes a file and those beside it, all or none. Returns their paths.
 

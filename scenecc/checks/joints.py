@@ -259,7 +259,8 @@ def _check_drive_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool
     if found is not None:
         far = found.found
         message = f"PhysX measures twist from -π to π, so a limit of {far:g} is never reached"
-        hint = "degrees are written `limits_deg: […]`" if abs(far) > 2 * pi else "use -π to π, or ±.inf for no limit"
+        degrees = "write `limits_deg` instead of `limits`: angles are radians"
+        hint = degrees if abs(far) > 2 * pi else "use -π to π, or ±.inf for no limit"
         report_fault(sink, "SC561", message, place, hint, found.sample)
 
 

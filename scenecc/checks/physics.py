@@ -309,7 +309,7 @@ def _check_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
             f"`{name}` has no collision or visual shape",
             origin,
             at="key",
-            hint="add `shapes`, `collisions` or `visuals`, or write `shapes: []`; for a mere pose, use a frame",
+            hint="add `shapes`, `collisions` or `visuals`, or an empty list of `shapes`; for a mere pose, use a frame",
         )
     elif body.body_type == "dynamic" and not body.collisions and body.inertial is None:
         sink.report(
@@ -317,7 +317,7 @@ def _check_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
             f"`{name}` is dynamic but has no collision shape: it would weigh a milligram and fall forever",
             origin,
             at="key",
-            hint="use `shapes` instead of `visuals`, give `inertial`, or set body_type: kinematic",
+            hint="use `shapes` instead of `visuals`, give `inertial`, or set `body_type: kinematic`",
         )
 
 
@@ -325,14 +325,12 @@ def _check_planes(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
     if body.body_type not in DYNAMIC_TYPES:
         return
     is_link = body.body_type == "link"
-    kind = origin.child("body_type")
-    written = None if sink.locate(kind, "key") == sink.locate(origin, "key") else kind
     for shape in body.collisions:
         if isinstance(shape.geometry, Plane):
             sink.report(
                 "SC503",
                 f"`{name}` is {'a link' if is_link else 'dynamic'}, but a plane is infinite and cannot move",
-                written or shape.origin or origin,
+                shape.origin or origin,
                 hint="use a box" if is_link else "write `body_type: static`, or use a box",
             )
 
@@ -363,7 +361,7 @@ def _report_unused_field(field: str, what: str, origin: Origin, sink: Sink) -> N
     key = LANGUAGE_KEYS.get(field, field)
     hint = f"remove `{key}`"
     if field in _INITIAL_VELOCITIES and "kinematic" in what:
-        hint += ", and move the body in your program by `set_kinematic_target`, or set body_type: dynamic"
+        hint += ", and move the body in your program by `set_kinematic_target`, or set `body_type: dynamic`"
     sink.report("SC115", f"`{key}` has no effect on a {what}", origin.child(key), at="key", hint=hint)
 
 

@@ -9,11 +9,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenecc.cli.output import refusal, usage_error, write_output
+from scenecc.cli.output import unwritten, usage_error
 from scenecc.diagnostics.diagnostic import Fix
 from scenecc.diagnostics.fixing import is_better
 from scenecc.diagnostics.messages import cut
-from scenecc.files import open_regular
+from scenecc.files import open_regular, replace_unchanged
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -43,15 +43,12 @@ class Corrected:
         """Writes the file completely or not at all. Returns a diagnostic if that failed, or if the file changed
         meanwhile.
         """
-        refused = refusal(self.file)
-        if refused is None and _read(self.file) != self.before:
-            refused = f"`{self.file}` changed during the correction; nothing was written"
-        fault = (
-            ("SC904", refused)
-            if refused
-            else write_output(str(Path(self.file)), self.after.encode("utf-8", errors="surrogateescape"))
-        )
-        return None if fault is None else usage_error(*fault, file=self.file)
+        before, after = (text.encode("utf-8", errors="surrogateescape") for text in (self.before, self.after))
+        try:
+            replace_unchanged(self.file, before, after)
+        except OSError as error:
+            return usage_error(*unwritten(self.file, error), file=self.file)
+        return None
 
 
 Check = Callable[[str], "list[Diagnostic]"]

@@ -10,13 +10,11 @@ import typer
 
 from scenecc.cli.cover import SHOWN, missed_pairs, pair_records
 from scenecc.cli.options import FormatOption, SceneArgument, takes_compile_options
-from scenecc.cli.output import end, progress, scene_errors, usage_error
+from scenecc.cli.output import end, scene_errors, usage_error
 from scenecc.cli.paths import checked_source
-from scenecc.cli.tables import escape_text, table
+from scenecc.cli.tables import escape_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from scenecc import SceneCoverage
 
 _OPTIONS: Final = ("seed", "params", "asset_roots", "allow_outside_assets", "limits")
@@ -31,15 +29,14 @@ def coverage(
         float | None,
         typer.Option("--require", metavar="PERCENT", min=0, max=100, help="Fail if fewer of the pairs are met."),
     ] = None,
-    whole: Annotated[bool, typer.Option("--all", help="List all pairs.")] = False,
     form: FormatOption = "text",
     options: dict[str, Any],
 ) -> None:
-    """Print which pairs of alternatives a set of episodes never met.
+    """Print the pairs of alternatives that episodes never met.
 
     DRAWS is the output of `scenecc draws` (JSON, CSV or Parquet), the table of a sweep, starts, or a file with one JSON
-    object per line, such as `info["draws"]` of an environment. Prints the pairs that no episode met, and the tenths
-    of ranges in which no episode is. With --require, the exit status is 1 if fewer of the pairs are met.
+    object per line, such as `info["draws"]` of an environment. Prints the first pairs that no episode met;
+    --format json lists all. With --require, the exit status is 1 if fewer of the pairs are met.
 
     \b
     Examples:
@@ -50,8 +47,8 @@ def coverage(
 
     source = checked_source(scene, form=form)
     try:
-        with scene_errors(options, form), progress("coverage") as show:
-            found = scenecc.scene_coverage(source, draws, progress=show, **options)
+        with scene_errors(options, form):
+            found = scenecc.scene_coverage(source, draws, **options)
     except ImportError as error:
         from scenecc.extras import install_hint
 
@@ -73,53 +70,23 @@ def coverage(
                 name: [{"value": value, "episodes": count} for value, count in counts.items()]
                 for name, counts in found.factors.items()
             },
-            "ranges": {
-                name: {"low": one.low, "high": one.high, "tenths": list(one.tenths)}
-                for name, one in found.ranges.items()
-            },
             "hidden": list(found.hidden),
         },
-        text=lambda: _text(found, None if whole else SHOWN),
+        text=lambda: _text(found),
     )
 
 
-def _text(found: SceneCoverage, most: int | None) -> str:
+def _text(found: SceneCoverage) -> str:
     total = found.met + len(found.missed)
     share = f" ({100 * found.share:.1f} %)" if total else ""
     many = found.episodes != 1
     lines = [f"{found.episodes} episode{'s' * many} met {found.met} of {total} pairs{share}\n"]
-    never = [(name, value) for name, counts in found.factors.items() for value, count in counts.items() if not count]
-    if never:
-        lines.append(f"never drawn: {_some([f'{name} = {value}' for name, value in never], most)}\n")
-    lines.append(missed_pairs(found.missed, most))
-    rows = [
-        (escape_text(name), f"{one.low:.4g} … {one.high:.4g}", _parts(one.empty))
-        for name, one in found.ranges.items()
-        if one.empty
-    ]
-    if rows:
-        lines.append(table(("range", "values", "empty parts"), rows[:most]))
-        lines.append(f"… {len(rows) - most} more\n" if most is not None and len(rows) > most else "")
-    if found.ranges:
-        lines.append(f"{len(found.ranges) - len(rows)} of {len(found.ranges)} ranges have no empty tenth\n")
-    if found.impossible:
-        lines.append(missed_pairs(found.impossible, most))
-    if found.hidden:
-        lines.append(f"not counted, since no drawn value shows it: {_some(found.hidden, most)}\n")
-    return "".join(lines)
-
-
-def _some(names: Sequence[str], most: int | None) -> str:
-    shown = names[:most]
-    return escape_text(", ".join([*shown, *([f"… {len(names) - len(shown)} more"] if len(shown) < len(names) else [])]))
-
-
-def _parts(tenths: Sequence[int]) -> str:
-    """Returns tenths as percentages, adjacent ones together."""
-    runs: list[list[int]] = []
-    for number in tenths:
-        if runs and runs[-1][1] == number:
-            runs[-1][1] = number + 1
-        else:
-            runs.append([number, number + 1])
-    return ", ".join(f"{10 * low}–{10 * high} %" for low, high in runs)
+    counts = [(f"{name} = {value}", count) for name, values in found.factors.items() for value, count in values.items()]
+    for words, names in (
+        ("never drawn", [name for name, count in counts if not count]),
+        ("not counted, since no drawn value shows it", found.hidden),
+    ):
+        if names:
+            more = [f"… {len(names) - SHOWN} more"] if len(names) > SHOWN else []
+            lines.append(f"{words}: {escape_text(', '.join([*names[:SHOWN], *more]))}\n")
+    return "".join([*lines, missed_pairs(found.missed), missed_pairs(found.impossible)])

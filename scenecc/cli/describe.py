@@ -20,17 +20,16 @@ def describe(
     form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
-    """Describe a built scene in words: what is where, and what stands on what.
+    """Describe a built scene: sizes, poses, and what stands on what.
 
-    Lists each object with its size, position, mass and colour, what it stands on, is in, is suspended from, touches and
-    overlaps, and gaps below it; each robot with its reach and gripper; each camera with what is in its frame. Contacts
-    come from the engine, in the initial poses. No render device is needed.
+    Lists each object with its size, position and mass, what it stands on, is in, is suspended from, touches and
+    overlaps, and gaps below it. Contacts come from the engine, in the initial poses. No render device is needed.
 
     \b
     Examples:
       scenecc describe scenes/tabletop.yaml
       scenecc describe scenes/clutter.yaml --scene 3
-      scenecc describe scenes/robot_gripper.yaml --format json
+      scenecc describe scenes/clutter.yaml --format json
     """
     import scenecc
 

@@ -33,10 +33,11 @@ def patch(
     form: TableFormatOption = "text",
     options: dict[str, Any],
 ) -> None:
-    """Edit a scene file by a JSON Patch (RFC 6902), and keep its comments.
+    """Edit a scene file by a JSON Patch, and keep its comments.
 
-    PATCH is a list of operations: add, remove, replace, move, copy and test. Paths are JSON Pointers into the file as
-    it is written, such as /entities/cube/pose/0. New values take the style of their neighbours; nothing else changes.
+    PATCH is a list of the operations of RFC 6902: add, remove, replace, move, copy and test. Paths are JSON Pointers
+    into the file as it is written, such as /entities/cube/pose/0. New values take the style of their neighbours;
+    nothing else changes.
 
     The operations apply in order, all or none. The result is validated first: if it has new errors, they are printed
     and the file stays unchanged. The change is printed as a diff.

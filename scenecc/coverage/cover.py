@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
@@ -11,8 +11,7 @@ from typing_extensions import Unpack
 
 from scenecc.coverage.factors import conditions, factors_of, named_sources
 from scenecc.coverage.filling import latin_quantiles, range_units, sobol_points
-from scenecc.coverage.pairs import PairTable, RowMaker, without_redundant
-from scenecc.coverage.scopes import scope_of
+from scenecc.coverage.pairs import PairTable, RowMaker
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.drawn_values import DrawnValues, plain_values
@@ -39,10 +38,11 @@ from scenecc.variation.nodes import (
 if TYPE_CHECKING:
     from os import PathLike
 
-    from scenecc.coverage.factors import Factor, Level
+    from scenecc.coverage.factors import Factor
     from scenecc.coverage.pairs import Pair, Row
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.pipeline import CompileResult, Source
-    from scenecc.variation.chosen import DrawSource, SceneUnits
+    from scenecc.variation.chosen import SceneUnits
 
 _MOST_BUILDS: Final = 300
 """Most compilations of one cover."""
@@ -56,16 +56,11 @@ _FILLINGS: Final = 3
 _TRIES: Final = 5
 """Rows made for a pair before it counts as not found."""
 
-_MOST_CONFLICTS: Final = 300
-"""Combinations that are learned one by one. Pairs of later ones are only tried."""
-
 _MOST_CHECKED: Final = 2000
 """Most open pairs that are looked at one by one to find whether they have a row."""
 
 _RESTARTS: Final = 5
 """Covers of which the smallest is taken, if they are small."""
-
-COVER_TYPES: Final[dict[str, Any]] = {"sobol": int | None, "progress": Callable[[int, int], None] | None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +120,6 @@ def cover_scene(
     source: Source,
     *,
     sobol: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> SceneCover:
     """Returns few scenes that meet all pairs of alternatives of a file, or scenes that fill its ranges evenly.
@@ -137,7 +131,6 @@ def cover_scene(
     Args:
         source: as for `validate`, but not a plan.
         sobol: number of scenes, which fill all alternatives and ranges by a Sobol sequence instead of meeting pairs.
-        progress: called with (pairs met, total pairs).
         options: fields of `CompileOptions`, without `num_scenes` and `draws`. The starts that the scene names are
             ignored.
 
@@ -148,7 +141,7 @@ def cover_scene(
         ValueError: an argument is out of range.
     """
     asked = replace(Options.of_call(cover_scene, options), starts=None, at_starts=False)
-    check_types(cover_scene, {"sobol": sobol, "progress": progress}, COVER_TYPES)
+    check_types(cover_scene, {"sobol": sobol}, {"sobol": int | None})
     if asked.num_scenes is not None or asked.draws:
         raise ValueError("num_scenes and draws cannot be given: the cover determines them")
     if sobol is not None and sobol < 1:
@@ -163,7 +156,7 @@ def cover_scene(
         message = "the file draws only from ranges, so that there are no pairs of alternatives"
         sink.report("SC945", message, Location(builder.name), hint="fill the ranges with --sobol N (`sobol=N`)")
         raise SceneError(sink.diagnostics())
-    return PairCover(builder, progress).run()
+    return PairCover(builder).run()
 
 
 def report_nothing(builder: Builder) -> NoReturn:
@@ -252,7 +245,8 @@ class Builder:
     def failed_scenes(self, record: DrawRecord, sink: Sink, num_scenes: int) -> dict[int, DrawFailure]:
         """Returns the scenes that cannot be built, each with a value that fails. Raises SceneError if none is named."""
         found: dict[int, DrawFailure] = {}
-        for failure in record.failures:
+        # Lowering checks values in any order.
+        for failure in sorted(record.failures, key=lambda one: (one.scenes, str(getattr(one.node, "origin", "")))):
             found |= {scene: failure for scene in failure.scenes if scene < num_scenes}
         for one in sink.diagnostics():
             named = _NAMED_SCENE.search(one.message) if one.severity == "error" else None
@@ -263,11 +257,11 @@ class Builder:
         return found
 
     def factors_read(self, node: Node | None, draws: Mapping[str, Node]) -> list[int] | None:
-        """Returns the factors that determine a value; None if something else does too."""
+        """Returns the factors that determine a value and whether a scene has it; None if something else does too."""
         if node is None:
             return None
         by_place = {(one.source.key, one.source.word): number for number, one in enumerate(self.factors)}
-        found: dict[int, None] = {}
+        found = dict.fromkeys(self._enclosing(getattr(node, "origin", None)))
         todo, seen = [node], set[str]()
         while todo:
             item: Any = todo.pop()
@@ -294,6 +288,12 @@ class Builder:
                 found[by_place[place]] = None
             todo += [getattr(item, name) for name in NODE_FIELDS[item.__class__] if name != "key"]
         return [*found]
+
+    def _enclosing(self, origin: Origin | None) -> list[int]:
+        """Returns the factors that select whether a scene has the value written at a place."""
+        above = () if origin is None else [(origin.file, origin.path[:n]) for n in range(len(origin.path))]
+        places = [one.source.origin for one in self.factors]
+        return [number for number, one in enumerate(places) if (one.file, one.path) in above]
 
     def cover(
         self, result: CompileResult, sink: Sink, rows: Sequence[Row], units: Mapping[int, Any], **found: Any
@@ -329,16 +329,17 @@ _NAMED_SCENE: Final = re.compile(r"\bin scene (\d+)\b")
 
 
 class PairCover:
-    """Makes a cover of all pairs. Arguments are those of `cover_scene`.
+    """Makes a cover of all pairs.
 
     Attributes:
         rows: the alternatives of each scene.
         can_move: whether a row may be in any scene.
+        table: the pairs.
+        given_up: pairs that no scene has, with why and where.
     """
 
-    def __init__(self, builder: Builder, progress: Callable[[int, int], None] | None) -> None:
+    def __init__(self, builder: Builder) -> None:
         self._builder = builder
-        self._progress = progress
         self._factors: Sequence[Factor] = builder.factors
         levels = sum(one.count for one in self._factors)
         if levels > _MOST_LEVELS:
@@ -346,12 +347,12 @@ class PairCover:
             message = f"the file draws {levels} alternatives, and pairs of at most {_MOST_LEVELS} can be covered"
             sink.report("SC945", message, Location(builder.name), hint="cover with --sobol N (`sobol=N`)")
             raise SceneError(sink.diagnostics())
-        self._table = PairTable(self._factors)
-        self._maker = RowMaker(self._table)
+        self.table = PairTable(self._factors)
+        self._maker = RowMaker(self.table)
         self.rows: list[Row] = []
         self._starts: list[Pair | None] = []
         self._attempts: list[int] = []
-        self._given_up: dict[Pair, tuple[str, str]] = {}
+        self.given_up: dict[Pair, tuple[str, str]] = {}
         self._tries: dict[Pair, int] = {}
         self._checked = 0
         self.can_move = not any(one.is_cycle or one.scenes is not None for one in self._factors)
@@ -365,11 +366,7 @@ class PairCover:
             units = self._units()
             result, record, sink = self._builder.compile(units, len(self.rows))
             if result is not None:
-                rows = without_redundant(self.rows, self._table) if self.can_move else self.rows
-                if len(rows) == len(self.rows):
-                    return self._cover(result, sink, units)
-                self.rows, self._starts, self._attempts = rows, [None] * len(rows), [0] * len(rows)
-                continue
+                return self._cover(result, sink, units)
             self._replace_failed(record, sink)
         sink.report("SC945", f"no cover was found in {_MOST_BUILDS} builds", Location(self._builder.name))
         raise SceneError(sink.diagnostics())
@@ -377,38 +374,37 @@ class PairCover:
     def _begin(self) -> None:
         """Makes the first rows: the smallest of several covers."""
         best: list[Row] | None = None
-        for seed in range(_RESTARTS if self.can_move and len(self._table.levels) < _FEW_LEVELS else 1):
-            self._maker = RowMaker(self._table, seed)
+        for seed in range(_RESTARTS if self.can_move and len(self.table.levels) < _FEW_LEVELS else 1):
+            self._maker = RowMaker(self.table, seed)
             self.rows, self._starts, self._attempts = [], [], []
-            self._table.reopen([], [])
+            self.table.reopen([], [])
             self._extend()
-            rows = without_redundant(self.rows, self._table) if self.can_move else self.rows
-            best = rows if best is None or len(rows) < len(best) else best
+            best = self.rows if best is None or len(self.rows) < len(best) else best
         assert best is not None
         self.rows, self._starts, self._attempts = best, [None] * len(best), [0] * len(best)
-        self._table.reopen(best, [*self._given_up])
+        self.table.reopen(best, [*self.given_up])
 
     def _extend(self) -> None:
         """Adds rows until no pair is open, and at least one."""
         idle = 0
-        while self._table.open.any() or not self.rows:
-            before = self._table.open.sum()
+        while self.table.open.any() or not self.rows:
+            before = self.table.open.sum()
             self._append(*self._next(len(self.rows)))
-            idle = 0 if self._table.open.sum() < before else idle + 1
+            idle = 0 if self.table.open.sum() < before else idle + 1
             if idle > _MANY_SCENES:
                 self._close_all("not found", "")
-            if idle and not self._table.open.any():
+            if idle and not self.table.open.any():
                 del self.rows[-idle:], self._starts[-idle:], self._attempts[-idle:]
 
     def _next(self, scene: int) -> tuple[Row, Pair | None]:
         """Returns a row of a scene, and the pair that it was made for. Gives up the pairs that have no row."""
         found = self._maker.best(scene)
         if (
-            self._table.open.any()
+            self.table.open.any()
             and (found is None or found[1] is None)
-            and self._checked < len(self._maker.conflicts) + len(self._maker.scopes)
+            and self._checked < (known := sum(map(len, self._maker.conflicts.values())))
         ):
-            self._checked = len(self._maker.conflicts) + len(self._maker.scopes)
+            self._checked = known
             self._give_up_excluded(scene)
             found = self._maker.best(scene)
         if found is None:
@@ -419,9 +415,7 @@ class PairCover:
         self.rows.append(row)
         self._starts.append(start)
         self._attempts.append(0)
-        self._table.meet(row)
-        if self._progress is not None:
-            self._progress(self._table.total - self._table.count, self._table.total)
+        self.table.meet(row)
 
     def _builder_error(self) -> list[Diagnostic]:
         sink = Sink()
@@ -431,21 +425,21 @@ class PairCover:
 
     def _give_up_excluded(self, scene: int) -> None:
         """Gives up the open pairs for which no row is possible, because of what failed before."""
-        for pair in [*self._open_levels(), *self._table.open_pairs()][:_MOST_CHECKED]:
-            if not self._maker.is_possible(pair, scene, _TRIES):
+        for pair in [*self._open_levels(), *self.table.open_pairs()][:_MOST_CHECKED]:
+            if not self._maker.is_possible(pair, scene):
                 self._close(pair, "excluded", self._maker.reason(pair))
 
     def _open_levels(self) -> list[Pair]:
-        levels = self._table.levels
-        return [(level, level) for v, level in enumerate(levels) if self._table.open[v, v]]
+        levels = self.table.levels
+        return [(level, level) for v, level in enumerate(levels) if self.table.open[v, v]]
 
     def _close(self, pair: Pair, why: str, by: str) -> None:
-        self._given_up[pair] = why, by
+        self.given_up[pair] = why, by
         (f, a), (g, b) = pair
-        self._table.close(self._table.at[f] + a, self._table.at[g] + b)
+        self.table.close(self.table.at[f] + a, self.table.at[g] + b)
 
     def _close_all(self, why: str, by: str) -> None:
-        for pair in [*self._table.open_pairs(), *self._open_levels()]:
+        for pair in [*self.table.open_pairs(), *self._open_levels()]:
             self._close(pair, why, by)
 
     def _units(self) -> dict[int, dict[str, SceneUnits]]:
@@ -458,8 +452,10 @@ class PairCover:
         replaced: list[int] = []
         for scene, failure in failed.items():
             read = self._builder.factors_read(failure.node, record.draws)
-            if read and failure.node is not None and len(self._maker.conflicts) < _MOST_CONFLICTS:
-                self._learn(tuple(sorted(read)), failure, record.draws, self.rows[scene], sink)
+            if read:
+                origin, row = getattr(failure.node, "origin", None), self.rows[scene]
+                by = "" if origin is None else _line(origin, sink)
+                self._maker.add_conflict({f: row[f] for f in sorted(read) if row[f] >= 0}, by)
                 replaced.append(scene)
                 continue
             self._attempts[scene] += 1
@@ -468,22 +464,8 @@ class PairCover:
                 self._note_failure(scene)
         if replaced:
             kept = [row for scene, row in enumerate(self.rows) if scene not in replaced]
-            self._table.reopen(kept, [*self._given_up])
+            self.table.reopen(kept, [*self.given_up])
             self._renew(replaced)
-
-    def _learn(
-        self, read: tuple[int, ...], failure: DrawFailure, draws: Mapping[str, Node], row: Row, sink: Sink
-    ) -> None:
-        """Learns which alternatives of some factors exclude each other, all of them at once if possible."""
-        assert failure.node is not None
-        origin = getattr(failure.node, "origin", None)
-        by = "" if origin is None else _line(origin, sink)
-        if not any(scope.factors == read and scope.excludes({f: row[f] for f in read}) for scope in self._maker.scopes):
-            scope = scope_of(read, failure.node, failure.bounds, draws, self._factors, by)
-            if scope is not None and scope.excludes({f: row[f] for f in read}):
-                self._maker.scopes.append(scope)
-            else:
-                self._maker.add_conflict({f: row[f] for f in read if row[f] >= 0}, by)
 
     def _note_failure(self, scene: int) -> None:
         """Counts a row that failed for unknown reasons, for the pair that it was made for."""
@@ -491,35 +473,27 @@ class PairCover:
         if start is not None:
             self._tries[start] = self._tries.get(start, 0) + 1
             if self._tries[start] >= _TRIES:
-                self._given_up[start] = "not found", ""
+                self.given_up[start] = "not found", ""
 
     def _renew(self, scenes: Sequence[int]) -> None:
         """Makes other rows of these scenes, or removes them if nothing is open."""
         for scene in sorted(scenes, reverse=True):
-            if not self._table.open.any() and self.can_move and len(self.rows) > 1:
+            if not self.table.open.any() and self.can_move and len(self.rows) > 1:
                 del self.rows[scene], self._starts[scene], self._attempts[scene]
                 continue
             self.rows[scene], self._starts[scene] = self._next(scene)
-            self._table.meet(self.rows[scene])
+            self.table.meet(self.rows[scene])
 
     def _cover(self, result: CompileResult, sink: Sink, units: Mapping[int, Any]) -> SceneCover:
-        given_up = {pair: why for pair, why in self._given_up.items() if not self._meets(pair)}
-        missed = [self._missed(pair, "excluded", "") for pair in self._table.impossible]
-        missed += [self._missed(pair, *why) for pair, why in given_up.items() if pair[0] != pair[1]]
-        total = self._table.total
+        given_up = {pair: why for pair, why in self.given_up.items() if not self._meets(pair)}
+        missed = [MissedPair(*self.table.named(pair), "excluded") for pair in self.table.impossible]
+        missed += [MissedPair(*self.table.named(pair), *why) for pair, why in given_up.items() if pair[0] != pair[1]]
+        total = self.table.total
         met = total - sum(1 for pair in given_up if pair[0] != pair[1])
         return self._builder.cover(result, sink, self.rows, units, met=met, missed=tuple(missed))
 
     def _meets(self, pair: Pair) -> bool:
         return any(all(row[f] == a for f, a in pair) for row in self.rows)
-
-    def _missed(self, pair: Pair, why: str, by: str) -> MissedPair:
-        first, second = (self._named(level) for level in pair)
-        return MissedPair(first, second, why, by)
-
-    def _named(self, level: Level) -> tuple[str, Any]:
-        source: DrawSource = self._factors[level[0]].source
-        return source.label, source.values[level[1]]
 
 
 _FEW_LEVELS: Final = 150
@@ -553,7 +527,7 @@ class _SobolCover:
                 met = PairTable(self._builder.factors)
                 for row in rows:
                     met.meet(row)
-                missed = tuple(self._missed(pair, met) for pair in met.open_pairs())
+                missed = tuple(MissedPair(*met.named(pair), "not met") for pair in met.open_pairs())
                 return self._builder.cover(result, sink, rows, units, met=met.total - met.count, missed=missed)
             for scene in self._builder.failed_scenes(record, sink, self._count):
                 point = next(points, None)
@@ -583,7 +557,3 @@ class _SobolCover:
             ranges[number] = point[at : at + one.words]
             at += one.words
         return self._builder.row_units(row, ranges)
-
-    def _missed(self, pair: Pair, table: PairTable) -> MissedPair:
-        first, second = ((table.factors[f].source.label, table.factors[f].source.values[a]) for f, a in pair)
-        return MissedPair(first, second, "not met")

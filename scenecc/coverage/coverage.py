@@ -2,52 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
 from typing_extensions import Unpack
 
-from scenecc.coverage.calibration import TENTHS, Calibration
 from scenecc.coverage.cover import Builder, MissedPair, PairCover, report_nothing
-from scenecc.coverage.episodes import Episode, InvalidEpisodesError, cell_of, read_episodes
-from scenecc.coverage.pairs import PairTable
+from scenecc.coverage.episodes import Cell, Episode, InvalidEpisodesError, flat_columns, read_episodes
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut
+from scenecc.drawn_values import DrawnValues, plain_values
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, check_types, path_argument
+from scenecc.options import CompileOptions, Options, path_argument
 
 if TYPE_CHECKING:
-    from scenecc.coverage.pairs import Pair, Row
+    from collections.abc import Sequence
+
+    from scenecc.coverage.pairs import Row
     from scenecc.pipeline import Source
 
-_MOST_FAULTS: Final = 5
-"""Most episodes with wrong values that are reported."""
+_SCENES: Final = 48
+"""Least number of scenes that show which columns depend on a factor, if the rows of a cover can be repeated."""
 
-_CHUNK: Final = 4096
-"""Rows that are counted at once."""
-
-
-@dataclass(frozen=True, slots=True)
-class RangeCoverage:
-    """How far a range was drawn.
-
-    Attributes:
-        low, high: its ends; of a `normal`, the least and greatest tenth begin and end far outside.
-        tenths: number of episodes in each tenth of its probability, which are equally likely.
-    """
-
-    low: float
-    high: float
-    tenths: tuple[int, ...]
-
-    @property
-    def empty(self) -> tuple[int, ...]:
-        """The tenths without an episode, from 0."""
-        return tuple(number for number, count in enumerate(self.tenths) if not count)
+_HINT: Final = 'give what `scenecc draws`, a sweep or `info["draws"]` has for this scene file and these parameters'
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,17 +39,15 @@ class SceneCoverage:
     Attributes:
         episodes: number of episodes.
         factors: name → alternative → number of episodes.
-        ranges: by name.
         met: number of pairs of alternatives that an episode met.
         missed: the others that can occur.
         impossible: those that cannot occur, or were not found in any scene. They are not counted.
-        hidden: names of factors and ranges that no drawn value shows.
+        hidden: names of factors that no drawn value shows.
         diagnostics: warnings and notes of the scene.
     """
 
     episodes: int
     factors: Mapping[str, Mapping[Any, int]]
-    ranges: Mapping[str, RangeCoverage]
     met: int
     missed: tuple[MissedPair, ...]
     impossible: tuple[MissedPair, ...]
@@ -84,196 +64,160 @@ class SceneCoverage:
 def scene_coverage(
     source: Source,
     episodes: str | PathLike[str] | Iterable[Mapping[str, Any]],
-    *,
-    progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> SceneCoverage:
-    """Returns which pairs of alternatives a set of episodes has met, and how far it has drawn the ranges.
+    """Returns which pairs of alternatives a set of episodes has met.
 
     Args:
         source: the scene file of the episodes, as for `validate`, but not a plan.
         episodes: what each episode has drawn, as mappings from the names of `scenecc draws` to values, such as
             `info["draws"]`; or a file of them: the output of `scenecc draws` (JSON, CSV, Parquet), the table of a
             sweep, starts, or one JSON object per line.
-        progress: called with (pairs met, total pairs) while the scenes for comparison are made.
         options: fields of `CompileOptions`, without `num_scenes` and `draws`.
 
     Raises:
-        SceneError: the scene has errors, or draws nothing (SC945); or the draws cannot be read, or are not draws of
-            this scene (SC946).
+        SceneError: the scene has errors, or draws nothing from alternatives (SC945); or the draws cannot be read, or
+            are not draws of this scene (SC946).
+        ImportError: a Parquet table needs pyarrow, which is not installed.
         TypeError: an argument has the wrong type.
         ValueError: an argument is out of range.
     """
     asked = replace(Options.of_call(scene_coverage, options), starts=None, at_starts=False, num_scenes=None)
-    check_types(scene_coverage, {"progress": progress}, {"progress": Callable[[int, int], None] | None})
     if asked.draws:
         raise ValueError("draws cannot be given: they would replace what the file draws")
-    file, found = _read(episodes)
     builder = Builder(source, asked)
-    if not builder.sources:
+    if not builder.factors:
         report_nothing(builder)
-    return _Counting(builder, file, progress).run(found)
-
-
-def _read(episodes: str | PathLike[str] | Iterable[Mapping[str, Any]]) -> tuple[str, Iterable[Episode]]:
-    """Returns the name of the file, or "", and the episodes."""
-    if not isinstance(episodes, str | PathLike):
-        return "", (Episode(f"episode {number + 1}", _plain(one)) for number, one in enumerate(episodes))
-    path, sink = path_argument(scene_coverage, "episodes", episodes), Sink()
+    cover = PairCover(builder)
+    made = cover.run()
+    readers = _readers(builder, cover)
+    file = str(episodes) if isinstance(episodes, str | PathLike) else None
     try:
-        return str(path), read_episodes(path)
-    except InvalidEpisodesError as error:
-        sink.report("SC946", _unreadable(path, error), Location(str(path)), hint=_HINT)
-    except OSError as error:
-        sink.report("SC946", f"`{cut(str(path), 200)}` cannot be read: {error.strerror}", Location(str(path)))
-    raise SceneError(sink.diagnostics())
+        levels = Counter(_read(builder, readers, episode) for episode in _episodes(episodes))
+        factors = _count(builder, readers, levels)
+    except (InvalidEpisodesError, OSError) as error:
+        sink, reason = Sink(), f"it cannot be read: {error.strerror}" if isinstance(error, OSError) else str(error)
+        sink.report("SC946", reason, Location(file), hint=_HINT)
+        raise SceneError(sink.diagnostics()) from None
+    table = cover.table
+    table.reopen([], [*cover.given_up])
+    hidden = [number for number, reader in enumerate(readers) if reader is None]
+    for number in hidden:
+        table.ignore(number)
+    total = table.count
+    for row in levels:
+        table.meet(row)
+    return SceneCoverage(
+        levels.total(),
+        factors,
+        total - table.count,
+        tuple(MissedPair(*table.named(pair), "never met") for pair in table.open_pairs()),
+        made.missed,
+        tuple(builder.factors[number].source.label for number in hidden),
+        made.diagnostics,
+    )
 
 
-def _unreadable(file: object, error: InvalidEpisodesError) -> str:
-    return f"`{cut(str(file), 200)}` has no drawn values: {error}"
+def _episodes(given: str | PathLike[str] | Iterable[Mapping[str, Any]]) -> Iterable[Episode]:
+    if isinstance(given, str | PathLike):
+        return read_episodes(path_argument(scene_coverage, "episodes", given))
+    return (Episode(f"episode {number}", one) for number, one in enumerate(given, 1))
 
 
-_HINT: Final = 'give what `scenecc draws`, a sweep or `info["draws"]` has for this scene file and these parameters'
+def _count(builder: Builder, readers: Sequence[_Reader | None], levels: Mapping[Row, int]) -> dict[str, dict[Any, int]]:
+    """Returns the number of episodes by alternative, of each factor that has a reader."""
+    if not levels:
+        raise InvalidEpisodesError("there is no episode")
+    factors: dict[str, dict[Any, int]] = {}
+    for number, (one, reader) in enumerate(zip(builder.factors, readers, strict=True)):
+        if reader is None:
+            continue
+        counts = Counter[int]()
+        for row, times in levels.items():
+            counts[row[number]] += times
+        if counts.keys() == {-1} and not one.needs and one.scenes is None:
+            raise InvalidEpisodesError(f"no episode has `{cut(reader.columns[0])}`")
+        factors[one.source.label] = {value: counts[a] for a, value in enumerate(one.source.values)}
+    return factors
 
 
-def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns values without numpy."""
-    return {name: value.tolist() if hasattr(value, "tolist") else value for name, value in values.items()}
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """Reads the alternative of a factor from drawn values.
+
+    Attributes:
+        columns: the columns that show it.
+        alternatives: their values → alternative.
+        ranged: the alternative that is itself a range, so that it has any other value; None: there is none.
+    """
+
+    columns: tuple[str, ...]
+    alternatives: Mapping[tuple[Cell | None, ...], int]
+    ranged: int | None
+
+    def read(self, cells: Mapping[str, Cell]) -> int | None:
+        """Returns the alternative of an episode, -1 if a value is missing; None if the file cannot draw it."""
+        given = tuple(cells.get(column) for column in self.columns)
+        return -1 if None in given else self.alternatives.get(given, self.ranged)
 
 
-class _Counting:
-    """Counts what episodes have met. Arguments are those of `scene_coverage`."""
+def _readers(builder: Builder, cover: PairCover) -> list[_Reader | None]:
+    """Returns a reader for each factor; None for one that no drawn value shows.
 
-    def __init__(self, builder: Builder, file: str, progress: Callable[[int, int], None] | None) -> None:
-        self._builder = builder
-        self._file = file
-        rows: list[Row] = [()]
-        can_move = True
-        self._impossible: tuple[MissedPair, ...] = ()
-        self._diagnostics: list[Diagnostic] = []
-        if builder.factors:
-            pairs = PairCover(builder, progress)
-            cover = pairs.run()
-            rows, can_move = pairs.rows, pairs.can_move
-            self._impossible, self._diagnostics = cover.missed, cover.diagnostics
-        self._calibration = Calibration(builder, rows, can_move=can_move)
-        self._counts = [[0] * TENTHS for _ in builder.ranges]
-        self._faults: list[str] = []
+    The rows of a cover are compiled, in which the alternatives are known.
+    """
+    count = max(_SCENES, len(cover.rows)) if cover.can_move else len(cover.rows)
+    rows = [cover.rows[scene % len(cover.rows)] for scene in range(count)]
+    filled = builder.filled(rows, [0] * count)
+    units = {scene: builder.row_units(row, filled[scene]) for scene, row in enumerate(rows)}
+    result, _, sink = builder.compile(units, count)
+    if result is None:
+        raise SceneError(sink.diagnostics())
+    drawn = {name: plain_values(values) for name, values in DrawnValues(result.plan).read(range(count)).items()}
+    table = [flat_columns({name: values[scene] for name, values in drawn.items()}) for scene in range(count)]
+    return [
+        _reader(one.source.label, [row[number] for row in rows], table) for number, one in enumerate(builder.factors)
+    ]
 
-    def run(self, episodes: Iterable[Episode]) -> SceneCoverage:
-        """Returns the coverage."""
-        levels, count = self._levels(episodes)
-        table = self._pairs_met(levels)
-        readers = zip(self._builder.factors, self._calibration.factors, strict=True)
-        hidden = [one.source.label for one, reader in readers if reader is None]
-        ranges: dict[str, RangeCoverage] = {}
-        for source, reader, tenths in zip(self._builder.ranges, self._calibration.ranges, self._counts, strict=True):
-            if reader is None:
-                hidden.append(source.label)
-            else:
-                low, *_, high = sorted(reader.edges)
-                found = tenths if reader.edges[0] < reader.edges[-1] else tenths[::-1]
-                ranges[source.label] = RangeCoverage(low, high, tuple(found))
-        missed = tuple(self._missed(pair) for pair in table.open_pairs())
-        return SceneCoverage(
-            count,
-            self._by_alternative(levels),
-            ranges,
-            table.total - table.count,
-            missed,
-            self._impossible,
-            tuple(hidden),
-            self._diagnostics,
-        )
 
-    def _levels(self, episodes: Iterable[Episode]) -> tuple[dict[Row, int], int]:
-        """Returns how many episodes have each combination of alternatives, and the number of episodes."""
-        wanted = self._calibration.in_all_scenes()
-        levels, seen, count = dict["Row", int](), set[str](), 0
-        try:
-            for count, episode in enumerate(episodes, 1):  # noqa: B007
-                row = self._read(episode)
-                levels[row] = levels.get(row, 0) + 1
-                if len(seen) < len(wanted):
-                    seen.update(column for column in wanted if cell_of(episode.values, column) is not None)
-        except InvalidEpisodesError as error:
-            self._faults = [_unreadable(self._file, error)]
-        absent = [column for column in wanted if column not in seen]
-        if not count and not self._faults:
-            self._faults = ["there is no episode"]
-        elif absent and not self._faults:
-            self._faults = [f"no episode has `{cut(absent[0])}`"]
-        if self._faults:
-            sink, more = Sink(), len(self._faults) - _MOST_FAULTS
-            for fault in [*self._faults[:_MOST_FAULTS], *([f"{more} more values cannot be drawn"] if more > 0 else [])]:
-                sink.report("SC946", fault, Location(self._file or None), hint=_HINT)
-            raise SceneError(sink.diagnostics())
-        return levels, count
-
-    def _read(self, episode: Episode) -> Row:
-        """Returns the alternatives of an episode, and counts the tenths of its ranges."""
-        row: list[int] = []
-        for factor, reader in zip(self._builder.factors, self._calibration.factors, strict=True):
-            level = -1 if reader is None else reader.read(episode.values)
-            if level is None and reader is not None:
-                cells = [cell_of(episode.values, column) for column in reader.columns]
-                self._fault(episode, ", ".join(reader.columns), cells, factor.source.values)
-            row.append(-1 if level is None else level)
-        for number, reader in enumerate(self._calibration.ranges):
-            if reader is None:
-                continue
-            tenth = reader.read(episode.values, tuple(row))
-            if tenth is None:
-                ends = f"{min(reader.edges):g} … {max(reader.edges):g}"
-                self._fault(episode, reader.column, [cell_of(episode.values, reader.column)], (ends,))
-            elif tenth >= 0:
-                self._counts[number][tenth] += 1
-        return tuple(row)
-
-    def _fault(self, episode: Episode, column: str, cells: list[Any], known: tuple[Any, ...]) -> None:
-        values = ", ".join(f"{cell:g}" if isinstance(cell, float) else str(cell) for cell in cells)
-        able = cut(" | ".join(map(str, known)), 100)
-        what = f"{episode.where}: `{cut(column, 80)}` is {cut(values, 80)}, which this file does not draw: {able}"
-        self._faults.append(what)
-
-    def _pairs_met(self, levels: Mapping[Row, int]) -> PairTable:
-        """Returns the pairs with those open that no episode has met. Impossible and hidden ones do not count."""
-        factors = self._builder.factors
-        table = PairTable(factors)
-        label_of = {one.source.label: number for number, one in enumerate(factors)}
-        for one in self._impossible:
-            v, w = (
-                table.at[label_of[name]] + factors[label_of[name]].source.values.index(value)
-                for name, value in (one.first, one.second)
+def _reader(label: str, levels: Sequence[int], table: Sequence[Mapping[str, Cell]]) -> _Reader | None:
+    """Returns the reader of a factor: by the column of its name, or by others of the same object that depend on it."""
+    base = own = re.sub(r"\.variants\[\d+\]|(?<=\.pose)\.p\b", "", label)
+    there = [(level, cells) for level, cells in zip(levels, table, strict=True) if level >= 0]
+    names = [name for name in there[0][1] if all(name in cells for _, cells in there)] if there else []
+    while True:
+        columns = tuple(name for name in names if not base or name == base or name.startswith((f"{base}.", f"{base}[")))
+        if base != own:
+            # Those that have one value for each alternative, whatever the other factors and the ranges are.
+            columns = tuple(
+                name for name in columns if len({(a, row[name]) for a, row in there}) == len({a for a, _ in there})
             )
-            table.close(v, w)
-        for number, reader in enumerate(self._calibration.factors):
-            if reader is None:
-                table.open[table.at[number] : table.at[number + 1]] = False
-                table.open[:, table.at[number] : table.at[number + 1]] = False
-        table.total = table.count
-        rows = [*levels]
-        for first in range(0, len(rows), _CHUNK):
-            given = np.array(rows[first : first + _CHUNK], np.int64).reshape(-1, len(factors))
-            hot = np.zeros((len(given), len(table.levels)), np.float32)
-            at, there = np.array(table.at[:-1], np.int64), given >= 0
-            hot[np.nonzero(there)[0], (given + at)[there]] = 1
-            table.open &= (hot.T @ hot) == 0
-        return table
+        found = {(a, tuple(row[name] for name in columns)) for a, row in there}
+        times = Counter(a for a, _ in found)
+        ranged = [a for a, number in times.items() if number > 1]
+        is_apart = len({cells for _, cells in found}) == len(found)
+        if columns and is_apart and (not ranged or (len(ranged) == 1 and len(columns) == 1)):
+            return _Reader(columns, {cells: a for a, cells in found if a not in ranged}, next(iter(ranged), None))
+        if not base:
+            return None
+        base = re.sub(r"(^|\.)[^.]*$", "", base) if not base.endswith("]") else base.rpartition("[")[0]
 
-    def _by_alternative(self, levels: Mapping[Row, int]) -> dict[str, dict[Any, int]]:
-        found: dict[str, dict[Any, int]] = {}
-        for number, one in enumerate(self._builder.factors):
-            if self._calibration.factors[number] is None:
-                continue
-            counts = [0] * one.count
-            for row, times in levels.items():
-                if row[number] >= 0:
-                    counts[row[number]] += times
-            found[one.source.label] = dict(zip(one.source.values, counts, strict=True))
-        return found
 
-    def _missed(self, pair: Pair) -> MissedPair:
-        sources = [(self._builder.factors[f].source, a) for f, a in pair]
-        first, second = ((source.label, source.values[a]) for source, a in sources)
-        return MissedPair(first, second, "never met")
+def _read(builder: Builder, readers: Sequence[_Reader | None], episode: Episode) -> Row:
+    """Returns the alternatives of an episode.
+
+    Raises:
+        InvalidEpisodesError: the file does not draw a value of the episode.
+    """
+    cells = flat_columns(episode.values)
+    found = [-1 if reader is None else reader.read(cells) for reader in readers]
+    row: list[int] = []
+    for level, factor, reader in zip(found, builder.factors, readers, strict=True):
+        # Otherwise the values are those of another variant or item.
+        is_drawn = all(found[above] in allowed for above, allowed in factor.needs if readers[above] is not None)
+        if is_drawn and level is None and reader is not None:
+            values = ", ".join(f"{cut(column, 80)} = {cells[column]}" for column in reader.columns)
+            known = cut(" | ".join(map(str, factor.source.values)), 100)
+            raise InvalidEpisodesError(f"{episode.where}: {values}, which this file does not draw: {known}")
+        row.append(level if is_drawn and level is not None else -1)
+    return tuple(row)

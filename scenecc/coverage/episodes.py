@@ -6,7 +6,6 @@ import csv
 import io
 import json
 import math
-import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
@@ -136,27 +135,6 @@ def _episode(row: Any, where: str) -> Episode:
     return Episode(where, given)
 
 
-_INDEX: Final = re.compile(r"^(.+)\[(\d+)\]$")
-
-
-def cell_of(values: Mapping[str, Any], column: str) -> Cell | None:
-    """Returns one number or text of an episode: NAME, or NAME[I] of a vector; None if it is missing."""
-    path: list[int] = []
-    name = column
-    while name not in values:
-        step = _INDEX.match(name)
-        if step is None:
-            return None
-        name = step[1]
-        path.append(int(step[2]))
-    item: Any = values[name]
-    for index in reversed(path):
-        if not isinstance(item, list) or index >= len(cast("list[Any]", item)):
-            return None
-        item = cast("list[Any]", item)[index]
-    return to_cell(item)
-
-
 def to_cell(item: Any) -> Cell | None:
     """Returns a number rounded to 6 digits, in which float32 and text agree, or a text; None for anything else."""
     if isinstance(item, str):
@@ -173,6 +151,7 @@ def flat_columns(values: Mapping[str, Any]) -> dict[str, Cell]:
     todo: list[tuple[str, Any]] = [*values.items()]
     while todo:
         name, item = todo.pop()
+        item = item.tolist() if hasattr(item, "tolist") else item
         if isinstance(item, list | tuple):
             todo += [(f"{name}[{number}]", one) for number, one in enumerate(cast("list[Any]", item))]
         elif (cell := to_cell(item)) is not None:

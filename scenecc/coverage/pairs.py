@@ -8,19 +8,18 @@ from __future__ import annotations
 
 from math import lcm
 from random import Random
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from scenecc.coverage.factors import closure, cycles_meet, joined
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from scenecc.coverage.factors import Factor, Level, Needs
-    from scenecc.coverage.scopes import Scope
 
 Row = tuple[int, ...]
 """The alternative of each factor; -1: it is not drawn in this scene."""
@@ -39,7 +38,8 @@ _FEW: Final = 2000
 _LONGEST: Final = 256
 """Scenes in which a pair with a `cycle` is looked for."""
 
-_EXCLUDED: Final = np.int64(-(2**40))
+_STEPS: Final = 5000
+"""Most alternatives that are tried for a row besides one for each factor."""
 
 
 class PairTable:
@@ -96,6 +96,17 @@ class PairTable:
         """Returns a pair by its two numbers."""
         return self.levels[min(v, w)], self.levels[max(v, w)]
 
+    def named(self, pair: Pair) -> tuple[tuple[str, Any], tuple[str, Any]]:
+        """Returns the name and the value of each alternative of a pair."""
+        (f, a), (g, b) = pair
+        first, second = self.factors[f].source, self.factors[g].source
+        return (first.label, first.values[a]), (second.label, second.values[b])
+
+    def ignore(self, factor: int) -> None:
+        """Marks all pairs of a factor as no longer open."""
+        own = slice(self.at[factor], self.at[factor + 1])
+        self.open[own] = self.open[:, own] = False
+
     def numbers(self, row: Row) -> list[int]:
         """Returns the numbers of a row's alternatives."""
         return [self.at[f] + a for f, a in enumerate(row) if a >= 0]
@@ -131,24 +142,17 @@ class RowMaker:
         seed: of the random candidates.
 
     Attributes:
-        conflicts: alternatives that cannot be built together, and where they are excluded.
-        scopes: conditions of which all combinations are known.
+        conflicts: factors → alternatives of them that cannot be built together → where they are excluded.
     """
 
     def __init__(self, table: PairTable, seed: int = 0) -> None:
         self._table = table
         self._random = Random(seed)  # noqa: S311 - the same rows at every run
-        self.conflicts: list[tuple[dict[int, int], str]] = []
-        self._conflicts_of: dict[int, list[dict[int, int]]] = {}
-        self.scopes: list[Scope] = []
+        self.conflicts: dict[tuple[int, ...], dict[tuple[int, ...], str]] = {}
 
-    def add_conflict(self, conflict: dict[int, int], by: str) -> None:
+    def add_conflict(self, conflict: Mapping[int, int], by: str) -> None:
         """Excludes alternatives (factor → alternative) together. `by`: where they are excluded."""
-        if any(conflict == known for known, _ in self.conflicts):
-            return
-        self.conflicts.append((conflict, by))
-        for factor in conflict:
-            self._conflicts_of.setdefault(factor, []).append(conflict)
+        self.conflicts.setdefault(tuple(conflict), {}).setdefault(tuple(conflict.values()), by)
 
     def best(self, scene: int) -> tuple[Row, Pair | None] | None:
         """Returns a row of a scene with many open pairs, and the pair that it was built for; None: no row is possible.
@@ -171,25 +175,20 @@ class RowMaker:
                 found = gain, row, None if start is None else table.pair(*start)
         return None if found is None else (found[1], found[2])
 
-    def is_possible(self, pair: Pair, scene: int, tries: int) -> bool:
+    def is_possible(self, pair: Pair, scene: int) -> bool:
         """Returns whether a row with a pair is found in this scene or a later one."""
         (f, a), (g, b) = pair
-        if any(one.excludes({f: a, g: b}) for one in self.scopes):
-            return False
         start = self._table.at[f] + a, self._table.at[g] + b
         needs = self._table.together(*start)
         period = min(lcm(*(one.count for one in self._table.factors if one.is_cycle)), _LONGEST)
         scenes = [one for one in range(scene, scene + period) if needs is not None and self._is_possible(needs, one)]
-        return any(self._build(one, start) is not None for one in scenes for _ in range(tries))
+        return any(self._build(one, start) is not None for one in scenes)
 
     def reason(self, pair: Pair) -> str:
         """Returns where a pair is excluded; empty if several places exclude it together."""
         at = dict(pair)
-        scope = next((one.by for one in self.scopes if one.excludes(at)), None)
-        return (
-            scope
-            if scope is not None
-            else next((by for conflict, by in self.conflicts if conflict.items() <= at.items()), "")
+        return next(
+            (by for fs, known in self.conflicts.items() if (by := known.get(tuple(at.get(f, -1) for f in fs)))), ""
         )
 
     def _starts(self, scene: int, count: int) -> list[tuple[int, int]]:
@@ -200,9 +199,7 @@ class RowMaker:
         for number in order:
             v, w = map(int, pairs[number])
             needs = self._table.together(v, w)
-            pair = dict(self._table.pair(v, w))
-            is_excluded = any(one.excludes(pair) for one in self.scopes)
-            if needs is not None and not is_excluded and self._is_possible(needs, scene):
+            if needs is not None and self._is_possible(needs, scene):
                 found.append((v, w))
             if len(found) == count:
                 break
@@ -216,66 +213,58 @@ class RowMaker:
         )
 
     def _build(self, scene: int, start: tuple[int, int] | None) -> Row | None:
-        table, factors = self._table, self._table.factors
-        wanted: Needs = (start and table.together(*start)) or {}
-        order = [f for f in range(len(factors)) if f not in wanted]
-        self._random.shuffle(order)
+        """Returns a row by depth-first search: constrained factors first, the best alternatives first."""
+        table, wanted = self._table, (start and self._table.together(*start)) or {}
+        order = self._order(wanted)
         row: dict[int, int] = {}
         score = np.zeros(len(table.levels), np.int64)
-        firsts = sorted(wanted) + [f for f in order if factors[f].is_cycle]
-        for factor in (*firsts, *order):
-            if not self._assign(factor, scene, wanted, row, score):
-                return None
-        return tuple(row[f] for f in range(len(factors)))
+        left = [self._alternatives(order[0], scene, wanted, row, score)]
+        for _ in range(len(order) + _STEPS):
+            factor = order[len(left) - 1]
+            before = row.pop(factor, -1)
+            if before >= 0:
+                score -= table.open[table.at[factor] + before]
+            if not left[-1]:
+                left.pop()
+                if not left:
+                    return None
+                continue
+            row[factor] = left[-1].pop()
+            if row[factor] >= 0:
+                score += table.open[table.at[factor] + row[factor]]
+            if len(left) == len(order):
+                return tuple(row[f] for f in range(len(order)))
+            left.append(self._alternatives(order[len(left)], scene, wanted, row, score))
+        return None
 
-    def _assign(self, factor: int, scene: int, wanted: Needs, row: dict[int, int], score: NDArray[np.int64]) -> bool:
-        """Chooses a factor's alternative, after those that it needs. Returns whether one is possible."""
-        if factor in row:
-            return True
-        one, table = self._table.factors[factor], self._table
-        for above, _ in one.needs:
-            if not self._assign(above, scene, wanted, row, score):
-                return False
+    def _order(self, wanted: Needs) -> list[int]:
+        """Returns the factors in random order, constrained ones first, and each after those that it needs."""
+        factors = self._table.factors
+        bound = {f for conflict in self.conflicts for f in conflict}
+        names = self._random.sample(range(len(factors)), len(factors))
+        todo = sorted(names, key=lambda f: (f not in wanted, not factors[f].is_cycle, f not in bound))[::-1]
+        found: dict[int, None] = {}
+        while todo:
+            above = [f for f, _ in factors[todo[-1]].needs if f not in found]
+            if above:
+                todo += above
+            else:
+                found[todo.pop()] = None
+        return [*found]
+
+    def _alternatives(
+        self, factor: int, scene: int, wanted: Needs, row: dict[int, int], score: NDArray[np.int64]
+    ) -> list[int]:
+        """Returns what a factor may have in a row, the best one last; -1: it is not drawn."""
+        one, at = self._table.factors[factor], self._table.at[factor]
         if not one.is_in(scene) or any(row[above] not in allowed for above, allowed in one.needs):
-            row[factor] = -1
-            return factor not in wanted
-        at = table.at[factor]
-        gains = score[at : at + one.count].copy()
-        allowed = wanted.get(factor)
+            return [] if factor in wanted else [-1]
         fixed = one.fixed(scene)
-        for scope in self.scopes:
-            if factor in scope.factors:
-                gains[~scope.allowed(factor, row)] = _EXCLUDED
-        for a in range(one.count):
-            excluded = (allowed is not None and a not in allowed) or (fixed is not None and a != fixed)
-            if excluded or self._conflicts(factor, a, row):
-                gains[a] = _EXCLUDED
-        most = gains.max()
-        if most == _EXCLUDED:
-            return False
-        best = np.flatnonzero(gains == most).tolist()
-        row[factor] = best[0] if len(best) == 1 else best[int(self._random.random() * len(best))]
-        score += table.open[at + row[factor]]
-        return True
-
-    def _conflicts(self, factor: int, alternative: int, row: dict[int, int]) -> bool:
-        return any(
-            all(a == (alternative if f == factor else row.get(f)) for f, a in conflict.items())
-            for conflict in self._conflicts_of.get(factor, ())
-        )
-
-
-def without_redundant(rows: Sequence[Row], table: PairTable) -> list[Row]:
-    """Returns the rows without those all of whose pairs other rows meet too."""
-    met = np.zeros(table.open.shape, np.int32)
-    for row in rows:
-        numbers = table.numbers(row)
-        met[np.ix_(numbers, numbers)] += 1
-    kept: list[Row] = []
-    for row in rows:
-        numbers = table.numbers(row)
-        if (met[np.ix_(numbers, numbers)] > 1).all():
-            met[np.ix_(numbers, numbers)] -= 1
-        else:
-            kept.append(row)
-    return kept
+        found = [*wanted.get(factor, range(one.count))] if fixed is None else [fixed]
+        for factors, known in self.conflicts.items():
+            if factor in factors:
+                found = [a for a in found if tuple(a if f == factor else row.get(f, -1) for f in factors) not in known]
+        if fixed is not None and fixed not in wanted.get(factor, found):
+            return []
+        gains = score[at : at + one.count].tolist()
+        return sorted(found, key=lambda a: (gains[a], self._random.random()))

@@ -29,18 +29,28 @@ _PARSING = frozenset(("SC003", "SC004", "SC007"))
 """Errors that end the reading of the YAML."""
 
 
+def added(now: Sequence[Diagnostic], then: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Returns the findings that an edit adds; none of those that it moves to another line or path."""
+    known, left = _counted(then), _counted(now)
+    return [one for one in now if left[one.code, one.message] > known[one.code, one.message]]
+
+
 def is_mended(now: Sequence[Diagnostic], then: Sequence[Diagnostic], found: Diagnostic) -> bool:
     """Returns whether a finding is gone, and whatever is new is of a later stage, which its error may have hidden."""
-    known, left = (Counter((one.code, one.message) for one in every) for every in (then, now))
-
-    severities = {"error", found.severity}
-
-    def is_new(one: Diagnostic) -> bool:
-        return one.severity in severities and left[one.code, one.message] > known[one.code, one.message]
-
-    if left[found.code, found.message] >= known[found.code, found.message]:
+    if _counted(now)[found.code, found.message] >= _counted(then)[found.code, found.message]:
         return False
-    return not any(is_new(one) and _stage(one) <= _stage(found) for one in now)
+    new = (one for one in added(now, then) if one.severity in {"error", found.severity})
+    return not any(_stage(one) <= _stage(found) for one in new)
+
+
+def has_new_errors(now: Sequence[Diagnostic], then: Sequence[Diagnostic]) -> bool:
+    """Returns whether an edit adds errors. Those of stages that did not run before do not count."""
+    reached = max((_stage(one) for one in then if one.severity == "error"), default=len(STAGES))
+    return any(one.severity == "error" and _stage(one) <= reached for one in added(now, then))
+
+
+def _counted(every: Sequence[Diagnostic]) -> Counter[tuple[str, str]]:
+    return Counter((one.code, one.message) for one in every)
 
 
 def _stage(found: Diagnostic) -> int:

@@ -309,7 +309,7 @@ class _RenderObjectLowerer:
         shadow = getattr(light, "shadow", None)
         if shadow is None or shadow is False:
             for key in given:
-                hint = "set shadow: true, or leave it out"
+                hint = "set `shadow: true`, or leave it out"
                 report_unused_key(key, "on a light without a shadow", origin, self.sink, hint=hint)
             return None
         depth = _SHADOW_DEPTH.get(light.type, _POINT_SHADOW_DEPTH)

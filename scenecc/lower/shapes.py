@@ -330,7 +330,7 @@ class ShapeLowerer:
     def _geometry(self, shape: Any, fields: FieldLowerer, origin: Origin) -> Any:
         """Lowers a collision geometry; None after an error."""
         if shape.type == "convex_parts" and shape.decomposition == "none" and shape.decomposition_params:
-            hint = "set decomposition: coacd, or leave it out"
+            hint = "set `decomposition: coacd`, or leave it out"
             report_unused_key("decomposition_params", "without a decomposition", origin, self._sink, hint=hint)
         return COLLISION_GEOMETRY[shape.type](shape, self._tables, fields, origin)
 

@@ -92,7 +92,7 @@ def check_rows(check: ValueCheck, sampling: SamplingContext) -> bool:
         sampling.sink.report("SC513", message, check.origin)
         if sampling.record is not None:
             failed = tuple(check.scenes[row] for row in outside) if len(data) > 1 else check.scenes
-            sampling.record.failures.append(DrawFailure(failed, check.node, bounds))
+            sampling.record.failures.append(DrawFailure(failed, check.node))
     return not outside
 
 

@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from lsprotocol import types
-from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
+from pygls.exceptions import JsonRpcInvalidParams
 
 from scenecc.diagnostics.fixing import is_better, is_mended
 from scenecc.lsp import edits, worker
 from scenecc.lsp.completion import SUFFIXES, Offer, completions
-from scenecc.lsp.findings import findings_in, range_of, to_client
+from scenecc.lsp.findings import findings_in, to_client
 from scenecc.lsp.hover import MOST_TOLD, hover_at, with_facts
 from scenecc.lsp.language import load_language
-from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_location, uses_in, uses_of
+from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_span, uses_in, uses_of
 from scenecc.lsp.process import FaultError, WorkerStopped
 from scenecc.lsp.server import FindingFilter, SceneServer
 from scenecc.lsp.symbols import Symbol, symbols_of
@@ -36,13 +36,6 @@ T = TypeVar("T")
 
 At = Callable[[WorkspaceView, Path, int, int], T]
 """Answers a request about a 0-based position [characters]."""
-
-
-class RequestRefusedError(JsonRpcException):
-    """A request cannot be fulfilled; the message tells users why."""
-
-    CODE = types.LSPErrorCodes.RequestFailed
-    MESSAGE = "the request was refused"
 
 
 def make_server(options: Options, finding_filter: FindingFilter) -> SceneServer:
@@ -89,7 +82,7 @@ def serve(options: Options, finding_filter: FindingFilter) -> None:
 
 def _is_fault(record: logging.LogRecord) -> bool:
     """Returns whether a log record reports an error, not a refused request."""
-    refused = RequestRefusedError | JsonRpcInvalidParams | asyncio.CancelledError
+    refused = edits.RefusedError | JsonRpcInvalidParams | asyncio.CancelledError
     return record.exc_info is None or not isinstance(record.exc_info[1], refused)
 
 
@@ -265,17 +258,14 @@ async def _document_highlight(ls: SceneServer, params: types.DocumentHighlightPa
 
 
 def _place_of_use(server: SceneServer, use: Use) -> types.Range:
-    part = mention_location(use.text, use.leaf, use.definition.start, use.definition.end)
-    return range_of(use.text, part, server.columns)
+    span = mention_span(use.text, use.leaf, use.definition.start, use.definition.end)
+    return server.columns.range(use.text, *span)
 
 
 async def _prepare_rename(ls: SceneServer, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder:
-    try:
-        _, text, edit = await _ask(ls, params, edits.renamed_part)
-    except edits.RefusedError as refused:
-        raise RequestRefusedError(str(refused)) from None
+    _, text, edit = await _ask(ls, params, edits.renamed_part)
     if text is None or edit is None:
-        raise RequestRefusedError("this file is not open")
+        raise edits.RefusedError("this file is not open")
     place = ls.columns.range(text, edit.line, edit.start, edit.end)
     return types.PrepareRenamePlaceholder(place, edit.text)
 
@@ -284,11 +274,8 @@ async def _rename(ls: SceneServer, params: types.RenameParams) -> types.Workspac
     def changes(view: WorkspaceView, path: Path, line: int, column: int) -> list[edits.Edit]:
         return edits.rename(view, path, line, column, params.new_name)
 
-    try:
-        view, _, made = await _ask(ls, params, changes)
-        await _prove(ls, view, made or [])
-    except edits.RefusedError as refused:
-        raise RequestRefusedError(str(refused)) from None
+    view, _, made = await _ask(ls, params, changes)
+    await _prove(ls, view, made or [])
     return _workspace_edit(ls, view, made or [])
 
 

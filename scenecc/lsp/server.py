@@ -175,9 +175,6 @@ class SceneServer(LanguageServer):
                     self.tell("the check of this scene crashed; the scene is checked again when it changes")
                 else:
                     self._due[path] = None
-            except FaultError as fault:
-                _LOG.error("%s", fault)
-                self.tell(f"this is a bug in scenecc, not an error in {path.name}")
             except Exception:  # noqa: BLE001 - the next text must still be checked
                 _LOG.exception("checking %s", path)
                 self.tell(f"this is a bug in scenecc, not an error in {path.name}")
@@ -187,13 +184,13 @@ class SceneServer(LanguageServer):
         if path not in view.projects or path not in await asyncio.to_thread(view.judges, path):
             return  # a part is checked with the scene that includes it
         checked: worker.CheckAnswer = await self.checker.ask(worker.CheckRequest(view.open_scene(path)))
+        found = await asyncio.to_thread(self.finding_filter, checked.diagnostics, str(path))
         read = {path, *checked.files.values()}
         if any(self.scenes.texts.get(each) is not view.texts.get(each) for each in read):
             # The text changed during the check, so findings may be outdated.
             if path in self.scenes.projects:
                 self._due[path] = None
             return
-        found = await asyncio.to_thread(self.finding_filter, checked.diagnostics, str(path))
         if path in self.scenes.projects:
             before = self.scenes.projects[path]
             self.scenes.projects[path] = before.after(checked, found)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 import sys
 import time
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any, Final, TypeAlias
 
 import anyio
@@ -22,20 +22,14 @@ from scenecc.interrupt import undoing
 Document: TypeAlias = dict[str, Any]
 """The JSON that a command prints."""
 
-Progress: TypeAlias = Callable[[float], Awaitable[None]]
-"""Called every few seconds with the time since the start [s]."""
-
 _MOST_BYTES: Final = 16 << 20
-"""Most output that is read from a command."""
+"""Largest output that is read from a command."""
 
 _ERROR_BYTES: Final = 10_000
-"""How much of a command's standard error is kept."""
+"""How much of the end of a command's standard error is read."""
 
 _GRACE: Final = 3.0
 """Time for a stopped command to clean up [s]."""
-
-_PROGRESS_PERIOD: Final = 2.0
-"""Time between two notifications of progress [s]."""
 
 
 _USAGE: Final = 2
@@ -89,14 +83,13 @@ class CommandRunner:
             raise CallRefused("there is no such file", f"paths are relative to {self.root}; write the file first")
         return file if file != "-" else "./-"  # `-` is standard input
 
-    async def run(self, command: str, arguments: list[str], text: str, progress: Progress) -> tuple[int, Document]:
+    async def run(self, command: str, arguments: list[str], text: str) -> tuple[int, Document]:
         """Runs a command with `--format json` in the root folder. Returns its exit status and its document.
 
         Args:
             command: its name.
             arguments: its arguments.
             text: its standard input.
-            progress: reports progress.
 
         Raises:
             CallRefused: it took too long, printed too much, or crashed.
@@ -109,69 +102,39 @@ class CommandRunner:
         argv = [sys.executable, "-I", "-c", start, command, "--format", "json", *arguments]
         async with self.slots:
             with anyio.move_on_after(self.seconds):
-                return _document(command, *await _communicate(argv, self.root, text.encode(), progress))
+                return _document(command, *await _communicate(argv, self.root, text.encode()))
         raise CallRefused(
             f"`{command}` took longer than {self.seconds:g} s and was stopped",
             "ask for fewer scenes, seeds or steps, or ask the user for a longer `scenecc mcp --timeout`",
         )
 
 
-async def _communicate(argv: list[str], root: Path, data: bytes, progress: Progress) -> tuple[int, bytes, bytes]:
+async def _communicate(argv: list[str], root: Path, data: bytes) -> tuple[int, bytes, bytes]:
     """Runs a process to its end. Returns its exit status, its output, and the end of its standard error. If the call is
     cancelled, or a signal ends the server, it is stopped.
     """
-    output, errors, all_errors = bytearray(), bytearray(), anyio.Event()
-    with undoing() as undo:
+    with undoing() as undo, TemporaryFile() as given, TemporaryFile() as output, TemporaryFile() as errors:
+        given.write(data)
+        given.seek(0)
         try:
-            process = await anyio.open_process(argv, cwd=root, stderr=subprocess.PIPE, start_new_session=True)
+            process = await anyio.open_process(
+                argv, cwd=root, stdin=given, stdout=output, stderr=errors, start_new_session=True
+            )
         except OSError as error:  # an argument is too long, the root folder was removed, or there is no memory
             hint = "use shorter arguments, and values in the file instead of `params`"
             raise CallRefused(f"the command cannot be started: {error.strerror}", hint) from None
         undo.callback(_stop, process)
         try:
-            async with anyio.create_task_group() as tasks:
-                tasks.start_soon(_write, process, data)
-                tasks.start_soon(_read_errors, process, errors, all_errors)
-                tasks.start_soon(_report, progress)
-                assert process.stdout is not None
-                async for piece in process.stdout:
-                    output += piece
-                    if len(output) > _MOST_BYTES:
-                        break
-                else:
-                    await process.wait()
-                    with anyio.move_on_after(_GRACE):
-                        await all_errors.wait()
-                tasks.cancel_scope.cancel()
+            await process.wait()
         finally:
             with anyio.CancelScope(shield=True):
                 await _end(process)
-    if len(output) > _MOST_BYTES:
-        raise CallRefused(f"the result exceeds {_MOST_BYTES >> 20} MiB", "ask for fewer scenes or seeds")
-    assert process.returncode is not None
-    return process.returncode, bytes(output), bytes(errors)
-
-
-async def _write(process: Process, data: bytes) -> None:
-    assert process.stdin is not None
-    with suppress(anyio.BrokenResourceError, anyio.ClosedResourceError):  # it ended without reading all
-        await process.stdin.send(data)
-    await process.stdin.aclose()
-
-
-async def _read_errors(process: Process, errors: bytearray, all_errors: anyio.Event) -> None:
-    assert process.stderr is not None
-    async for piece in process.stderr:
-        errors += piece
-        del errors[:-_ERROR_BYTES]
-    all_errors.set()
-
-
-async def _report(progress: Progress) -> None:
-    begin = time.monotonic()
-    while True:
-        await anyio.sleep(_PROGRESS_PERIOD)
-        await progress(time.monotonic() - begin)
+        if (size := output.seek(0, os.SEEK_END)) > _MOST_BYTES:
+            raise CallRefused(f"the result has {size >> 20} MiB", "ask for fewer scenes or seeds")
+        output.seek(0)
+        errors.seek(max(0, errors.seek(0, os.SEEK_END) - _ERROR_BYTES))
+        assert process.returncode is not None
+        return process.returncode, output.read(), errors.read()
 
 
 async def _end(process: Process) -> None:

@@ -18,6 +18,7 @@ from pydantic import Field, ValidationError
 
 from scenecc.interrupt import temporary_folder
 from scenecc.mcp.commands import CallRefused, CommandRunner, Document, shorten
+from scenecc.scene_file.layout import value_text
 from scenecc.version import VERSION
 
 MOST_CHARACTERS: Final = 40_000
@@ -69,7 +70,6 @@ class SceneTools:
 
     async def validate(
         self,
-        context: Context[Any, Any],
         file: File = "",
         text: Text = "",
         params: Params = {},  # noqa: B006 - never changed
@@ -80,12 +80,11 @@ class SceneTools:
         none has the severity `error`. `unchecked` lists what could not be checked because of errors.
         Example: {"file": "scenes/table.yaml"}
         """
-        status, document = await self._run(context, "validate", file, text, _settings(params))
+        status, document = await self._run("validate", file, text, _settings(params))
         return _result(document, failed=status > 1)
 
     async def check(
         self,
-        context: Context[Any, Any],
         file: File = "",
         text: Text = "",
         params: Params = {},  # noqa: B006
@@ -105,12 +104,11 @@ class SceneTools:
             *_choice(seeds=seeds, scene=scenes, num_scenes=num_scenes or None),
             *_settings(params),
         ]
-        status, document = await self._run(context, "check", file, text, options)
+        status, document = await self._run("check", file, text, options)
         return _result(document, failed=status > 1)
 
     async def describe(
         self,
-        context: Context[Any, Any],
         file: File = "",
         text: Text = "",
         params: Params = {},  # noqa: B006
@@ -119,17 +117,15 @@ class SceneTools:
     ) -> CallToolResult:
         """Describe a scene as it is built, in its initial poses: what is where, and what stands on what.
 
-        Returns `objects` with size, position, mass, colour, `stands_on`, `is_in`, `touches`, `overlaps`, gaps below
-        (`above`) and whether it `falls`; `robots` with reach; `cameras` with what is in the frame. Units are in the
-        names: _m, _kg, _deg. Example: {"file": "scenes/table.yaml"}
+        Returns `objects` with size, position, mass, `stands_on`, `is_in`, `touches`, `overlaps`, gaps below (`above`)
+        and whether it `falls`. Units are in the names: _m, _kg, _deg. Example: {"file": "scenes/table.yaml"}
         """
         options = [f"--scene={scene}", *_choice(seed=seed), *_settings(params)]
-        status, document = await self._run(context, "describe", file, text, options)
+        status, document = await self._run("describe", file, text, options)
         return _result(document, failed=status > 0)
 
     async def patch(
         self,
-        context: Context[Any, Any],
         file: File,
         edits: Annotated[
             list[dict[str, Any]],
@@ -150,12 +146,11 @@ class SceneTools:
         options = [*self._runner.options, *(["--dry-run"] * dry_run), *(["--allow-errors"] * allow_errors)]
         arguments = [*options, "--", self._runner.check_file(file), "-"]
         async with self._editing:  # two edits of one file at once would lose one
-            status, document = await self._document(context, "patch", arguments, json.dumps(edits))
+            status, document = await self._document("patch", arguments, json.dumps(edits))
         return _result(document, failed=status > 1 or (status == 1 and not document["written"] and not dry_run))
 
     async def draws(
         self,
-        context: Context[Any, Any],
         file: File = "",
         text: Text = "",
         params: Params = {},  # noqa: B006
@@ -169,12 +164,11 @@ class SceneTools:
         Example: {"file": "scenes/clutter.yaml", "seeds": "0:5", "scenes": "0"}
         """
         options = [*_choice(seeds=seeds, scene=scenes, num_scenes=num_scenes or None), *_settings(params)]
-        status, document = await self._run(context, "draws", file, text, options)
+        status, document = await self._run("draws", file, text, options)
         return _result(document, failed=status > 0)
 
     async def render(
         self,
-        context: Context[Any, Any],
         file: File = "",
         text: Text = "",
         params: Params = {},  # noqa: B006
@@ -201,7 +195,7 @@ class SceneTools:
         options += ["--labels"] if labels else []
         with temporary_folder("scenecc-") as folder:
             picture = anyio.Path(folder, "picture.png")
-            status, document = await self._run(context, "render", file, text, [*options, f"--output={picture}"])
+            status, document = await self._run("render", file, text, [*options, f"--output={picture}"])
             data = await picture.read_bytes() if status == 0 else b""
         for row in document.get("files", ()):
             del row["file"]  # it exists no longer
@@ -211,21 +205,17 @@ class SceneTools:
             result.content.insert(0, image)
         return result
 
-    async def explain(
-        self, context: Context[Any, Any], code: Annotated[str, Field(description="A code, such as SC101")]
-    ) -> CallToolResult:
+    async def explain(self, code: Annotated[str, Field(description="A code, such as SC101")]) -> CallToolResult:
         """Explain the code of a finding: its cause, an example, and how to fix it."""
-        status, document = await self._document(context, "explain", ["--", code], "")
+        status, document = await self._document("explain", ["--", code], "")
         return _result(document, failed=status > 0)
 
     async def prefabs(self) -> str:
         """Prefabs that ship with scenecc, with their parameters."""
-        _, document = await self._runner.run("prefabs", [], "", _ignore)
+        _, document = await self._runner.run("prefabs", [], "")
         return json.dumps(document)
 
-    async def _run(
-        self, context: Context[Any, Any], command: str, file: str, text: str, options: list[str]
-    ) -> tuple[int, Document]:
+    async def _run(self, command: str, file: str, text: str, options: list[str]) -> tuple[int, Document]:
         """Runs a command on a scene, which is a file or a text. Returns its exit status and its document."""
         if bool(file) == bool(text):
             raise CallRefused("give either `file` or `text`", 'for example {"file": "scenes/table.yaml"}')
@@ -233,24 +223,14 @@ class SceneTools:
             raise CallRefused(f"`text` has {len(text)} characters; {_MOST_TEXT} are allowed", "write it to a file")
         scene = self._runner.check_file(file) if file else "-"
         arguments = [*self._runner.options, *options, "--", scene]
-        return await self._document(context, command, arguments, text)
+        return await self._document(command, arguments, text)
 
-    async def _document(
-        self, context: Context[Any, Any], command: str, arguments: list[str], text: str
-    ) -> tuple[int, Document]:
+    async def _document(self, command: str, arguments: list[str], text: str) -> tuple[int, Document]:
         """Runs a command. Returns its exit status and its document, shortened."""
-
-        async def progress(seconds: float) -> None:
-            await context.report_progress(seconds, message=f"{command}: {seconds:.0f} s")
-
         if any("\0" in argument for argument in arguments):
             raise CallRefused("an argument contains the character NUL", "remove it")
-        status, document = await self._runner.run(command, arguments, text, progress)
+        status, document = await self._runner.run(command, arguments, text)
         return status, shorten(document, MOST_CHARACTERS)
-
-
-async def _ignore(seconds: float) -> None:
-    del seconds
 
 
 def _language() -> str:
@@ -260,7 +240,8 @@ def _language() -> str:
 
 
 def _settings(params: dict[str, Any]) -> list[str]:
-    return [f"--set={name}={json.dumps(value)}" for name, value in params.items()]
+    # JSON's escapes of characters beyond U+FFFF are not YAML's.
+    return [f"--set={name}={value_text(value, (), 0, 'json')}" for name, value in params.items()]
 
 
 def _choice(**options: str | int | None) -> list[str]:

@@ -41,8 +41,6 @@ _State = tuple[str, dict[str, Any]]
 
 _INDEX: Final = re.compile(r"0|[1-9][0-9]{0,17}").fullmatch
 
-_SURROGATE: Final = re.compile("[\ud800-\udfff]").search
-
 
 class PatchError(Exception):
     """A patch is malformed or cannot be applied; the message names the operation.
@@ -126,13 +124,7 @@ def _read(text: str, limits: Limits) -> dict[str, Any]:
     document = read_text(text, None, sink, limits)
     if document is None:
         raise EditError(f"the file could not be read again: {sink.diagnostics()[0].message}")
-    return _unshared(document.data)
-
-
-def _unshared(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _unshared(one) for key, one in cast("dict[str, Any]", value).items()}
-    return [_unshared(one) for one in cast("list[Any]", value)] if isinstance(value, list) else value
+    return json.loads(json.dumps(document.data))  # aliases share parts
 
 
 def _parse(written: Any, name: str) -> Operation:
@@ -149,12 +141,9 @@ def _parse(written: Any, name: str) -> Operation:
             near = suggest(member, [one for one in given if one not in {"op", *_MEMBERS[op]}])
             raise PatchError(f"{name} (`{op}`) has no `{member}`", hint=near)
     path, source = (_tokens(given[one], one, name) if one in _MEMBERS[op] else () for one in ("path", "from"))
-    value = given.get("value")
-    if "value" in _MEMBERS[op] and (fault := _fault(value)):
-        raise PatchError(f"{name} (`{op}` at {cut(pointer(path))}): the value contains {fault}")
     if op == "move" and len(path) > len(source) and path[: len(source)] == source:
         raise PatchError(f"{name} (`move`): {cut(pointer(path))} is inside of {cut(pointer(source))}")
-    return Operation(op, path, source, value)
+    return Operation(op, path, source, given.get("value"))
 
 
 def _tokens(text: Any, member: str, name: str) -> tuple[str, ...]:
@@ -171,28 +160,6 @@ def _tokens(text: Any, member: str, name: str) -> tuple[str, ...]:
 def pointer(path: Sequence[str | int]) -> str:
     """Returns a path as a JSON Pointer."""
     return "".join(f"/{str(one).replace('~', '~0').replace('/', '~1')}" for one in path)
-
-
-def _fault(value: Any) -> str | None:
-    """Returns what a scene file cannot hold in a value; None: it can."""
-    match value:
-        case Mapping():
-            items = cast("Mapping[Any, Any]", value).items()
-            faults = (_fault(key) or _fault(one) if isinstance(key, str) else _KEY_FAULT for key, one in items)
-            return next(filter(None, faults), None)
-        case list() | tuple():
-            return next(filter(None, map(_fault, cast("Sequence[Any]", value))), None)
-        case None:
-            return "null: a scene file has no null; `remove` the key instead"
-        case str():
-            return "half of a character (a lone surrogate)" if _SURROGATE(value) else None
-        case bool() | int() | float():
-            return None if math.isfinite(value) else f"{value}, which is not a finite number"
-        case _:
-            return f"{type(value).__name__}, which is not JSON"
-
-
-_KEY_FAULT: Final = "a key that is not a string"
 
 
 def _apply(text: str, data: dict[str, Any], one: Operation, limits: Limits) -> _State:
@@ -292,7 +259,10 @@ def _set(edits: TextEdits, path: Path, value: Any, write: Write | None = None) -
 
 def _writer(value: Any, path: Path, step: int) -> Write:
     def write(column: int, style: Style) -> str | Sequence[str]:
-        return value_text(value, path, column, style, step=step)
+        try:
+            return value_text(value, path, column, style, step=step)
+        except TypeError:
+            raise EditError("a scene file cannot hold the value: is there a null? `remove` removes a key") from None
 
     return write
 
@@ -303,27 +273,19 @@ def _checked(
     """Returns the text after the first edit that makes it read as wanted, and that data.
 
     Raises:
-        EditError: the place is written elsewhere, or the edit would also change another place.
+        PatchError: the place is written elsewhere, or the edit would also change another place.
     """
-    fault = unread = None
+    fault = ""
     for edit in edits:
         made = TextEdits(text)
         try:
             edit(made)
-        except EditError as error:
-            fault = str(error)
-            continue
-        fault = None
-        try:
             if equal(_read(made.result(), limits), wanted):
                 return made.result(), wanted
+            fault = "other places use it through an anchor, and would change with it: edit the text"
         except EditError as error:
-            unread = str(error)
-    anchor = TextEdits(text).anchor(path)
-    if fault is not None or anchor is None:
-        raise PatchError(fault or unread or "it cannot be written in this place", path)
-    hint = f"give the places with `*{anchor}` values of their own first, or edit the text"
-    raise PatchError(f"it is in `&{anchor}`, which other places use: they would change or break", path, hint)
+            fault = str(error)
+    raise PatchError(fault, path)
 
 
 def _look_up(data: Any, tokens: Sequence[str]) -> tuple[Path, Any]:
@@ -383,15 +345,15 @@ def _is_new_key(data: Any, tokens: Sequence[str]) -> bool:
 
 
 def equal(a: Any, b: Any) -> bool:
-    """Returns whether two values are equal in JSON. Numbers are equal if they are the same float32."""
+    """Returns whether two values are equal in JSON. Integers must be the same; other numbers the same float32."""
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         one, other = cast("Mapping[str, Any]", a), cast("Mapping[str, Any]", b)
         return one.keys() == other.keys() and all(equal(one[key], other[key]) for key in one)
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):
         first, second = cast("Sequence[Any]", a), cast("Sequence[Any]", b)
         return len(first) == len(second) and all(map(equal, first, second))
-    if isinstance(a, bool) != isinstance(b, bool):
-        return False
+    if isinstance(a, bool) != isinstance(b, bool) or (isinstance(a, int) and isinstance(b, int)):
+        return type(a) is type(b) and a == b
     if isinstance(a, int | float) and isinstance(b, int | float):
         with np.errstate(over="ignore"):
             return a == b or (math.isnan(a) and math.isnan(b)) or (abs(a) < 3e38 and np.float32(a) == np.float32(b))

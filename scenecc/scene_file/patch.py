@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import codecs
-import errno
-import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
@@ -14,21 +11,20 @@ from typing import TYPE_CHECKING, Any
 from typing_extensions import Unpack
 
 from scenecc.diagnostics import Sink
-from scenecc.diagnostics.diagnostic import STAGES, Location, Origin
+from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.diagnostics.fixing import has_new_errors
 from scenecc.errors import SceneError
-from scenecc.files import ARCHIVE, read_at_most, replace_all
+from scenecc.files import replace_unchanged
 from scenecc.options import CompileOptions, Options, check_types, path_argument
-from scenecc.pipeline import compile_source, is_plan_json
+from scenecc.pipeline import compile_source
 from scenecc.scene_file.json_patch import PatchError, patch_text
 from scenecc.source import read_text
 from scenecc.source.edits import text_diff
-from scenecc.source.text import read_bytes
+from scenecc.source.text import encoded_as, read_bytes
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
     from scenecc.source import Document
-
-_MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 
 
 @dataclass(frozen=True)
@@ -92,7 +88,6 @@ def patch_file(name: str, operations: Sequence[Any], options: Options, *, dry_ru
     """Returns the result of `patch_scene`, also if new errors prevent writing. Raises the same errors otherwise."""
     content, document = _read(name, options)
     before = document.text or ""
-    mark, encoding = next((row for row in _MARKS if content.startswith(row[0])), (b"", "utf-8"))
     try:
         text = patch_text(before, operations, options.limits)
     except PatchError as error:
@@ -101,41 +96,20 @@ def patch_file(name: str, operations: Sequence[Any], options: Options, *, dry_ru
         sink.report("SC941", str(error), place, path=error.path, hint=error.hint)
         raise SceneError(sink.diagnostics()) from None
     found = _compile(text, name, options)
-    refused = not allow_errors and _has_new_errors(found, lambda: _compile(before, name, options))
+    has_errors = any(one.severity == "error" for one in found)
+    refused = has_errors and not allow_errors and has_new_errors(found, _compile(before, name, options))
     written = not (refused or dry_run or text == before)
     if written:
-        _write(Path(os.path.realpath(name)), content, mark + text.encode(encoding), options)
+        replace_unchanged(name, content, encoded_as(content, text))
     return Patched(text, text_diff(before, text, name), written, refused, found)
-
-
-def _has_new_errors(found: list[Diagnostic], before: Callable[[], list[Diagnostic]]) -> bool:
-    """Returns whether there are errors that were not there before. Stages that did not run then do not count.
-
-    Args:
-        found: diagnostics of the new text.
-        before: returns those of the old text.
-    """
-    errors = [one for one in found if one.severity == "error"]
-    old = {(one.code, one.path): _stage(one) for one in before() if one.severity == "error"} if errors else {}
-    reached = max(old.values(), default=len(STAGES))
-    return any((one.code, one.path) not in old and _stage(one) <= reached for one in errors)
-
-
-def _stage(one: Diagnostic) -> int:
-    return STAGES.index(one.stage) if one.stage in STAGES else len(STAGES)
 
 
 def _read(name: str, options: Options) -> tuple[bytes, Document]:
     """Returns the content of a scene file, and its document. Raises SceneError."""
     sink = Sink()
     content = read_bytes(name, sink, options.limits)
-    if content is not None and content.startswith(ARCHIVE):
-        sink.report("SC941", "a pack cannot be patched", Location(name), hint="patch the scene file, and pack it again")
-    document = read_text(content, name, sink, options.limits) if content is not None and not sink.failed else None
-    if document is not None and is_plan_json(document.text or ""):
-        hint = "patch the scene file, and emit the plan again"
-        sink.report("SC941", "the JSON of a plan cannot be patched", Location(name), hint=hint)
-    if content is None or document is None or sink.failed:
+    document = None if content is None else read_text(content, name, sink, options.limits)
+    if content is None or document is None:
         raise SceneError(sink.diagnostics())
     return content, document
 
@@ -147,12 +121,3 @@ def _compile(text: str, name: str, options: Options) -> list[Diagnostic]:
     if document is not None:
         compile_source(document, options, sink, placed=False)
     return sink.diagnostics()
-
-
-def _write(path: Path, before: bytes, after: bytes, options: Options) -> None:
-    # Checked because a writable folder would allow replacing the file.
-    if not os.access(path, os.W_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
-    if read_at_most(path, options.limits.text_bytes) != before:
-        raise OSError(errno.ESTALE, "it changed while the patch was applied", str(path))
-    replace_all({path: after})

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import repeat
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from typing_extensions import Unpack
 
-from scenecc.colors import color_name
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import chain_of
 from scenecc.errors import SceneError
@@ -20,16 +18,10 @@ from scenecc.geometry.rotations import to_rpy
 from scenecc.inspect.entities import measure_extents, measured_size, shape_bounds
 from scenecc.options import CompileOptions, Options, check_keywords, integer
 from scenecc.pipeline import CompileResult, Source, compile_or_raise, select_scenes
-from scenecc.plan import ArticulationStructure, BodyStructure, Heightfield, Plane
-from scenecc.plan.constraint import is_ball
-from scenecc.plan.geometry import Primitive
-from scenecc.plan.rendering import Perspective
-from scenecc.plan.schema import type_name
+from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.simulation.bodies import up_of
 from scenecc.simulation.description_text import description_text
-from scenecc.simulation.reach import gripper_of, reach_of
-from scenecc.simulation.relations import TOUCH, Neighbours, find_neighbours
-from scenecc.simulation.sight import View, view_of
+from scenecc.simulation.relations import TOUCH, Neighbours, find_neighbours, moves_freely
 from scenecc.simulation.start import articulation_names
 
 if TYPE_CHECKING:
@@ -39,9 +31,6 @@ if TYPE_CHECKING:
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredScene
 
     Floats = NDArray[np.float64]
-
-_ROBOT_JOINTS: Final = 3
-"""Moving joints in a row from which an articulation is called a robot."""
 
 _INSIDE: Final = 0.005
 """Minimum depth of a body below the rim of what it is in [m]."""
@@ -101,25 +90,20 @@ def describe_scene(source: Source, **given: Unpack[DescribeArguments]) -> SceneD
 
 @dataclass(frozen=True)
 class _Solid:
-    """Bounding boxes of an entity in the world.
+    """Bounding boxes of the collision shapes of an entity.
 
     Attributes:
-        low, high: corners of its bounding box (3,) [m]; None if it is infinite or unknown.
-        parts: bounding boxes of its convex parts, and of the triangles of its meshes (N, 2, 3).
-        collides: whether it has collision shapes.
+        low, high: corners of its bounding box in the world (3,) [m]; None if it is infinite or has no shapes.
+        frame: pose of its (root) body in the world (4, 4).
+        parts: boxes in that frame of its convex parts, and of the triangles of its meshes (N, 2, 3).
         height: of a horizontal plane [m].
     """
 
     low: Floats | None
     high: Floats | None
+    frame: Floats
     parts: Floats
-    collides: bool
     height: float | None = None
-
-    def tops(self) -> Floats:
-        """Returns the boxes (N, 2, 3) on which something may stand: a plane is a box without a lower end."""
-        plane = [] if self.height is None else [[[-np.inf] * 3, [np.inf, np.inf, self.height]]]
-        return np.concatenate([self.parts[: len(self.parts) * self.collides], np.reshape(plane, (-1, 2, 3))])
 
 
 class _Describer:
@@ -131,9 +115,6 @@ class _Describer:
         self._scene = scene
         self._planned = {one.name: one for one in done.plan.entities}
         self._solids = {one.entity.name: _solid(one) for one in scene.entities}
-        tops = [one.tops() for one in self._solids.values()]
-        self._tops = np.concatenate([np.zeros((0, 2, 3)), *tops])
-        self._top_owners = np.repeat(np.arange(len(tops)), [len(one) for one in tops])
         up = up_of(done.plan)
         self._up = np.array([0.0, 0.0, 1.0]) if up is None else up
         self._constraints = [one for one in self._plan.constraints if scene.index in one.scene_idxs]
@@ -167,7 +148,7 @@ class _Describer:
         structure = self._planned[one.entity.name].structure(one.row)
         floats = [body.disable_gravity for body in structure.bodies]
         weightless = all(each is not None and bool(each.row(one.row)) for each in floats)
-        return _moves(structure) and not weightless and up_of(self._plan) is not None
+        return moves_freely(structure) and not weightless and up_of(self._plan) is not None
 
     def _is_above(self, other: str, name: str) -> bool:
         """Returns whether the middle of an entity is above that of another. The world is."""
@@ -191,9 +172,6 @@ class _Describer:
             "up": _rounded(self._up),
             "touch_m": TOUCH,
             "objects": objects,
-            "constraints": [self._constraint(one) for one in self._constraints],
-            "lights": [one.name for one in self._plan.lights if self._scene.index in one.scene_idxs],
-            "cameras": list(self._cameras()),
         }
 
     def _object(self, one: MeasuredEntity) -> dict[str, Any]:
@@ -201,7 +179,7 @@ class _Describer:
         structure, solid = planned.structure(one.row), self._solids[one.entity.name]
         pose = one.bodies[0].pose
         masses = [body.mass.mass for body in one.bodies if body.mass is not None and _is_solid(body)]
-        found: dict[str, Any] = {
+        return {
             "name": name,
             "kind": _kind(structure),
             **self._place(planned),
@@ -212,50 +190,24 @@ class _Describer:
             "box_m": None if solid.low is None else {"low": _rounded(solid.low), "high": _rounded(solid.high)},
             "plane_height_m": solid.height,
             "mass_kg": round(sum(masses), 6) if masses and _has_mass(structure) else None,
-            "color": self._color(structure, one.row),
-            "hidden": planned.hidden,
-            **self._relations(name, moves=_moves(structure)),
+            **self._relations(name, moves=moves_freely(structure)),
         }
-        if isinstance(structure, ArticulationStructure):
-            found["links"] = len(structure.links)
-            found["joints"] = [
-                _joint(body) for body in one.bodies if body.joint is not None and body.joint.type != "fixed"
-            ]
-            found["base"] = "fixed" if structure.fix_root_link else "free"
-            found["gripper"] = grip = gripper_of(one)
-            if grip or max(map(_joints_above, one.bodies, repeat(one.bodies))) >= _ROBOT_JOINTS:
-                found |= {"kind": "robot", "reach_m": reach_of(one, grip["link"] if grip else None)}
-        return found
 
     def _place(self, entity: Entity) -> dict[str, Any]:
-        """Returns where the entity is written, and the prefab that it comes from."""
+        """Returns where the entity is written."""
         chain = list(chain_of(entity.origin and self._sink.trace(entity.origin)))
-        written = [number for number, one in enumerate(chain) if one.path[:1] == ("entities",)]
+        written = [one for one in chain if one.path[:1] == ("entities",)]
         if not written:
-            return {"file": None, "line": None, "prefab": None}
+            return {"file": None, "line": None}
         # The outermost node of an entity; what is outside of it includes its file.
-        where = self._sink.locate(chain[written[-1]], "key")
-        return {"file": where.file, "line": where.line, "prefab": chain[written[-2]].file if written[1:] else None}
-
-    def _color(self, structure: Any, row: int) -> str | None:
-        """Returns the name of the first colour of a body; None if it has none."""
-        bodies = structure.bodies
-        for visual in (shape for body in bodies for shape in body.visuals):
-            if visual.material is None:
-                continue
-            material = self._plan.visual_materials[int(visual.material.row(row))]
-            if material.base_color_texture is not None:
-                return "textured"
-            if material.base_color is not None:
-                color = material.base_color.row(row).tolist()
-                return color_name(color) + (", transparent" if color[3] < 0.95 else "")
-        return None
+        where = self._sink.locate(written[-1], "key")
+        return {"file": where.file, "line": where.line}
 
     def _relations(self, name: str, *, moves: bool) -> dict[str, Any]:
         near = self._neighbours[name]
         stands = near.stands_on()
         attached = self._attached[name]
-        above = None if stands or (name in self._articulations and not moves) else self._above(name, near)
+        is_mounted = name in self._articulations and not moves
         carries = self._carried[name]
         return {
             "stands_on": list(stands),
@@ -264,7 +216,7 @@ class _Describer:
             "attached_to": attached,
             "touches": [other for other in near.touches() if other not in carries],
             "overlaps": [{"name": other, "depth_m": round(depth, 5)} for other, depth in near.overlaps().items()],
-            "above": above,
+            "above": None if is_mounted else _above(near),
             "carries": carries,
             "falls": name not in self._held,
         }
@@ -283,112 +235,53 @@ class _Describer:
     def _is_in(self, name: str, other: str) -> bool:
         """Returns whether at least three sides of an entity are closed by another, which carries it."""
         own, around = self._solids[name], self._solids[other]
-        if own.low is None or own.high is None or around.low is None or around.high is None:
+        if own.low is None or own.high is None:
             return False
-        middle, height = (own.low + own.high) / 2, own.low[2] + _INSIDE
-        if height > around.high[2] or not len(around.parts):
-            return False
-        parts = around.parts[(around.parts[:, 0, 2] <= height) & (around.parts[:, 1, 2] >= height)]
+        lowest = (own.low + own.high) / 2 + self._up * (_INSIDE - abs(self._up) @ (own.high - own.low) / 2)
+        point = around.frame[:3, :3].T @ (lowest - around.frame[:3, 3])
+        height, *sides = np.argsort(-abs(around.frame[:3, :3].T @ self._up))
+        starts, ends = (point >= around.parts[:, 0]), (point <= around.parts[:, 1])
         closed = 0
-        for axis, across in ((0, 1), (1, 0)):
-            beside = parts[(parts[:, 0, across] <= middle[across]) & (parts[:, 1, across] >= middle[across])]
-            closed += bool((beside[:, 1, axis] > middle[axis]).any()) + bool((beside[:, 0, axis] < middle[axis]).any())
+        for axis, across in (sides, sides[::-1]):
+            beside = (starts & ends)[:, [height, across]].all(axis=1)
+            closed += bool((beside & ~starts[:, axis]).any()) + bool((beside & ~ends[:, axis]).any())
         return closed >= _SIDES
 
-    def _above(self, name: str, near: Neighbours) -> dict[str, Any] | None:
-        """Returns what is below an entity that stands on nothing, and the gap: exact where contact points show it, and
-        otherwise by bounding boxes.
-        """
-        gaps = {other: gap for other, gap in near.below.items() if gap > TOUCH}
-        if gaps:
-            other = min(gaps, key=lambda one: gaps[one])
-            return {"name": other, "gap_m": round(gaps[other], 5), "by": "contact"}
-        own = self._solids[name]
-        if own.low is None or own.high is None or self._up[2] < 0.999:
-            return None
-        low, high = self._tops[:, 0], self._tops[:, 1]
-        over = (low[:, :2] <= own.high[:2]).all(axis=1) & (high[:, :2] >= own.low[:2]).all(axis=1)
-        over &= (high[:, 2] <= own.low[2] + TOUCH) & (self._top_owners != list(self._solids).index(name))
-        if not over.any():
-            return None
-        best = np.flatnonzero(over)[high[over, 2].argmax()]
-        gap = round(max(0.0, float(own.low[2] - high[best, 2])), 5)
-        return {"name": list(self._solids)[self._top_owners[best]], "gap_m": gap, "by": "boxes"}
 
-    def _constraint(self, one: Constraint) -> dict[str, Any]:
-        kind = "ball" if is_ball(one.joint) else type_name(type(one.joint))
-        return {"name": one.name, "type": kind, "between": [str(one.parent or "world"), str(one.child)]}
-
-    def _cameras(self) -> Iterator[dict[str, Any]]:
-        bodies = {
-            (one.entity.name, body.name if isinstance(one.structure, ArticulationStructure) else None): body.pose
-            for one in self._scene.entities
-            for body in one.bodies
-        }
-        for camera in self._plan.cameras:
-            if self._scene.index not in camera.scene_idxs:
-                continue
-            row = camera.scene_idxs.index(self._scene.index)
-            frame = pose_matrix(camera.pose.row(row))
-            if camera.mount is not None:
-                frame = pose_matrix(bodies[camera.mount.entity, camera.mount.link]) @ frame
-            view: View = view_of(camera, row, frame)
-            corners = {name: _corners(solid) for name, solid in self._solids.items()}
-            lens = camera.lens
-            yield {
-                "name": camera.name,
-                "mount": None if camera.mount is None else str(camera.mount),
-                "position_m": _rounded(frame[:3, 3]),
-                "direction": _rounded(frame[:3, 0], 4),
-                "size_px": [camera.width, camera.height],
-                "fovy_deg": round(math.degrees(view.fovy), 2) if isinstance(lens, Perspective) else None,
-                "frames": [name for name, found in corners.items() if len(found) and view.sees(found)],
-                "cuts": [name for name, found in corners.items() if len(found) and view.cuts(found)],
-            }
+def _above(near: Neighbours) -> dict[str, Any] | None:
+    """Returns what is below an entity that stands on nothing, and the gap, where contact points show it."""
+    if near.stands_on() or not near.below:
+        return None
+    other, gap = min(near.below.items(), key=lambda item: item[1])
+    return {"name": other, "gap_m": round(gap, 5)}
 
 
 def _solid(one: MeasuredEntity) -> _Solid:
-    """Returns the bounding boxes of an entity: of its collision shapes, or of its visual shapes if it has none."""
-    parts: list[Floats] = []
-    whole, height = True, None
+    frame = pose_matrix(one.bodies[0].pose)
+    inward = np.linalg.inv(frame)
+    parts, ends = [np.zeros((0, 2, 3))], [np.zeros((0, 3))]
     for body in one.bodies:
-        frame = pose_matrix(body.pose)
         for shape in body.shapes:
-            place = frame @ pose_matrix(shape.pose)
-            points = shape_bounds(shape, place)
-            if points is None:
-                whole = False
-                height = float(place[2, 3]) if place[2, 0] > 0.999 else height
-            elif shape.kind == "triangle_mesh" and shape.mesh is not None:
-                corners = points[shape.mesh.triangles]
-                parts += [*np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)]
-            else:
-                parts.append(np.stack([points.min(axis=0), points.max(axis=0)]))
-        if not any(each.shapes for each in one.bodies):
-            for visual in body.body.visuals:
-                if isinstance(visual.geometry, Primitive) and not isinstance(visual.geometry, Plane | Heightfield):
-                    pose = frame if visual.pose is None else frame @ pose_matrix(visual.pose.row(one.row))
-                    bounds = visual.geometry.bounds(pose[:3, :3], *visual.geometry.sizes(one.row))
-                    parts.append(np.array([pose[:3, 3] + corner for corner in bounds]))
-    boxes, collides = np.array(parts, np.float64).reshape(-1, 2, 3), any(each.shapes for each in one.bodies)
-    if not len(boxes) or not whole:
-        return _Solid(None, None, boxes, collides, height)
-    return _Solid(boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0), boxes, collides, height)
-
-
-def _corners(solid: _Solid) -> Floats:
-    """Returns the centre and the eight corners of a bounding box (9, 3); none if there is no box."""
-    if solid.low is None or solid.high is None:
-        return np.zeros((0, 3))
-    ends = np.array([solid.low, solid.high])
-    corners = [[ends[x, 0], ends[y, 1], ends[z, 2]] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-    return np.array([ends.mean(axis=0), *corners])
+            place = pose_matrix(body.pose) @ pose_matrix(shape.pose)
+            here, there = (shape_bounds(shape, each) for each in (inward @ place, place))
+            if here is None or there is None:  # a plane
+                is_level = place[2, 0] > 0.999
+                return _Solid(None, None, frame, parts[0], round(float(place[2, 3]), 6) if is_level else None)
+            mesh = shape.mesh if shape.kind == "triangle_mesh" else None
+            corners = here[None] if mesh is None else here[mesh.triangles]
+            parts.append(np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1))
+            ends.append(there)
+    points = np.concatenate(ends)
+    low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (None, None)
+    return _Solid(low, high, frame, np.concatenate(parts))
 
 
 def _sizes(one: MeasuredEntity, structure: Any) -> list[float] | None:
-    """Returns the extents along the axes of the (root) body's own frame."""
-    size = measure_extents(structure, one.row) if isinstance(structure, BodyStructure) else None
-    size = size or measured_size(one.bodies)
+    """Returns the extents along the axes of the (root) body's own frame; None if a shape has no ends."""
+    if isinstance(structure, BodyStructure) and not one.bodies[0].shapes:
+        size = measure_extents(structure, one.row)
+    else:
+        size = measured_size(one.bodies)
     return None if size is None else _rounded(size)
 
 
@@ -402,35 +295,8 @@ def _kind(structure: BodyStructure | ArticulationStructure) -> str:
     return "visual" if structure.body_type == "none" else structure.body_type
 
 
-def _moves(structure: BodyStructure | ArticulationStructure) -> bool:
-    """Returns whether a body moves freely."""
-    if isinstance(structure, ArticulationStructure):
-        return not structure.fix_root_link
-    return structure.body_type == "dynamic"
-
-
 def _has_mass(structure: BodyStructure | ArticulationStructure) -> bool:
     return isinstance(structure, ArticulationStructure) or structure.body_type == "dynamic"
-
-
-def _joints_above(body: MeasuredBody, bodies: Sequence[MeasuredBody]) -> int:
-    """Returns the number of moving joints between a link and its root."""
-    own = body.joint is not None and body.joint.type != "fixed"
-    return own + (0 if body.parent is None else _joints_above(bodies[body.parent], bodies))
-
-
-def _joint(body: MeasuredBody) -> dict[str, Any]:
-    joint = body.joint
-    assert joint is not None
-    unit, scale = ("m", 1.0) if joint.type == "prismatic" else ("deg", 180 / math.pi)
-    limits = [round(end * scale, 4) if math.isfinite(end) else None for end in joint.limits]
-    return {
-        "name": joint.name,
-        "type": joint.type,
-        "unit": unit,
-        "position": round(joint.qpos * scale, 4),
-        "limits": limits,
-    }
 
 
 def _other(constraint: Constraint, name: str) -> str | None:

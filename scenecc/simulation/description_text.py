@@ -25,8 +25,6 @@ _VERBS: Final = (
 _MOST: Final = 8
 """Maximum number of names in a list."""
 
-_MOST_COLORS: Final = 3
-
 Object = Mapping[str, Any]
 
 
@@ -36,12 +34,6 @@ def description_text(data: Mapping[str, Any]) -> str:
     lines = list(_head(data))
     for group in _groups(objects):
         lines += _entry(group, data["file"])
-    for one in data["constraints"]:
-        lines.append(f"{one['name']}: {one['type']} constraint between {' and '.join(one['between'])}")
-    for one in data["cameras"]:
-        lines += _camera(one)
-    if data["lights"]:
-        lines.append(f"lights: {_names(data['lights'])}")
     return "\n".join(lines) + "\n"
 
 
@@ -78,16 +70,11 @@ def _entry(group: Sequence[Object], file: str | None) -> Iterator[str]:
     facts = [
         "visual only" if first["kind"] == "visual" else first["kind"],
         _place(first, file),
-        f"prefab {first['prefab']}" if first["prefab"] else "",
-        _colors(group),
-        _sizes([one["size_m"] for one in group if one["size_m"] and one["plane_height_m"] is None]),
+        _sizes([one["size_m"] for one in group if one["size_m"]]),
         _range([one["mass_kg"] for one in group if one["mass_kg"] is not None], " kg"),
-        "hidden from sensors" if first["hidden"] else "",
     ]
     yield f"{name}: {', '.join(filter(None, facts))}"
     yield f"  {'; '.join(filter(None, [_where(group), *_relations(group)]))}"
-    if "links" in first:
-        yield f"  {_robot(first)}"
 
 
 def _place(one: Object, file: str | None) -> str:
@@ -96,15 +83,9 @@ def _place(one: Object, file: str | None) -> str:
     return f"line {one['line']}" if one["file"] == file else f"{one['file']}:{one['line']}"
 
 
-def _colors(group: Sequence[Object]) -> str:
-    colors = dict.fromkeys(one["color"] for one in group if one["color"])
-    return ", ".join(colors) if len(colors) <= _MOST_COLORS else "colours differ"
-
-
 def _where(group: Sequence[Object]) -> str:
-    first = group[0]
-    if first["plane_height_m"] is not None:
-        return f"a plane at z = {_number(first['plane_height_m'])}"
+    if len(group) == 1 and group[0]["plane_height_m"] is not None:
+        return f"a plane at z = {_number(group[0]['plane_height_m'])}"
     place = ", ".join(_range([one["position_m"][axis] for one in group]) for axis in range(3))
     boxes = [one["box_m"] for one in group if one["box_m"]]
     low, high = (
@@ -140,9 +121,8 @@ def _relations(group: Sequence[Object]) -> Iterator[str]:
     gaps = [one["gap_m"] for one in above]
     if above:
         names = _counted([[one["name"]] for one in above], len(group))
-        about = "about " if any(one["by"] == "boxes" for one in above) and max(gaps) > 0 else ""
         verb = "floats" if group[0]["falls"] else "is"
-        yield f"right above {names}" if max(gaps) == 0 else f"{verb} {about}{_lengths(gaps)} above {names}"
+        yield f"{verb} {_lengths(gaps)} above {names}"
     if group[0]["falls"]:
         rests = all(one["stands_on"] or one["hangs_on"] for one in group)
         yield "and falls with it" if rests else "nothing holds it"
@@ -172,32 +152,6 @@ def _names(names: Sequence[str]) -> str:
     ]
     more = f" and {len(shown) - _MOST} more" if len(shown) > _MOST else ""
     return ", ".join(shown[:_MOST]) + more
-
-
-def _robot(one: Object) -> str:
-    facts = [
-        f"{one['base']} base",
-        f"{one['links']} links, {len(one['joints'])} moving joint{'s' * (len(one['joints']) != 1)}",
-        f"reach {one['reach_m']:g} m" if one.get("reach_m") else "",
-    ]
-    if grip := one["gripper"]:
-        opening = "" if grip["opening_m"] is None else f", opens {_length(grip['opening_m'])}"
-        facts.append(f"gripper on {grip['link']} ({len(grip['joints'])} fingers{opening})")
-    return "; ".join(filter(None, facts))
-
-
-def _camera(one: Mapping[str, Any]) -> Iterator[str]:
-    place = ", ".join(map(_number, one["position_m"]))
-    ahead = ", ".join(f"{part:.2g}" for part in one["direction"])
-    mount = f" on {one['mount']}" if one["mount"] else ""
-    angle = f", {one['fovy_deg']:.3g}° high" if one["fovy_deg"] else ""
-    yield f"{one['name']}: camera{mount}, {one['size_px'][0]}×{one['size_px'][1]} px{angle}"
-    cut = [name for name in one["frames"] if name in one["cuts"]]
-    whole = [name for name in one["frames"] if name not in one["cuts"]]
-    edge = [name for name in one["cuts"] if name not in one["frames"]]
-    frames = f"; in its frame: {_names(whole)}" if whole else "; no whole object is in its frame"
-    partly = f"; partly: {_names([*cut, *edge])}" if cut or edge else ""
-    yield f"  at ({place}), looks along ({ahead}){frames}{partly}"
 
 
 def _sizes(sizes: Sequence[Sequence[float]]) -> str:

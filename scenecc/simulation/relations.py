@@ -42,7 +42,8 @@ class Neighbours:
 
     Attributes:
         gaps: smallest distance [m], negative if they overlap.
-        below: smallest distance of points that would support the entity from below [m].
+        below: smallest distance of points that would support the entity from below [m]. Nothing that moves supports
+            an entity that does not.
     """
 
     gaps: dict[str, float] = field(default_factory=dict[str, float])
@@ -54,7 +55,11 @@ class Neighbours:
 
     def touches(self) -> dict[str, float]:
         """Returns other entities that it touches, with the gaps [m]."""
-        return {name: gap for name, gap in self.gaps.items() if -OVERLAP <= gap <= TOUCH and name not in self.below}
+        return {
+            name: gap
+            for name, gap in self.gaps.items()
+            if -OVERLAP <= gap <= TOUCH and self.below.get(name, np.inf) > TOUCH
+        }
 
     def overlaps(self) -> dict[str, float]:
         """Returns the entities with which it overlaps, with the depths [m]."""
@@ -103,6 +108,9 @@ def find_neighbours(
         batch.step(1)
         contacts = batch.contacts()
     found = {entity.name: Neighbours() for entity in plan.entities}
+    rows = [(one.entity.name, one.row) for one in measured.scenes[0].entities]
+    planned = {one.name: one for one in plan.entities}
+    moving = {name for name, row in rows if moves_freely(planned[name].structure(row))}
     rises = contacts.normal @ up
     for number, gap in enumerate(contacts.separation.tolist()):
         a, b = (owner(str(each[number]), articulations) for each in (contacts.a, contacts.b))
@@ -110,9 +118,16 @@ def find_neighbours(
             continue
         for one, other, rise in ((a, b, rises[number]), (b, a, -rises[number])):
             found[one].gaps[other] = min(gap, found[one].gaps.get(other, np.inf))
-            if rise >= _UPWARD:
+            if rise >= _UPWARD and (one in moving or other not in moving):
                 found[one].below[other] = min(gap, found[one].below.get(other, np.inf))
     return found, measured
+
+
+def moves_freely(structure: BodyStructure | ArticulationStructure) -> bool:
+    """Returns whether forces move a body, or the root of an articulation."""
+    if isinstance(structure, ArticulationStructure):
+        return not structure.fix_root_link
+    return structure.body_type == "dynamic"
 
 
 def _movable(entity: Entity) -> Entity:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from yaml.events import AliasEvent, MappingEndEvent, MappingStartEvent, ScalarEvent, SequenceEndEvent
 
-from scenecc.source.events import NextEvent, NodeEvent, next_event, resolve_scalar
+from scenecc.source.events import NextEvent, NodeEvent, next_event
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Path
@@ -104,46 +104,6 @@ class TextEdits:
         columns = [one.entries[0][0].column for one in inner if one.entries[0][0]]
         self.step: int = columns[0] if columns and not self._root.is_flow else 2
 
-    def set_scalar(self, path: Path, value: str) -> None:
-        """Replaces a number, a word or a string.
-
-        Raises:
-            EditError: there is no such value, or it is written in another place.
-        """
-        node = self._find(path)
-        if not node.is_scalar:
-            raise EditError(f"`{path[-1]}` is not a single value")
-        if node.is_alias:
-            raise EditError(f"`{path[-1]}` is written elsewhere, at an anchor")
-        self._splice(node.start, node.end, value)
-
-    def wrap(self, path: Path, before: str, after: str) -> None:
-        """Inserts text before and after a list or mapping in brackets.
-
-        Raises:
-            EditError: it has no brackets, or is written in another place.
-        """
-        node = self._find(path)
-        if node.is_scalar or not node.is_flow:
-            raise EditError(f"`{path[-1]}` has no brackets")
-        self._splice(node.start, node.start, before)
-        self._splice(node.end, node.end, after)
-
-    def add_key(self, path: Path, key: str, value: str) -> None:
-        """Inserts a key at the start of a mapping that has other keys.
-
-        Raises:
-            EditError: there is no such mapping in this place.
-        """
-        node = self._find(path)
-        if node.is_list or not node.entries:
-            raise EditError(f"`{path[-1]}` is not a mapping")
-        first = node.entries[0][0] or node
-        if node.is_flow:
-            self._splice(first.start, first.start, f"{key}: {value}, ")
-        else:
-            self._splice(first.start, first.start, f"{key}: {value}{self._break}{' ' * first.column}")
-
     def rename(self, path: Path, key: str) -> None:
         """Replaces a key by another, as YAML text. Raises EditError if it is not written there."""
         place, _ = self._entry(self._find(path[:-1]), path[-1])
@@ -200,8 +160,7 @@ class TextEdits:
         above = self._find(path[:-1])
         key, node = self._entry(above, path[-1])
         if above.is_flow:
-            value = _one(write(0, self._style(above, flow=True)))
-            self._splice(node.start, node.end, self._quoted(node, value))
+            self._splice(node.start, node.end, _one(write(0, self._style(above, flow=True))))
             return
         if key is None:
             place = self._dash(above, int(path[-1])) + 1
@@ -214,7 +173,7 @@ class TextEdits:
         column = node.column if own and (key is None or node.column > key.column) else column
         new = write(column, "block" if node.is_block else "any")
         if isinstance(new, str):
-            self._replace_inline(node, place, self._quoted(node, new), own=own)
+            self._replace_inline(node, place, new, own=own)
         elif own:
             self._splice(self._line_start(node.start), self._after(node), self._joined(new, self._after(node)))
         elif key is None:
@@ -240,7 +199,7 @@ class TextEdits:
             if above.is_flow:
                 self._splice(above.start, above.end, empty)
             else:
-                self.replace(path[:-1], _as_is(empty))
+                self.replace(path[:-1], as_is(empty))
         elif above.is_flow:
             self._remove_in_brackets(above, number)
         else:
@@ -266,19 +225,6 @@ class TextEdits:
         node = self._find(path[:-1])
         return node.is_list or any(key is not None and key.text == path[-1] for key, _ in node.entries)
 
-    def anchor(self, path: Path) -> str | None:
-        """Returns the first anchor on the way to a node; None if there is none."""
-        node = self._root
-        for step in path:
-            if found := re.match(r"(?:!\S*\s+)?&([^\s,\[\]{}]+)", self._text[node.start : node.end]):
-                return found[1]
-            try:
-                _, node = self._entry(node, step)
-            except EditError:
-                return None
-        found = re.match(r"(?:!\S*\s+)?&([^\s,\[\]{}]+)", self._text[node.start : node.end])
-        return found[1] if found else None
-
     def source(self, path: Path) -> Write | None:
         """Returns a function that writes a value as it is written at a path; None if it is an alias."""
         node = self._find(path)
@@ -286,7 +232,7 @@ class TextEdits:
             return None
         if not node.is_block:
             inline = self._text[node.start : node.end]
-            return None if _BREAK.search(inline) else _as_is(inline)
+            return None if _BREAK.search(inline) else as_is(inline)
         key = self._entry(self._find(path[:-1]), path[-1])[0] if path else None
         if key is None or self._is_inline(node, key.end):
             lines = _BREAK.split(" " * node.column + self._text[node.start : node.end])
@@ -344,7 +290,7 @@ class TextEdits:
                 return
             while self._text[end : end + 1] == " ":
                 end += 1
-            self._splice(start, end, "")
+            self._splice(start, end, " " if self._text[end : end + 1] == "#" else "")
             return
         before = self._comma(above.entries[number - 1][1].end)
         assert before is not None, "a comma is between two items"
@@ -367,13 +313,6 @@ class TextEdits:
         else:
             self._splice(place, place, f" {new}")
             self._splice(self._line_start(node.start), self._after(node), "")
-
-    def _quoted(self, old: _Node, new: str) -> str:
-        """Returns a plain text in the quotes of the string that it replaces."""
-        quote = self._text[old.start : old.start + 1]
-        if not old.is_scalar or quote not in {"'", '"'} or new[0] in "'\"[{" or not _is_string(new):
-            return new
-        return quote + (new.replace("'", "''") if quote == "'" else new) + quote
 
     def _is_inline(self, node: _Node, place: int) -> bool:
         """Returns whether a value begins on the line of its key or dash."""
@@ -475,21 +414,14 @@ def text_diff(before: str, after: str, name: str) -> str:
     return "".join(line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in diff)
 
 
-def _as_is(text: str) -> Write:
-    """Returns a function that writes a text."""
+def as_is(text: str) -> Write:
+    """Returns a function that writes a text, whatever the place."""
 
     def write(column: int, style: Style) -> str:
         del column, style
         return text
 
     return write
-
-
-def _is_string(text: str) -> bool:
-    try:
-        return isinstance(resolve_scalar(text), str)
-    except OverflowError:
-        return False
 
 
 def _one(value: str | Sequence[str]) -> str:

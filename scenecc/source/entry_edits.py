@@ -101,13 +101,6 @@ class EntryEdits:
         start, end = self.value_range(step)
         return (self.index(step.inside.entries[step.key].key[:2]) if isinstance(step.key, str) else start), end
 
-    def filled(self, step: Step, new: Entries) -> tuple[Splice, ...]:
-        """Writes entries as the value of a key or item."""
-        line, column, _ = step.node.span
-        is_below = isinstance(step.key, str) and line > step.inside.entries[step.key].key[0]
-        made = new.text(self._gap(column)) if is_below else "{" + new.text(self._gap(None)) + "}"
-        return (Splice(*self.value_range(step), made),) if self.is_here(step) else ()
-
     def replaced(self, step: Step, new: Entries) -> tuple[Splice, ...]:
         """Writes entries in place of one. Another entry of the same name is merged."""
         if not self.is_here(step):

@@ -6,7 +6,6 @@ after another check.
 
 from __future__ import annotations
 
-import json
 import re
 from bisect import bisect_right
 from collections.abc import Iterator
@@ -152,20 +151,12 @@ _REMOVE: Final = re.compile(
 
 _INSTEAD: Final = re.compile(r"(?:write|use) `(\w+)` instead of `(\w+)`")
 
-_PLAIN: Final = re.compile(r"\b(write|set) (\w+: [\w.]+)")
-"""An entry that is not in backticks."""
-
-_QUOTE: Final = re.compile(r"\b(?:quote (?:it|the value)|must be (?:quoted|strings))\b")
-
 _ABOVE: Final = re.compile(r"(?:beside|under) `(\w+)`|(at the top)")
 """Where else to write it: beside or below another key, or at the top of the file."""
 
 
 _FEWER: Final = 9
 """How many runs of lines, from the longest, may be indented."""
-
-_OF_STRUCTURE: Final = frozenset(("SC005", "SC006", "SC103", "SC105", "SC106"))
-"""Codes of findings that may be mended by another mapping; elsewhere its content would be lost."""
 
 _NAMES: Final = 1
 """Depth of the mappings of names, such as `entities`: a key written there would be a name."""
@@ -195,7 +186,7 @@ class _Editor:
     def __init__(self, text: str, found: Diagnostic, tree: WrittenTree) -> None:
         self._text = text
         self._found = found
-        self._hint = _PLAIN.sub(r"\1 `\2`", found.hint or "")
+        self._hint = found.hint or ""
         self._writer = EntryEdits(text)
         self._root = tree.root
         assert found.line is not None
@@ -220,7 +211,7 @@ class _Editor:
         if self._hint.startswith(("remove", "leave")) and "and write" not in self._hint:
             yield from removed
         codes = [code for code in written_codes(self._hint) if not _BLANK.search(code)]
-        if not self._chain:
+        if not self._chain or self._hint.startswith("quote it"):
             yield from (HintEdit(f"Write `{cut(code)}`", self._at_mark(code)) for code in codes)
             return
         instead = _INSTEAD.search(self._hint)
@@ -231,18 +222,15 @@ class _Editor:
             made = self._value(code) if entries is None else self._entries(entries)
             for splices in made:
                 yield HintEdit(f"Write `{cut(code)}`", splices)
-            if entries is not None and removed and "and write" in self._hint:
+            if entries is not None and "and write" in self._hint:
                 top = self._added(0, entries)
                 yield from (HintEdit(f"Write `{cut(code)}`", ordered(*one.splices, *top)) for one in removed)
         yield from removed
-        for code in _CODE.findall(self._hint):
-            if "…" in code and (key := re.fullmatch(r"(\w+): (?:…|\[…\]|\{…\})", code)):
-                yield from self._renamed(None, key[1])
 
     # ------------------------------------------------------------------------------------ lines, words and removals
 
     def _of_lines(self) -> Iterator[HintEdit]:
-        """Yields edits of indentation, quotes and double keys."""
+        """Yields edits of indentation and double keys."""
         if self._hint.startswith("write two spaces instead of each tab"):
             tabs = [Splice(at, at + 1, "  ") for at, one in enumerate(self._text) if one == "\t"]
             yield HintEdit("Write two spaces instead of each tab", tuple(tabs))
@@ -251,8 +239,6 @@ class _Editor:
             yield HintEdit(straight[0].capitalize(), (Splice(line, self._start, " " * int(straight[1] or 0)),))
         if self._hint.startswith(("indent the lines below", "indent it and")):
             yield from self._indented()
-        if _QUOTE.search(self._hint) and (marked := self._text[self._start : self._end]):
-            yield HintEdit("Quote it", self._at_mark(json.dumps(marked, ensure_ascii=False)))
         if self._found.code == "SC004":
             yield from self._first_of_two()
 
@@ -267,8 +253,6 @@ class _Editor:
                 continue
             marked = self._text[self._start : self._end]
             quote = marked[:1] if marked[:1] in {"'", '"'} and marked[:1] == marked[-1:] else ""
-            if self._at == "value" and self._chain and marked[:1] in {"[", "{"}:
-                quote = ""
             shown = word if word[:1] in {"[", "{"} else f"{quote}{word}{quote}"
             yield HintEdit(f"Change to `{cut(word)}`", self._at_mark(shown), is_guess=True)
 
@@ -281,21 +265,18 @@ class _Editor:
             if asked[1] is None and name is None:
                 yield HintEdit("Remove it", self._at_mark(""))
             return
-        depths = [len(self._chain) - 1]
+        ways = [self._chain]
         if name is not None:
             name = name.partition(":")[0]
-            last, around = self._chain[-1], self._chain[:-1]
-            if name in last.node.entries:
-                yield HintEdit(f"Remove `{cut(name)}`", self._writer.without((*self._chain, Step(last.node, name))))
-            if last.key != name and name in last.inside.entries:
-                yield HintEdit(f"Remove `{cut(name)}`", self._writer.without((*around, Step(last.inside, name))))
-            depths = [depth for depth, step in enumerate(self._chain) if step.key == name][::-1]
+            around = [*(step.inside for step in self._chain), self._chain[-1].node]
+            every = ((*self._chain[:at], Step(one, name)) for at, one in enumerate(around) if name in one.entries)
+            ways = [*every][::-1]
         elif asked[1] not in {None, "key"}:
-            depths = depths + [depth - 1 for depth in depths if depth > 0]
-        for depth in depths:
-            key = self._chain[depth].key
+            ways += [self._chain[:-1]] * (len(self._chain) > 1)
+        for way in ways:
+            key = way[-1].key
             title = f"Remove `{cut(str(key))}`" if isinstance(key, str) else f"Remove item {key + 1}"
-            yield HintEdit(title, self._writer.without(self._chain[: depth + 1]))
+            yield HintEdit(title, self._writer.without(way))
 
     def _first_of_two(self) -> Iterator[HintEdit]:
         """Removes the first of two equal keys."""
@@ -327,20 +308,16 @@ class _Editor:
                 splices = tuple(Splice(at, at, "  ") for at in [*mark, *starts[:count]])
                 yield HintEdit("Indent the lines below it", splices)
 
-    def _renamed(self, old: str | None, new: str) -> Iterator[HintEdit]:
-        """Renames the nearest key, alone or with the entry of the finding removed."""
+    def _renamed(self, old: str, new: str) -> Iterator[HintEdit]:
+        """Renames the nearest key of a name, alone or with the entry of the finding removed."""
         last = self._chain[-1].node
-        for inside, key in (*((last, each) for each in last.entries), *reversed(self._chain)):
-            name = old if old is not None and old in inside.entries else key
-            if not isinstance(name, str) or new in inside.entries or not (name == old if old else _alike(name, new)):
-                continue
-            line, start, end = inside.entries[name].key
-            if end is not None:
-                rename = Splice(self._writer.index((line, start)), self._writer.index((line, end)), new)
-                yield HintEdit(f"Write `{new}` instead of `{cut(name)}`", (rename,))
-                if old is not None and inside is not last:
-                    both = ordered(rename, *self._writer.without(self._chain))
-                    yield HintEdit(f"Write `{new}` instead of `{cut(name)}`", both)
+        for inside in (last, *(step.inside for step in reversed(self._chain))):
+            if old in inside.entries and new not in inside.entries:
+                line, start, end = inside.entries[old].key
+                if end is not None:
+                    rename = Splice(self._writer.index((line, start)), self._writer.index((line, end)), new)
+                    for more in (), self._writer.without(self._chain) if inside is not last else ():
+                        yield HintEdit(f"Write `{new}` instead of `{old}`", ordered(rename, *more))
 
     # ------------------------------------------------------------------------------------------------------- values
 
@@ -370,16 +347,10 @@ class _Editor:
         if is_misplaced and depth not in alike:
             yield self._moved(depth, new)
         yield from replaced
-        may_replace = is_misplaced or self._found.code in _OF_STRUCTURE or not last.node.entries
-        if may_replace and self._at == "value":
-            yield self._writer.filled(last, new)
-        if may_replace and not is_misplaced:
+        if not is_misplaced and not last.node.entries:
             yield self._moved(depth, new)
-        yield self._writer.set_in(last.inside, new)
         if self._at == "value":
             yield from (self._added(at, new) for at in reversed(range(depth)) if at != _NAMES)
-        if may_replace:
-            yield from (self._moved(at, new) for at in reversed(range(depth)) if at != _NAMES)
 
     def _moved(self, depth: int, new: Entries) -> tuple[Splice, ...]:
         """Removes the entry of the finding, and writes entries in the mapping at a depth of the chain."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 from yaml import MarkedYAMLError, YAMLError
 
-from scenecc.diagnostics.frozen import frozen
 from scenecc.source.events import Event, Mark, NodeEvent, describe_type
 from scenecc.source.limits import MAX_DEPTH
 from scenecc.source.syntax_repair import find_repair
@@ -102,68 +101,8 @@ class SourceReporter:
         return self.lines.location(start.line, start.column, end.column if end.line == start.line else None)
 
 
-_EXPRESSION = re.compile(r"\$\{[^}]*\}?")
-
-_KEY_WITHOUT_BLANK = re.compile(r"\s*(?:- +)*(?P<key>[A-Za-z_][\w.-]*):(?P<value>[^\s:/].{0,60}?)\s*(?:#.*)?$")
-
-_MAX_KEY = 1024
-"""Maximum length of a key before its colon, by YAML's rule for keys without `? `."""
-
-
-@frozen
-class _Problem:
-    """A parser error and its position, with the text."""
-
-    lines: TextLines
-    problem: str
-    mark: Mark
-    context: Mark | None
-
-    @property
-    def text(self) -> str:
-        """The line of the error."""
-        return self.lines.line(self.mark.line)
-
-    @property
-    def rest_length(self) -> int:
-        """Length of the rest without trailing blanks."""
-        return max(len(self.rest.rstrip()), 1)
-
-    @property
-    def at_end(self) -> bool:
-        """Whether only blanks follow the error."""
-        return not self.rest.strip() and self.lines.is_last(self.mark.line)
-
-    @property
-    def rest(self) -> str:
-        """The rest of the line after the error."""
-        return self.text[self.mark.column :]
-
-
-@frozen
-class _Advice:
-    """A report about the position of the error, or about another one."""
-
-    message: str
-    hint: str | None = None
-    line: int | None = None
-    column: int | None = None
-    length: int = 1
-    related: str | None = None
-    """A message about the start of the parser's context."""
-    code: str = "SC003"
-
-    @property
-    def is_sure(self) -> bool:
-        """Whether the hint says what to write."""
-        return _SURE.search(self.hint or "") is not None
-
-
-_SURE = re.compile(r"write `(?!key: value)[^`…]+`|quote (?:it|the colour): `|two spaces instead")
-
-
 def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
-    """Reports the error that stopped the parser."""
+    """Reports the error that stopped the parser: a tab, the change of a line that mends it, or what the parser says."""
     lines = faults.lines
     if not isinstance(error, MarkedYAMLError) or error.problem_mark is None:
         offset = find_control_character(lines.text)
@@ -172,249 +111,93 @@ def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
         else:
             faults.character(offset)
         return
-    problem = _Problem(lines, error.problem or "bad YAML", error.problem_mark, error.context_mark)
-    advice = _find_advice(problem)
-    if not advice.is_sure:
-        advice = _find_repair(problem) or advice
-    line = problem.mark.line if advice.line is None else advice.line
-    column = problem.mark.column if advice.column is None else advice.column
-    context = problem.context
-    related = ()
-    if advice.related is not None and context is not None and (context.line, context.column) != (line, column):
-        related = ((advice.related, lines.location(context.line, context.column, context.column + 1)),)
-    if lines.is_past(line):
-        # If the last line has no line break, libyaml names the line after it.
-        line, column = line - 1, len(lines.line(line - 1))
-    place = lines.location(line, column, column + advice.length)
-    faults.report(advice.code, advice.message, place, hint=advice.hint, related=related)
-
-
-def _find_repair(problem: _Problem) -> _Advice | None:
-    """Returns the advice to change a line so that the text around it is YAML."""
-    context = (problem.context or problem.mark).line
-    found = find_repair(problem.lines, problem.mark.line, context)
-    return found and _Advice(found.message, found.hint, found.line, found.column, found.end - found.column)
-
-
-def _find_advice(problem: _Problem) -> _Advice:
-    if advice := _find_commented_colour(problem):
-        return advice
-    for beginning, advise in _ADVICE_BY_PROBLEM.items():
-        if problem.problem.startswith(beginning):
-            return _find_tab(problem) or (advise if isinstance(advise, _Advice) else advise(problem))
-    return _find_tab(problem) or _Advice(f"bad YAML: {problem.problem}")
-
-
-_COMMENTED_COLOUR = re.compile(r":[ \t]+(?P<colour>#[0-9A-Fa-f]{3,8})\b[\"']?")
-
-
-def _find_commented_colour(problem: _Problem) -> _Advice | None:
-    """Finds an unquoted colour, which hides the brackets after it, in the error's line or up to two lines before."""
-    for line in range(problem.mark.line, max(problem.mark.line - 3, -1), -1):
-        if found := _COMMENTED_COLOUR.search(problem.lines.line(line)):
-            colour = found["colour"]
-            message = "a bracket is not closed: `#` starts a comment"
-            return _Advice(
-                message,
-                f'quote the colour: `"{colour}"`',
-                line,
-                found.start("colour"),
-                found.end() - found.start("colour"),
-            )
-    return None
-
-
-def _find_tab(problem: _Problem) -> _Advice | None:
-    text = problem.text
-    column = text.find("\t", 0, len(text) - len(text.lstrip(" \t")))
-    if column < 0:
-        return None
-    return _Advice("a tab in the indentation", "write two spaces instead of each tab", column=column)
-
-
-_QUOTES = "\"'"
-
-
-def _explain_brackets(problem: _Problem) -> _Advice:
-    """Handles a flow collection that continues with neither a comma nor its end."""
-    before = problem.mark.column - 1
-    expression = _EXPRESSION.match(problem.text, before) if before >= 0 else None
-    if expression is not None:
-        text = expression[0]
-        message = "unquoted expression: inside brackets, `{` starts a mapping"
-        after = re.match(r"[^\s,\]}:]*", problem.text[before + len(text) :])
-        text += after[0] if after else ""
-        return _Advice(message, f'quote it: `"{text.rstrip(_QUOTES)}"`', column=before, length=len(text))
-    closing = problem.problem.rstrip("'")[-1:]
-    what, opening = ("list", "[") if closing == "]" else ("mapping", "{")
-    start = before + 1 - len("scenecc")
-    if start >= 0 and problem.text.startswith("scenecc:", start):
-        name = re.match(r":\s*(\w{1,60})", problem.text[before + 1 :])
-        if name is not None:
-            message = "a space is not allowed in the name of a prefab"
-            length = len("scenecc") + name.end()
-            return _Advice(message, f"write `scenecc:{name[1]}`", column=start, length=length)
-    if problem.at_end and problem.context is not None:
-        return _Advice(f"this `{opening}` is never closed", None, problem.context.line, problem.context.column)
-    if problem.context is not None and problem.mark.line > problem.context.line:
-        hint = f"close it with `{closing}` before this line, or put a comma between its parts"
+    mark, start, problem = error.problem_mark, error.context_mark or error.problem_mark, error.problem or ""
+    text = lines.line(mark.line)
+    tab = text.find("\t", 0, len(text) - len(text.lstrip(" \t")))
+    if tab >= 0:
+        place = lines.location(mark.line, tab, tab + 1)
+        faults.report("SC003", "a tab in the indentation", place, hint="write two spaces instead of each tab")
+    elif problem.startswith("exceeded maximum nesting depth"):
+        # libyaml's own limit (since 0.2.6). The parser looks ahead, so it can fail before `Limits.depth`.
+        hint = f"use fewer levels: the YAML parser supports only {MAX_DEPTH}, whatever the limits"
+        place = lines.location(mark.line, mark.column, mark.column + 1)
+        faults.report("SC602", f"more than {MAX_DEPTH} nested mappings and lists", place, hint=hint)
+    elif repair := find_repair(lines, mark.line, start.line):
+        place = lines.location(repair.line, repair.column, repair.end)
+        faults.report("SC003", repair.message, place, hint=repair.hint)
     else:
-        hint = f"put a comma between the parts of a {what}, and `{closing}` at its end; quote strings with brackets"
-    return _Advice(f"a comma or `{closing}` is missing", hint, related=f"the {what} starts here")
+        _report_problem(problem, mark, start, faults)
 
 
-def _explain_colon(problem: _Problem) -> _Advice:
-    """Handles a colon where a key is not allowed."""
-    line, column = problem.mark.line, problem.mark.column
-    above = _find_line_above(problem)
-    if above is not None:
-        match = _KEY_WITHOUT_BLANK.match(problem.lines.line(above))
-        if match is not None:
-            return _explain_missing_blank(match, above)
-    before = problem.text[:column]
-    if re.search(r":\s", before):
-        hint = "quote the value if the colon belongs to it; otherwise start a new line for the second key"
-        return _Advice("a second `: ` in one line", hint)
-    if column - (len(before) - len(before.lstrip())) > _MAX_KEY:
-        return _explain_long_key(problem.mark)
-    hint = "indent it as far as the keys it belongs with"
-    if above is not None:
-        hint += f" (line {above + 1} above already has a value)"
-    start = len(before) - len(before.lstrip(" -"))
-    return _Advice("a key is not allowed here", hint, line, start, max(column - start, 1))
-
-
-def _explain_long_key(place: Mark) -> _Advice:
-    return _Advice(f"a key of more than {_MAX_KEY} characters", "shorten it", place.line, 0)
-
-
-def _explain_missing_blank(match: re.Match[str], line: int) -> _Advice:
-    key = match["key"]
-    return _Advice(
-        f"the space is missing after the colon of `{key}`",
-        f"write `{key}: {match['value']}`; without the space, the colon is part of a string",
-        line,
-        match.start("key"),
-        len(key) + 1 + len(match["value"]),
+def _report_problem(problem: str, mark: Mark, start: Mark, faults: SourceReporter) -> None:
+    """Reports what the parser says. `start`: of the mapping, list, key or quote that it was reading."""
+    lines, text = faults.lines, faults.lines.line(mark.line)
+    told = f"{problem}\n{text[: mark.column].strip()}\n{text[mark.column :].rstrip()}"
+    found, message, hint = next(
+        (found, message, hint) for pattern, message, hint in _ADVICE if (found := re.match(pattern, told))
+    )
+    is_at_start = message.startswith("this ")
+    here = start if is_at_start else mark
+    # If the last line has no line break, libyaml names the line after it.
+    line, column = here.line, here.column
+    if lines.is_past(line):
+        line, column = line - 1, len(lines.line(line - 1))
+    kind = "list" if re.search(r"'[]-]'", problem) else "mapping"
+    related = [(f"the {kind} starts here", lines.location(start.line, start.column, start.column + 1))]
+    has_start = not is_at_start and (start.line, start.column) != (line, column) and "did not find expected" in problem
+    length = len(found.groupdict().get("rest") or "")
+    faults.report(
+        "SC003",
+        found.expand(message),
+        lines.location(line, column, None if is_at_start else column + length),
+        hint=found.expand(hint) or None,
+        related=tuple(related) if has_start else (),
     )
 
 
-def _find_line_above(problem: _Problem) -> int | None:
-    """Returns the last line before the error that has more than blanks and a comment."""
-    for line in range(problem.mark.line - 1, max(problem.mark.line - 100, -1), -1):
-        text = problem.lines.line(line).strip()
-        if text and not text.startswith("#"):
-            return line
-    return None
-
-
-def _explain_missing_colon(problem: _Problem) -> _Advice:
-    """Handles a line that should be a key."""
-    place = problem.context or problem.mark
-    text = problem.lines.line(place.line)
-    match = _KEY_WITHOUT_BLANK.match(text)
-    if match is not None:
-        return _explain_missing_blank(match, place.line)
-    if len(text) > _MAX_KEY and ":" in text:
-        return _explain_long_key(place)
-    length = max(len(text.rstrip()) - place.column, 1)
-    if text.lstrip().startswith("//"):
-        return _Advice(
-            "`//` does not start a comment", f"write `#{text.strip()[2:62]}`", place.line, place.column, length
-        )
-    hint = "write `key: value`; a string over several lines is indented further than its key"
-    return _Advice("this line has no colon, so it is not a key", hint, place.line, place.column, length)
-
-
-def _explain_key(problem: _Problem) -> _Advice:
-    """Handles a block mapping that continues with something other than a key."""
-    before = problem.text[: problem.mark.column].strip()
-    if problem.rest[:1] in ("]", "}"):
-        return _Advice(f"this `{problem.rest[0]}` closes nothing", "remove it, or quote the whole value")
-    if before:
-        hint = "quote the whole value, or start a new line"
-        if problem.rest.startswith("//"):
-            hint = f"a comment is written `#{problem.rest.rstrip()[2:62]}`"
-        return _Advice("there is extra text after a complete value", hint, length=problem.rest_length)
-    if problem.rest.startswith("- "):
-        hint = "write either keys or list items at one indentation, not both"
-        return _Advice("a list item among keys", hint, related="the mapping starts here")
-    hint = "its indentation matches neither the keys above it nor their values"
-    return _Advice("bad indentation", hint, length=problem.rest_length, related="the mapping starts here")
-
+_ADVICE: tuple[tuple[str, str, str], ...] = (
+    ("did not find expected ',' or '(.)'", r"a comma or `\1` is missing",
+     r"put a comma between its parts, and `\1` at its end; quote strings with brackets"),
+    ("found unexpected ':'", "the space is missing after the colon of a key", "write `key: value`"),
+    (r"mapping values are not allowed.*\n.*:\s", "a second `: ` in one line",
+     "quote the value if the colon belongs to it; otherwise start a new line for the second key"),
+    ("mapping values are not allowed", "a key is not allowed here",
+     "indent it as far as the keys it belongs with: a line above it already has a value"),
+    ("could not find expected ':'", "this line is not a key and a value",
+     "write `key: value`; a string over several lines is indented further than its key"),
+    (r"did not find expected key\n.*\n([\]}])", r"`\1` closes nothing", "remove it, or quote the whole value"),
+    (r"did not find expected key\n.+\n(?P<rest>.*)", "there is extra text after a complete value",
+     "quote the whole value, or start a new line"),
+    (r"did not find expected key\n.*\n- ", "a list item among keys",
+     "write either keys or list items at one indentation, not both"),
+    (r"did not find expected key\n.*\n(?P<rest>.*)", "bad indentation",
+     "its indentation matches neither the keys above it nor their values"),
+    ("did not find expected '-'", "a list continues with a line that is not an item",
+     "indent it further to make it part of the item above, or start it with `- `"),
+    ("block sequence entries are not allowed", "a list item cannot start here",
+     "start the list on a line of its own, or write `[…]`"),
+    (r"did not find expected node content\n.*\n,", "a value is missing before this comma",
+     "remove the comma, or put a value before it"),
+    (r"did not find expected node content\n.*\n(.)", r"expected a value, not `\1`",
+     "check for a missing or extra bracket"),
+    ("did not find expected node content", "expected a value, not the end of the line",
+     "check for a missing or extra bracket"),
+    (r"found character that cannot start any token.*\n.*\n(.)", r"a string cannot start with `\1`",
+     r'quote it: "\1…"'),
+    (r"did not find expected alphabetic or numeric character\n(?:.*[ \[{])?([*&])",
+     r"this cannot start with `\1`, which marks or names a node", r'quote it: "\1…"'),
+    ("found unexpected end of stream", "this quote is never closed", ""),
+    ("found unknown escape|found invalid Unicode character|did not find expected hexdecimal",
+     "unknown escape sequence", "in double quotes a backslash starts an escape: double it, or use single quotes"),
+    (r"did not find expected <document start>\n.*\n(?P<rest>.*)",
+     "there is extra text after the end of the document",
+     "check for a first line without a key, or a bracket that is closed too early"),
+    ("(.*)", r"bad YAML: \1", ""),
+)  # fmt: skip
+"""Patterns of what libyaml says, the text before the error and that after it, each in a line; a message and a hint,
+with groups of the pattern. The group `rest` is marked. A message of `this` is about where the parser began."""
 
 _QUOTE_STAR = "a string that starts with `*` must be quoted"
-
-_DASH = _Advice(
-    "a list continues with a line that is not an item",
-    "indent it further to make it part of the item above, or start it with `- `",
-    related="the list starts here",
-)
-
-_DASH_IN_LINE = _Advice("a list item cannot start here", "start the list on a line of its own, or write `[…]`")
-
-
-def _explain_content(problem: _Problem) -> _Advice:
-    found = problem.rest[:1]
-    if found == ",":
-        return _Advice("a value is missing before this comma", "remove the comma, or put a value before it")
-    what = f"`{found}`" if found.strip() else "the end of the line"
-    return _Advice(f"expected a value, not {what}", "check for a missing or extra bracket")
-
-
-def _explain_first_character(problem: _Problem) -> _Advice:
-    found = problem.rest[:1]
-    return _Advice(f"a string cannot start with `{found}`", f'quote it: "{found}…"')
-
-
-def _explain_anchor(problem: _Problem) -> _Advice:
-    place = problem.context or problem.mark
-    found = problem.lines.line(place.line)[place.column : place.column + 1]
-    hint = f'quote it: "{found}…"'
-    return _Advice(f"a string cannot start with `{found}`, which marks or names a node", hint, place.line, place.column)
-
-
-def _explain_open_quote(problem: _Problem) -> _Advice:
-    place = problem.context or problem.mark
-    return _Advice("this quote is never closed", None, place.line, place.column)
-
-
-_ESCAPE = _Advice(
-    "unknown escape sequence", "in double quotes a backslash starts an escape: double it, or use single quotes"
-)
-
-
-def _explain_extra_text(problem: _Problem) -> _Advice:
-    hint = "check for a first line without a key, or a bracket that is closed too early"
-    return _Advice("there is extra text after the end of the document", hint, length=problem.rest_length)
-
-
-_DEPTH = _Advice(
-    f"more than {MAX_DEPTH} nested mappings and lists",
-    f"use fewer levels: the YAML parser supports only {MAX_DEPTH}, whatever the limits",
-    code="SC602",
-)
-"""libyaml's own depth limit (since 0.2.6). The parser looks ahead, so it can fail before `Limits.depth`."""
-
-_ADVICE_BY_PROBLEM: dict[str, _Advice | Callable[[_Problem], _Advice]] = {
-    "exceeded maximum nesting depth": _DEPTH,
-    "did not find expected ',' or": _explain_brackets,
-    "found unexpected ':'": _Advice("the space is missing after the colon of a key", "write `key: value`"),
-    "mapping values are not allowed": _explain_colon,
-    "could not find expected ':'": _explain_missing_colon,
-    "did not find expected key": _explain_key,
-    "did not find expected '-'": _DASH,
-    "block sequence entries are not allowed": _DASH_IN_LINE,
-    "did not find expected node content": _explain_content,
-    "found character that cannot start any token": _explain_first_character,
-    "did not find expected alphabetic or numeric character": _explain_anchor,
-    "found unexpected end of stream": _explain_open_quote,
-    "found unknown escape character": _ESCAPE,
-    "found invalid Unicode character escape code": _ESCAPE,
-    "did not find expected hexdecimal number": _ESCAPE,
-    "did not find expected <document start>": _explain_extra_text,
-}
-"""The beginnings of libyaml's problem texts → the advice, or the function that gives it."""
 
 Container = dict[str, Any] | list[Any]
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import yaml
@@ -22,6 +23,9 @@ _BELOW: Final = 12
 
 _LONGEST: Final = 300
 """Longest line to change [characters]: the number of changes grows with it."""
+
+_MOST: Final = 300_000
+"""Characters that are read again at most, about 0.1 s: those of the window for each change that is tried."""
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -62,15 +66,15 @@ def find_repair(lines: TextLines, line: int, context: int) -> Repair | None:
         context: line on which the mapping or list around it starts.
     """
     window = _Window.around(lines, line)
-    if window is None or window.oddities() is not None:
+    if window is None or window.length > _MOST or window.oddities() is not None:
         return None
     above = [one for one in range(line - 1, max(window.first, line - 4) - 1, -1) if window.has_code(one)]
     places = [one for one in dict.fromkeys((line, *above[:1], context, *above[1:])) if window.has_code(one)]
-    for list_changes in (_straighten, _separate, _balance, _close_quotes, _reindent):
-        for place in places:
-            for change in list_changes(window, place):
-                if window.oddities(place, change.text) == 0:
-                    return _as_repair(window.text(place), place, change)
+    kinds = (_straighten, _separate, _balance, _close_quotes, _reindent)
+    changes = ((place, change) for kind in kinds for place in places for change in kind(window, place))
+    for place, change in islice(changes, _MOST // window.length):
+        if window.oddities(place, change.text) == 0:
+            return _as_repair(window.text(place), place, change)
     return None
 
 
@@ -94,6 +98,7 @@ class _Window:
     def __init__(self, lines: list[str], first: int) -> None:
         self._lines = lines
         self.first = first
+        self.length = sum(map(len, lines)) + len(lines)
 
     @staticmethod
     def around(lines: TextLines, line: int) -> _Window | None:
@@ -209,6 +214,11 @@ _NO_COMMA: Final = re.compile(r'(?<=[\w"\]}]);? +(?=["\[{\w.-])|(?<=[\w"\]}]);(?
 def _separate(window: _Window, line: int) -> Iterator[_Change]:
     """Colons, dashes and commas."""
     text = window.text(line)
+    if found := re.search(r"(?<!\S)//", text):
+        yield _Change("`//` does not start a comment", f"{text[: found.start()]}#{text[found.end() :]}")
+    if found := re.search(r"\bscenecc:\s+(?=\w)", text):
+        message = "a space is not allowed in the name of a prefab"
+        yield _Change(message, f"{text[: found.start()]}scenecc:{text[found.end() :]}")
     if (found := _NO_COLON.match(text)) and ":" not in found[0]:
         rest = text[found.end() :]
         yield _Change(f"the colon is missing after `{found[2]}`", f"{found[1]}{found[2]}:{' ' * bool(rest)}{rest}")
@@ -292,6 +302,9 @@ def _close_quotes(window: _Window, line: int) -> Iterator[_Change]:
                 if start is not None:
                     yield _Change("a quote is missing", text[: start.start()] + quote + text[start.start() :])
             yield _Change("this quote is never closed", text.rstrip() + quote)
+    quoted = re.sub(r"(?<=[:,\[] )(#[0-9A-Fa-f]{3,8})\b", r'"\1"', text)
+    if quoted != text:
+        yield _Change("a bracket is not closed: `#` starts a comment", quoted)
     quoted = re.sub(r"(?<![\"'\w])(\$\{(?:[^{}\"]|\{[^}]*\})*\}[\w.-]*)", r'"\1"', text)
     if quoted != text:
         yield _Change("unquoted expression: inside brackets, `{` starts a mapping", quoted)

@@ -207,6 +207,15 @@ def report_character(lines: TextLines, offset: int, sink: Sink) -> None:
     sink.report("SC002", f"the text contains {what}", lines.location(line, column, column + 1), hint=hint)
 
 
+_MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
+
+
+def encoded_as(content: bytes, text: str) -> bytes:
+    """Returns a text in the encoding of a file, with the byte order mark of its content."""
+    mark, encoding = next((row for row in _MARKS if content.startswith(row[0])), (b"", "utf-8"))
+    return mark + text.encode(encoding)
+
+
 def _decode_bytes(content: bytes) -> str:
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return content.decode("utf-16")

@@ -73,11 +73,10 @@ def key_text(section: str, name: str, path: str) -> str:
 
 
 class DrawFailure(NamedTuple):
-    """A value that does not exist or is out of range in some scenes. `bounds`: its range, if it is out of it."""
+    """A value that does not exist or is out of range in some scenes."""
 
     scenes: tuple[int, ...]
     node: Node | None = None
-    bounds: Any = None
 
 
 @dataclass(slots=True)
@@ -87,7 +86,7 @@ class DrawRecord:
     Attributes:
         chosen: key as text → numbers that replace random ones.
         sources: what the file draws, by key and component.
-        failures: the scenes in which a value does not exist or is out of range, its node, and its range.
+        failures: the scenes in which a value does not exist or is out of range, and its node.
         draws: the shared draws.
         num_scenes: number of scenes.
         picks: entity → the shared draw that its `pick` reads, if it is nothing else.

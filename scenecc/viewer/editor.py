@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.diagnostics import Sink
-from scenecc.files import open_regular, replace_all
+from scenecc.files import open_regular, replace_unchanged
 from scenecc.pipeline import compile_source
 from scenecc.source import read_text
 from scenecc.source.edits import EditError
+from scenecc.source.text import encoded_as
 from scenecc.viewer.posing import check_written, with_pose
 
 if TYPE_CHECKING:
@@ -63,16 +64,16 @@ class FileEditor:
         document = self._document(loaded)
         check_written(entity.name, document.data)
         before = self._content()
-        text, mark = _decoded(before)
-        if text != document.text:
+        text = document.text or ""
+        if encoded_as(before, text) != before:
             raise EditError("the file has changed since it was loaded")
         x, y, z, *q = map(float, entity.pose.row(entity.scene_idxs.index(scene)))
         start = (x, y, z, q[0], q[1], q[2], q[3])
         changed = with_pose(text, document.data, entity.name, start, pose)
         if changed != text:
             self._check_result(changed, loaded, options, entity.name, scene, pose)
-            after = mark + changed.encode()
-            self._write(after)
+            after = encoded_as(before, changed)
+            self._replace(before, after)
             self._edits.append((before, after))
         return changed != text
 
@@ -85,9 +86,7 @@ class FileEditor:
         if not self._edits:
             return
         before, after = self._edits[-1]
-        if self._content() != after:
-            raise EditError("the file has changed since the last move")
-        self._write(before)
+        self._replace(after, before)
         self._edits.pop()
 
     def _document(self, loaded: Loaded) -> Document:
@@ -123,23 +122,12 @@ class FileEditor:
         except OSError as error:
             raise EditError(f"the file cannot be read: {error.strerror}") from error
 
-    def _write(self, content: bytes) -> None:
+    def _replace(self, before: bytes, after: bytes) -> None:
         assert self._path is not None
-        if not os.access(self._path, os.W_OK):  # checked because a writable folder would allow replacing the file
-            raise EditError("the file is not writable")
         try:
-            replace_all({self._path: content})
+            replace_unchanged(self._path, before, after)
         except OSError as error:
             raise EditError(f"the file cannot be written: {error.strerror}") from error
-
-
-def _decoded(content: bytes) -> tuple[str, bytes]:
-    """Returns the text of a UTF-8 file, and its byte order mark."""
-    mark = b"\xef\xbb\xbf" if content.startswith(b"\xef\xbb\xbf") else b""
-    try:
-        return content[len(mark) :].decode(), mark
-    except UnicodeDecodeError:
-        raise EditError("the file is not in UTF-8") from None
 
 
 def _without_pose(document: Document, name: str) -> dict[str, Any]:

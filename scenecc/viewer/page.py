@@ -49,8 +49,8 @@ _ORANGE, _RED = (255, 120, 0), (224, 30, 30)
 _LONGEST: Final = 0.3
 """Length of the arrow of the largest force, in radii of all content."""
 
-_SMALLEST: Final = 0.15
-"""Minimum size of a gizmo, in radii of all content: a smaller one is hard to hit."""
+_GIZMO_SIZE: Final = 120
+"""Length of the arrows of a gizmo [px]."""
 
 _FARTHEST, _TURNED = 1e6, 0.5
 """Maximum drag distance of a body [m], and minimum norm of a valid quaternion."""
@@ -190,15 +190,13 @@ class Page:
         )
 
     @interrupts_wait()
-    def hold(self, key: Key | None, size: float) -> None:
-        """Adds a gizmo to drag a body; None: removes it. `size`: size of the body [m]."""
+    def hold(self, key: Key | None) -> None:
+        """Adds a gizmo to drag a body; None: removes it."""
         self._unmark(_GIZMO)
         if key is None or self._dragged is None:
             return
         dragged, origin = self._dragged, self._poses.origins[self._poses.rows[key]]
-        handle = self._server.scene.add_transform_controls(
-            _GIZMO, scale=max(size, _SMALLEST * self._radius), depth_test=False
-        )
+        handle = self._server.scene.add_transform_controls(_GIZMO, scale=_GIZMO_SIZE, fixed=True, depth_test=False)
         self._marks[_GIZMO] = (key, handle)
         self._follow()
 

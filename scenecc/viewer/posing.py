@@ -6,7 +6,8 @@ from math import copysign, degrees, pi
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from scenecc.geometry.rotations import IDENTITY, compose, from_axis_angle, from_rpy, invert, normalized, to_rpy
-from scenecc.source.edits import EditError, TextEdits
+from scenecc.scene_file.layout import number_text, value_text
+from scenecc.source.edits import EditError, TextEdits, as_is
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -81,12 +82,15 @@ def with_pose(text: str, data: Mapping[str, Any], name: str, start: Pose7, new: 
         _rounded(wanted[:3], old[:3], 4, _SAME_PLACE),
         _changed_rotation(normalized(wanted[3:]), old[3:]),
     )
+    whole = position if rotation is None else {"p": position, "q": _digits(rotation, 6)}
     if pose is None:
-        q = "" if rotation is None else f", q: {_format_list(_digits(rotation, 6))}"
-        edits.add_key(path[:2], "pose", f"{{p: {_format_list(position)}{q}}}" if q else _format_list(position))
+        _add(edits, path, whole)
+    elif isinstance(pose, list) and rotation is not None:
+        inline = edits.source(path)
+        if inline is None or not isinstance(inline(0, "any"), str):
+            raise EditError("its pose is a list over several lines: write it in brackets")
+        edits.replace(path, as_is(_text(whole, path)))
     elif isinstance(pose, list):
-        if rotation is not None:
-            edits.wrap(path, "{p: ", f", q: {_format_list(_digits(rotation, 6))}}}")
         _set_numbers(edits, path, old[:3], position)
     else:
         if rotation is not None:
@@ -94,7 +98,7 @@ def with_pose(text: str, data: Mapping[str, Any], name: str, start: Pose7, new: 
         if "p" in mapping:
             _set_numbers(edits, (*path, "p"), old[:3], position)
         elif any(position):
-            edits.add_key(path, "p", _format_list(position))
+            _add(edits, (*path, "p"), position)
     return edits.result()
 
 
@@ -154,13 +158,13 @@ def _turn(edits: TextEdits, path: Path, mapping: Mapping[str, Any], rotation: Qu
     elif "q" in mapping:
         _set_numbers(edits, (*path, "q"), mapping["q"], _digits(rotation, 6))
     else:
-        edits.add_key(path, "q", _format_list(_digits(rotation, 6)))
+        _add(edits, (*path, "q"), _digits(rotation, 6))
 
 
 def _set_numbers(edits: TextEdits, path: Path, old: Sequence[float], new: Sequence[float]) -> None:
     for number, (before, after) in enumerate(zip(old, new, strict=True)):
         if before != after:
-            edits.set_scalar((*path, number), _number(after))
+            edits.replace((*path, number), as_is(number_text(after)))
 
 
 def _rounded(new: Sequence[float], old: Sequence[float], digits: int, same: float) -> list[float]:
@@ -180,11 +184,9 @@ def _digits(numbers: Any, digits: int) -> list[float]:
     return [round(one, digits) for one in numbers]
 
 
-def _format_list(numbers: Sequence[float]) -> str:
-    return f"[{', '.join(map(_number, numbers))}]"
+def _add(edits: TextEdits, path: Path, value: Any) -> None:
+    edits.insert(path[:-1], path[-1], str(path[-1]), as_is(_text(value, path)))
 
 
-def _number(value: float) -> str:
-    """Returns the shortest notation of a number, without exponents such as `1e-05`."""
-    whole = int(value)
-    return str(whole) if value == whole else f"{value:.6f}".rstrip("0")
+def _text(value: Any, path: Path) -> str:
+    return cast("str", value_text(value, path, 0, "flow"))

@@ -365,17 +365,15 @@ class Session:
             self._panel.selected.tell(None, moves=False)
             self._panel.selected.tell_pose("", None)
             self._page.outline(None, None)
-            self._page.hold(None, 0)
+            self._page.hold(None)
         else:
             reason = self._unmovable(world, key[1])
             self._moves = self._moves and not reason
             hidden, locked = key[1] in self._look.hidden, key[1] in self._locked
             self._panel.selected.tell(Selected(key, item, hidden, locked, reason, world.joints(key)), moves=self._moves)
             self._tell_pose(world, key)
-            box = world.box(key)
-            self._page.outline(None if hidden else key, box)
-            size = 0.0 if box is None else float(np.linalg.norm(box[1] - box[0]))
-            self._page.hold(next(iter(world.places(key))) if self._moves else None, size)
+            self._page.outline(None if hidden else key, world.box(key))
+            self._page.hold(next(iter(world.places(key))) if self._moves else None)
         self._tell_marks()
 
     def _tell_marks(self) -> None:

@@ -129,8 +129,9 @@ def test_a_drag_changes_the_file_and_an_undo_gives_its_bytes_back(page: Page, fi
     soon(page.nodes, lambda nodes: "/gizmo" in nodes)
     page.await_at("/gizmo", (0, 0, 0.5))
     page.await_rest()
-    # By the arrow along y.
-    page.pull((0, 0.7, 0.5), (0, 1.5, 0.5))
+    # By the arrow along y, whose length in pixels does not depend on the distance.
+    reach = 105 / (page.pixel((0, 1, 0.5))[0] - page.pixel((0, 0, 0.5))[0])
+    page.pull((0, reach, 0.5), (0, reach + 0.8, 0.5))
     text = soon(file.read_text, lambda text: text != SCENE)
     found = re.search(r"pose: \[0, ([\d.]+),  0.5\]  # where it stands", text)
     assert found, text

@@ -256,7 +256,7 @@ class LinkTreeDrafter:
         given = joint.model_fields_set
         if joint.type == "continuous" and (wrong := next(iter(given & {"limits", "limits_deg"}), None)):
             message = f"a continuous joint has no `{wrong}`"
-            self._sink.report("SC111", message, origin.child(wrong), at="key", hint="write type: revolute")
+            self._sink.report("SC111", message, origin.child(wrong), at="key", hint="write `type: revolute`")
         check_limits_keys(joint, joint.type, origin, self._sink)
         in_parent, in_child = self._poses(joint, origin, fields)
         name = joint.name or ""

@@ -24,7 +24,7 @@ _BODY = "a body: its file has no joints"
 _HINTS = {
     (_BODY, "fix_root_link"): "write `fix_root_link: false`; a constraint of `type: weld` fastens the body to the world"
 }
-_HINT_ENDS = {_FIXED: ", or set fix_root_link: false"}
+_HINT_ENDS = {_FIXED: ", or set `fix_root_link: false`"}
 
 _MOVING_KEYS = (
     "linear_velocity",

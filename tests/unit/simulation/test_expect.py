@@ -109,7 +109,7 @@ def test_an_error_is_reported_at_its_place_in_the_expression(tmp_path: Path) -> 
         "    - that: \"${speed('cube') < 1 and tilt('cub') < 0.1}\"\n"
         "    - that: \"${speed('cube') < 1 and qpos('cube', 'j') < 0.1}\"\n"
     )
-    assert [(one.code, one.line, one.column) for one in check_scene(scene)] == [("SC330", 5, 38), ("SC325", 6, 38)]
+    assert [(one.code, one.line, one.column) for one in check_scene(scene)] == [("SC330", 5, 44), ("SC325", 6, 52)]
     scene.write_text("scenecc: 1\nexpect: {holds: [{that: speed('cube') < 1}]}\n")
     (told,) = check_scene(scene)
     assert (told.code, told.hint) == ("SC103", "an expression is written `that: \"${speed('cube') < 1}\"`")

@@ -64,6 +64,11 @@ HOSTILE: dict[str, tuple[Callable[[], str | bytes], str]] = {
     "zero bytes": (lambda: b"\0" * 16 * MIB, "SC002"),
     "documents": (lambda: "---\n" * 4 * MIB, "SC012"),
     "colons": (lambda: "a: " * MIB, "SC003"),
+    "a bracket too many after a long line": (lambda: "x: [" + "1, " * 100_000 + "1]\ny: [1]]\n", "SC003"),
+    "words without commas": (
+        lambda: "".join(f"k{i}: [{'a b, ' * 55}a]\n" for i in range(90)) + f"x: [{'a b { ' * 45}\n",
+        "SC003",
+    ),
     "errors": (lambda: "x:\n" + "- \n" * MIB, "SC016"),
     "duplicates": (lambda: "a: 1\n" * MIB, "SC016"),
     "number keys": (lambda: "1: 1\n" * MIB, "SC016"),

@@ -44,8 +44,6 @@ def write(editor: FileEditor, loaded: Loaded, pose: Pose7, name: str = "cube", s
         ("pose:\n      q: [1, 0, 0, 0]", (0.0, 2.0, 3.0, *QUARTER), None),
         ("pose:\n      - 1\n      - 2 # two\n      - 3", (9.0, 2.0, 3.0, *UNTURNED), None),
         ("pose: {p: [1, 2, 3], axis_angle: {axis: z, angle_deg: 90}}", (1.0, 2.0, 4.0, *QUARTER), None),
-        ("mass: 2", (0.0, 0.0, 4.0, *UNTURNED), "pose: [0, 0, 4]\n    mass: 2"),
-        ("mass: 2", (0.0, 0.0, 4.0, *QUARTER), None),
         ("pose: {p: [1, 2, 3], anchor: bottom}", (1.0, 2.0, 5.0, *UNTURNED), None),
         ("pose: {p: [1, 2, 3], relative_to: other}", (1.0, 2.0, 5.0, *QUARTER), None),
     ],
@@ -74,6 +72,29 @@ def test_a_written_pose_changes_nothing_else_in_the_file(
     editor.undo()
     assert path.read_bytes() == text.encode()
     assert not editor.can_undo
+
+
+@pytest.mark.parametrize(
+    ("pose", "added"),
+    [
+        ((0.0, 0.0, 4.0, *UNTURNED), "pose: [0, 0, 4]"),
+        ((0.0, 0.0, 4.0, *QUARTER), "pose: {p: [0, 0, 4], q: [0.707107, 0, 0, 0.707107]}"),
+    ],
+)
+def test_a_pose_is_added_where_there_is_none(tmp_path: Path, pose: Pose7, added: str) -> None:
+    text = f"{HEAD}entities:\n  cube:\n    {SHAPES}  # a cube\n# the end\n"
+    path = tmp_path / "scene.yaml"
+    assert write(*opened(path, text), pose)
+    assert path.read_text() == text.replace("# a cube\n", f"# a cube\n    {added}\n")
+
+
+def test_a_turn_removes_no_comments_from_a_list(tmp_path: Path) -> None:
+    text = f"{HEAD}entities:\n  cube:\n    pose:\n      - 1  # x\n      - 2\n      - 3\n    {SHAPES}\n"
+    path = tmp_path / "scene.yaml"
+    editor, loaded = opened(path, text)
+    with pytest.raises(EditError, match="a list over several lines"):
+        write(editor, loaded, (1.0, 2.0, 3.0, *QUARTER))
+    assert path.read_text() == text
 
 
 @pytest.mark.parametrize("start", ["﻿", ""])
@@ -133,7 +154,7 @@ def test_a_file_changed_meanwhile_is_not_written(tmp_path: Path) -> None:
     path.write_text(text)
     assert write(editor, loaded, (0.0, 0.0, 2.0, *UNTURNED))
     path.write_text(text + "# more\n")
-    with pytest.raises(EditError, match="the file has changed since the last move"):
+    with pytest.raises(EditError, match="the file cannot be written: it has changed meanwhile"):
         editor.undo()
     assert path.read_text() == text + "# more\n"
 
@@ -171,7 +192,7 @@ def test_a_read_only_file_is_not_replaced(tmp_path: Path, monkeypatch: pytest.Mo
     editor, loaded = opened(path, f"{HEAD}entities:\n  cube: {{pose: [0, 0, 1], {SHAPES}}}\n")
     before = path.read_bytes()
     monkeypatch.setattr("os.access", lambda at, mode: (Path(at), mode) != (path, os.W_OK))
-    with pytest.raises(EditError, match="the file is not writable"):
+    with pytest.raises(EditError, match="the file cannot be written: Permission denied"):
         write(editor, loaded, (0.0, 0.0, 2.0, *UNTURNED))
     assert path.read_bytes() == before
 
