@@ -26,12 +26,13 @@ def color_of(found: Any) -> str | list[float] | None:  # noqa: PLR0911 - a case 
     from PIL import ImageColor
 
     if isinstance(found, str) and len(found) <= LONGEST_NAME:
-        word = found.strip().lower().replace(" ", "").replace("_", "")
-        if short := re.fullmatch(r"#?([0-9a-f])([0-9a-f])([0-9a-f])", word):
+        word = _joined(found)
+        is_hex = not word.isalpha()  # `bad` and `facade` are words
+        if is_hex and (short := re.fullmatch(r"#?([0-9a-f])([0-9a-f])([0-9a-f])", word)):
             return "#" + "".join(2 * digit for digit in short.groups())
-        if whole := re.fullmatch(r"(?:#|0x)?((?:[0-9a-f]{2}){3,4})", word):
+        if is_hex and (whole := re.fullmatch(r"(?:#|0x)?((?:[0-9a-f]{2}){3,4})", word)):
             return f"#{whole[1]}"
-        if name := nearest(word, ImageColor.colormap, 0.75):
+        if name := nearest(word, ImageColor.colormap, _ALIKE):
             return "#" + bytes(ImageColor.getrgb(name)[:3]).hex()
         listed = re.fullmatch(r"(?:rgba?)?[(\[]?([\d.,]+)[)\]]?", word)
         found = listed[1].split(",") if listed else []
@@ -47,12 +48,28 @@ def color_of(found: Any) -> str | list[float] | None:  # noqa: PLR0911 - a case 
     return "#" + "".join(f"{round(one):02x}" for one in (*parts[:3], *alpha))
 
 
+_ALIKE: Final = 0.85
+"""Least similarity of names of colours. `light red` is not `lightgrey`."""
+
+
+def is_named_otherwise(found: Any, color: Any) -> bool:
+    """Returns whether a colour is that of a name similar to what was found, which may be meant or not."""
+    from PIL import ImageColor
+
+    is_word = isinstance(found, str) and _joined(found).isalpha() and isinstance(color, str)
+    return is_word and _joined(found) not in ImageColor.colormap
+
+
+def _joined(text: str) -> str:
+    return text.strip().lower().replace(" ", "").replace("_", "")
+
+
 _UNITS: Final = {
     unit: float(factor)
     for unit, factor in (
         pair.split("=")
         for pair in (
-            "kg=1 kgs=1 g=1e-3 mg=1e-6 t=1e3 tonnes=1e3 tons=1e3 lb=0.45359237 lbs=0.45359237 pound=0.45359237 "
+            "kg=1 kgs=1 g=1e-3 mg=1e-6 Mg=1e3 t=1e3 tonnes=1e3 tons=1e3 lb=0.45359237 lbs=0.45359237 pound=0.45359237 "
             "pounds=0.45359237 oz=0.0283495231 ounces=0.0283495231 kilograms=1 grams=1e-3 "
             "m=1 km=1e3 dm=0.1 cm=1e-2 cms=1e-2 mm=1e-3 mms=1e-3 um=1e-6 µm=1e-6 meter=1 meters=1 metre=1 metres=1 "
             "centimeters=1e-2 centimetres=1e-2 millimeters=1e-3 millimetres=1e-3 "
@@ -76,17 +93,48 @@ _QUANTITY: Final = re.compile(
 )
 
 
+THOUSANDS: Final = r"([-+]?[1-9]\d{0,2}),(\d{3})"
+"""A number with a comma that may separate thousands or decimals."""
+
+_LENGTHS: Final = (
+    "m km dm cm cms mm mms um µm meter meters metre metres centimeters centimetres millimeters millimetres "
+    "in inch inches ft foot feet yd %"
+)
+
+_QUANTITIES: Final = (
+    ({"mass"}, "kg kgs g t tonnes tons lb lbs pound pounds oz ounces kilograms grams mg", "a mass in kg"),
+    ({"density"}, "kg/m3 kg/m^3 kg/m³ g/cm3 g/cm^3 g/cm³ g/cc kg/l", "a density in kg/m³"),
+    ({"timestep"}, "s sec seconds ms us µs milliseconds min minutes hz fps", "a time in s"),
+    ({"pose", "p", "position", "half_size", "radius", "half_length"}, _LENGTHS, "a length in m"),
+)
+"""Keys, units of their quantity, and what it is."""
+
+
+def _doubt(path: Path, number: str, unit: str) -> str | None:
+    """Returns a hint for a number with two readings, or a unit that the key does not take; else None."""
+    if re.fullmatch(THOUSANDS, number):
+        return f"write the number without commas, or with a decimal point: {SI}"
+    key = next((each for each in reversed(path) if isinstance(each, str)), "")
+    for keys, units, quantity in _QUANTITIES:
+        if key in keys and unit.lower() not in units.split():
+            return f"write {quantity}"
+    return None
+
+
 def unit_hint(path: Path, text: str) -> str | None:
     """Returns a hint for a number with a unit, or None."""
     found = _QUANTITY.fullmatch(text)
     if found is None:
         return None
     number, unit = float(found[1].replace(",", ".")), found[2]
-    if unit in {"Hz", "hz", "fps"} and number > 0:
-        return f"write {entry_at(path, 1 / number)}: a time step is one divided by the frequency [s]"
+    is_rate = unit in {"Hz", "hz", "fps"} and number > 0
     factor = _UNITS.get(unit, _UNITS.get(unit.lower()))
-    if factor is None:
+    if factor is None and not is_rate:
         return None
+    if doubt := _doubt(path, found[1], unit):
+        return doubt
+    if factor is None:
+        return f"write {entry_at(path, 1 / number)}: a time step is one divided by the frequency [s]"
     takes_degrees = any(str(key).endswith("_deg") for key in path)
     if takes_degrees and unit[:1] in {"d", "r", "°"}:
         return f"write {entry_at(path, number * factor * 180 / pi)}: this key is in degrees"

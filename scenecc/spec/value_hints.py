@@ -17,7 +17,7 @@ from scenecc.spec.hints import (
 )
 from scenecc.spec.key_hints import entry_at, flow, gravity, numbers, synonym
 from scenecc.spec.nodes import is_mapping, is_sequence
-from scenecc.spec.notations import BYTE, LONGEST_NAME, SI, color_of, unit_hint
+from scenecc.spec.notations import BYTE, LONGEST_NAME, SI, THOUSANDS, color_of, is_named_otherwise, unit_hint
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
@@ -359,6 +359,8 @@ def color_hint(path: Path, found: Any) -> str:
         return 'write three or four numbers in 0..1, or `"#rrggbb"`'
     text = entry if isinstance(entry, str) else flow(entry)
     quoted = f'"{text}"' if isinstance(entry, str) else text
+    if is_named_otherwise(found, entry):
+        return f"did you mean {entry_at(path, quoted)}? Known names are those of CSS"
     return f"write {entry_at(path, quoted)}"
 
 
@@ -427,6 +429,7 @@ _LIST_SLIPS: Final[tuple[TextSlip, ...]] = (
 
 _NUMBER_SLIPS: Final[tuple[TextSlip, ...]] = (
     _FORM_SLIP,
+    (THOUSANDS, r"\1\2", "write @, or a decimal point instead of the comma"),
     (r"([-+]?\d+),(\d+)", r"\1.\2", "write @, with a decimal point"),
     (r"(-?[\d.]+?) ?(?:to|\.\.+|…) ?(-?[\d.]+)", r"{uniform: [\1, \2]}", "write a form: @"),
     (r"(\d[\d.]*) ?[-–] ?(\d[\d.]*)", r"{uniform: [\1, \2]}", 'write a form: @; arithmetic is `"${a - b}"`'),

@@ -130,6 +130,15 @@ def test_another_notation_of_a_value_is_corrected(run, tmp_path: Path) -> None:
     assert run("validate", file).returncode == 0
 
 
+@pytest.mark.parametrize(
+    "line", ["mass: 1,000 kg", "mass: 2 cm", "mass: 5 Hz", "pose: [0, 0, 90deg]", "color: light red", "color: facade"]
+)
+def test_what_may_mean_something_else_is_not_corrected(tmp_path: Path, line: str) -> None:
+    file = tmp_path / "s.yaml"
+    file.write_text(f"scenecc: 1\nentities:\n  a:\n    {line}\n    shapes: [{{type: sphere, radius: 0.1}}]\n")
+    assert corrected(str(file), Options()) is None
+
+
 def test_diff_option_changes_no_file(run, tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(BEFORE)
