@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
@@ -61,8 +61,6 @@ _MOST_CHECKED: Final = 2000
 
 _RESTARTS: Final = 5
 """Covers of which the smallest is taken, if they are small."""
-
-COVER_TYPES: Final[dict[str, Any]] = {"sobol": int | None, "progress": Callable[[int, int], None] | None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +120,6 @@ def cover_scene(
     source: Source,
     *,
     sobol: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> SceneCover:
     """Returns few scenes that meet all pairs of alternatives of a file, or scenes that fill its ranges evenly.
@@ -134,7 +131,6 @@ def cover_scene(
     Args:
         source: as for `validate`, but not a plan.
         sobol: number of scenes, which fill all alternatives and ranges by a Sobol sequence instead of meeting pairs.
-        progress: called with (pairs met, total pairs).
         options: fields of `CompileOptions`, without `num_scenes` and `draws`. The starts that the scene names are
             ignored.
 
@@ -145,7 +141,7 @@ def cover_scene(
         ValueError: an argument is out of range.
     """
     asked = replace(Options.of_call(cover_scene, options), starts=None, at_starts=False)
-    check_types(cover_scene, {"sobol": sobol, "progress": progress}, COVER_TYPES)
+    check_types(cover_scene, {"sobol": sobol}, {"sobol": int | None})
     if asked.num_scenes is not None or asked.draws:
         raise ValueError("num_scenes and draws cannot be given: the cover determines them")
     if sobol is not None and sobol < 1:
@@ -160,7 +156,7 @@ def cover_scene(
         message = "the file draws only from ranges, so that there are no pairs of alternatives"
         sink.report("SC945", message, Location(builder.name), hint="fill the ranges with --sobol N (`sobol=N`)")
         raise SceneError(sink.diagnostics())
-    return PairCover(builder, progress).run()
+    return PairCover(builder).run()
 
 
 def report_nothing(builder: Builder) -> NoReturn:
@@ -249,7 +245,8 @@ class Builder:
     def failed_scenes(self, record: DrawRecord, sink: Sink, num_scenes: int) -> dict[int, DrawFailure]:
         """Returns the scenes that cannot be built, each with a value that fails. Raises SceneError if none is named."""
         found: dict[int, DrawFailure] = {}
-        for failure in record.failures:
+        # Lowering checks values in any order.
+        for failure in sorted(record.failures, key=lambda one: (one.scenes, str(getattr(one.node, "origin", "")))):
             found |= {scene: failure for scene in failure.scenes if scene < num_scenes}
         for one in sink.diagnostics():
             named = _NAMED_SCENE.search(one.message) if one.severity == "error" else None
@@ -332,7 +329,7 @@ _NAMED_SCENE: Final = re.compile(r"\bin scene (\d+)\b")
 
 
 class PairCover:
-    """Makes a cover of all pairs. Arguments are those of `cover_scene`.
+    """Makes a cover of all pairs.
 
     Attributes:
         rows: the alternatives of each scene.
@@ -341,9 +338,8 @@ class PairCover:
         given_up: pairs that no scene has, with why and where.
     """
 
-    def __init__(self, builder: Builder, progress: Callable[[int, int], None] | None) -> None:
+    def __init__(self, builder: Builder) -> None:
         self._builder = builder
-        self._progress = progress
         self._factors: Sequence[Factor] = builder.factors
         levels = sum(one.count for one in self._factors)
         if levels > _MOST_LEVELS:
@@ -420,8 +416,6 @@ class PairCover:
         self._starts.append(start)
         self._attempts.append(0)
         self.table.meet(row)
-        if self._progress is not None:
-            self._progress(self.table.total - self.table.count, self.table.total)
 
     def _builder_error(self) -> list[Diagnostic]:
         sink = Sink()

@@ -18,6 +18,7 @@ from pydantic import Field, ValidationError
 
 from scenecc.interrupt import temporary_folder
 from scenecc.mcp.commands import CallRefused, CommandRunner, Document, shorten
+from scenecc.scene_file.layout import value_text
 from scenecc.version import VERSION
 
 MOST_CHARACTERS: Final = 40_000
@@ -239,7 +240,8 @@ def _language() -> str:
 
 
 def _settings(params: dict[str, Any]) -> list[str]:
-    return [f"--set={name}={json.dumps(value)}" for name, value in params.items()]
+    # JSON's escapes of characters beyond U+FFFF are not YAML's.
+    return [f"--set={name}={value_text(value, (), 0, 'json')}" for name, value in params.items()]
 
 
 def _choice(**options: str | int | None) -> list[str]:

@@ -345,15 +345,15 @@ def _is_new_key(data: Any, tokens: Sequence[str]) -> bool:
 
 
 def equal(a: Any, b: Any) -> bool:
-    """Returns whether two values are equal in JSON. Numbers are equal if they are the same float32."""
+    """Returns whether two values are equal in JSON. Integers must be the same; other numbers the same float32."""
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         one, other = cast("Mapping[str, Any]", a), cast("Mapping[str, Any]", b)
         return one.keys() == other.keys() and all(equal(one[key], other[key]) for key in one)
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):
         first, second = cast("Sequence[Any]", a), cast("Sequence[Any]", b)
         return len(first) == len(second) and all(map(equal, first, second))
-    if isinstance(a, bool) != isinstance(b, bool):
-        return False
+    if isinstance(a, bool) != isinstance(b, bool) or (isinstance(a, int) and isinstance(b, int)):
+        return type(a) is type(b) and a == b
     if isinstance(a, int | float) and isinstance(b, int | float):
         with np.errstate(over="ignore"):
             return a == b or (math.isnan(a) and math.isnan(b)) or (abs(a) < 3e38 and np.float32(a) == np.float32(b))

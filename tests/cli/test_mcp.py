@@ -68,8 +68,8 @@ def test_tools_say_what_they_take_and_change(client):
         ("validate", {"text": BROKEN}, ["validate", "-"]),
         (
             "validate",
-            {"file": "cube.yaml", "params": {"size": [1, "a"]}},
-            ["validate", "--set=size=[1, a]", "cube.yaml"],
+            {"file": "cube.yaml", "params": {"size": [1, "🤖"]}},
+            ["validate", "--set=size=[1, 🤖]", "cube.yaml"],
         ),
         ("check", {"file": "cube.yaml", "seconds": 0.1}, ["check", "--no-cache", "--settle", "0.1", "cube.yaml"]),
         ("draws", {"text": CUBE, "seeds": "0:2", "num_scenes": 2}, ["draws", "--seeds", "0:2", "-n", "2", "-"]),

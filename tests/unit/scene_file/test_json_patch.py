@@ -33,6 +33,7 @@ entities:
 """
 
 ANCHORS = """\
+seed: 987654321
 entities:
   a: &base
     mass: &heavy 5
@@ -176,6 +177,7 @@ def test_anchors_stay_and_merged_keys_are_overridden() -> None:
         (op("add", "/entities/b/pose/0/y", value=1), "/entities/b/pose/0 is a number, which has no `y`", None),
         (op("remove", "/entities/b/pose/-"), "there is no item `-`", None),
         (op("test", "/entities/b/pose/0", value=True), "the value is 1, not true", None),
+        (op("test", "/seed", value=987654322), "the value is 987654321, not 987654322", None),
         (op("remove", ""), "the whole document cannot be replaced", None),
         (op("remove", "/entities"), "the whole document cannot be replaced", None),
         (moved("move", "/entities/b", "/entities/b/pose"), "/entities/b/pose is inside of /entities/b", None),
