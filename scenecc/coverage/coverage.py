@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from typing_extensions import Unpack
 
-from scenecc.coverage.cover import Builder, MissedPair, PairCover, report_nothing
+from scenecc.coverage.cover import NOTHING, ONLY_RANGES, Builder, MissedPair, PairCover
 from scenecc.coverage.episodes import Cell, Episode, InvalidEpisodesError, flat_columns, read_episodes
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
@@ -87,7 +87,7 @@ def scene_coverage(
         raise ValueError("draws cannot be given: they would replace what the file draws")
     builder = Builder(source, asked)
     if not builder.factors:
-        report_nothing(builder)
+        raise builder.error(ONLY_RANGES) if builder.sources else builder.error(*NOTHING)
     cover = PairCover(builder)
     made = cover.run()
     readers = _readers(builder, cover)
