@@ -127,25 +127,9 @@ def _flow(value: object) -> str:
 
 
 _REFERENCES: Final = frozenset(
-    [
-        "material",
-        "relative_to",
-        "parent",
-        "child",
-        "on",
-        "inside",
-        "above",
-        "of",
-        "to",
-        "mount",
-        "facing",
-        "near",
-        "collision_group",
-        "group",
-        "a",
-        "b",
-    ]
-)
+    ("material", "relative_to", "parent", "child", "on", "inside", "above", "of", "to", "mount", "facing", "near",
+     "collision_group", "group", "a", "b")
+)  # fmt: skip
 _FILES: Final = re.compile(r"[\w./-]+\.(?:urdf|xml|obj|stl|glb|png|yaml)")
 
 
@@ -198,15 +182,8 @@ def misspelt_file(scene: SceneText, draw: Random) -> Iterator[Fault]:
         suffix = {".obj": ".stl", ".stl": ".obj", ".png": ".jpg", ".urdf": ".xacro", ".yaml": ".yml"}.get(
             path.suffix, ".txt"
         )
-        made = draw.choice(
-            [
-                str(path.with_stem(typo(path.stem, draw))),
-                path.name,
-                str(path.with_suffix(suffix)),
-                f"../{path}",
-                str(path.with_stem(path.stem.upper())),
-            ]
-        )
+        typed, upper = path.with_stem(typo(path.stem, draw)), path.with_stem(path.stem.upper())
+        made = draw.choice([str(typed), path.name, str(path.with_suffix(suffix)), f"../{path}", str(upper)])
         if made != found:
             yield _replaced(scene, entry, f"`{made}` for `{found}`", made)
 
@@ -231,23 +208,11 @@ def misspelt_parameter(scene: SceneText, draw: Random) -> Iterator[Fault]:
 def misspelt_name(scene: SceneText, draw: Random) -> Iterator[Fault]:
     """A parameter of a prefab, a link, a joint or a drive."""
     for entry in scene.entries:
-        is_name = len(entry.path) > 3 and entry.path[-2] in {
-            "with",
-            "links",
-            "joints",
-            "drives",
-            "qpos",
-            "near",
-            "override",
-        }
-        if (
-            is_name
-            and isinstance(entry.path[-1], str)
-            and entry.key is not None
-            and re.fullmatch(r"\w{3,}", entry.path[-1])
-        ):
-            made = typo(entry.path[-1], draw)
-            yield _renamed(entry, f"`{made}` for `{entry.path[-1]}` in `{entry.path[-2]}`", made, _NAME)
+        name, key = entry.path[-1], entry.path[-2] if len(entry.path) > 3 else None
+        is_name = key in {"with", "links", "joints", "drives", "qpos", "near", "override"}
+        if is_name and isinstance(name, str) and entry.key is not None and re.fullmatch(r"\w{3,}", name):
+            made = typo(name, draw)
+            yield _renamed(entry, f"`{made}` for `{name}` in `{key}`", made, _NAME)
 
 
 def name_with_a_blank(scene: SceneText, draw: Random) -> Iterator[Fault]:

@@ -15,27 +15,9 @@ from scenecc.source import make_limits, read_text
 from scenecc.spec.json_schema import json_schema
 
 NAMED: Final = frozenset(
-    [
-        "entities",
-        "materials",
-        "lights",
-        "cameras",
-        "constraints",
-        "frames",
-        "params",
-        "draws",
-        "collision_groups",
-        "links",
-        "joints",
-        "drives",
-        "attach",
-        "override",
-        "with",
-        "repeat",
-        "near",
-        "qpos",
-    ]
-)
+    ("entities", "materials", "lights", "cameras", "constraints", "frames", "params", "draws", "collision_groups",
+     "links", "joints", "drives", "attach", "override", "with", "repeat", "near", "qpos")
+)  # fmt: skip
 """Keys of mappings whose keys are names."""
 
 

@@ -76,25 +76,15 @@ def bracket(scene: SceneText, draw: Random) -> Iterator[Fault]:
     for entry in scene.entries:
         if isinstance(entry.value, yaml.CollectionNode) and entry.value.flow_style and scene.is_one_line(entry):
             start, end = entry.value.start_mark.index, entry.value.end_mark.index
-            edit = draw.choice(
-                [
-                    Edit(end - 1, end, ""),
-                    Edit(start, start + 1, ""),
-                    Edit(end - 1, end, ")"),
-                    Edit(end, end, scene.text[end - 1]),
-                ]
-            )
+            missing = Edit(end - 1, end, ""), Edit(start, start + 1, "")
+            edit = draw.choice([*missing, Edit(end - 1, end, ")"), Edit(end, end, scene.text[end - 1])])
             yield Fault("bracket missing or wrong", (edit,), (start,), _ANY)
 
 
 def comma(scene: SceneText, draw: Random) -> Iterator[Fault]:
     for entry in scene.entries:
-        if (
-            isinstance(entry.value, yaml.CollectionNode)
-            and entry.value.flow_style
-            and ", " in scene.source(entry.value)
-        ):
-            found = list(re.finditer(", ", scene.source(entry.value)))
+        is_flow = isinstance(entry.value, yaml.CollectionNode) and entry.value.flow_style
+        if is_flow and (found := list(re.finditer(", ", scene.source(entry.value)))):
             at = entry.value.start_mark.index + draw.choice(found).start()
             yield Fault("no comma", (Edit(at, at + 1, draw.choice(["", ";"])),), (at,), _ANY)
 

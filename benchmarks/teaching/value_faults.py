@@ -117,15 +117,7 @@ def _scalars(scene: SceneText) -> Iterator[tuple[Entry, float]]:
 def text_for_number(scene: SceneText, draw: Random) -> Iterator[Fault]:
     for entry, value in _scalars(scene):
         text = f"{value:g}"
-        made = [
-            f'"{text}"',
-            text.replace(".", ","),
-            "five",
-            "auto",
-            f"~{text}",
-            f"{text} # m"[: len(text)] + "O",
-            f"{text}f",
-        ]
+        made = [f'"{text}"', text.replace(".", ","), "five", "auto", f"~{text}", f"{text}O", f"{text}f"]
         new = draw.choice([one for one in made if one != text])
         if "," in new and isinstance(entry.path[-1], int):
             continue
@@ -147,13 +139,8 @@ def negative(scene: SceneText, draw: Random) -> Iterator[Fault]:
         if found := numbers(value):
             at = draw.randrange(len(found))
             made = [-one if index == at else one for index, one in enumerate(found)]
-            yield _changed(
-                scene,
-                entry,
-                f"negative `{entry.path[-1]}`",
-                show(made if isinstance(value, list) else made[0]),
-                _NUMBER,
-            )
+            new = show(made if isinstance(value, list) else made[0])
+            yield _changed(scene, entry, f"negative `{entry.path[-1]}`", new, _NUMBER)
 
 
 def wrong_length(scene: SceneText, draw: Random) -> Iterator[Fault]:
@@ -194,9 +181,8 @@ def out_of_range(scene: SceneText, draw: Random) -> Iterator[Fault]:
     beyond |= {"count": 2.5, "height": 64.5, "default": "-5", "timestep": 0, "transmission": 5, "scenecc": 2}
     for entry in scene.entries_of(*beyond):
         if numbers(scene.at_path(entry.path)):
-            yield _changed(
-                scene, entry, f"`{entry.path[-1]}` out of range", str(beyond[str(entry.path[-1])]), _NUMBER + "|SC100"
-            )
+            new = str(beyond[str(entry.path[-1])])
+            yield _changed(scene, entry, f"`{entry.path[-1]}` out of range", new, _NUMBER + "|SC100")
 
 
 def swapped_ends(scene: SceneText, draw: Random) -> Iterator[Fault]:

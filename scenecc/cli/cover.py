@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from scenecc.cli.options import FormatOption, SceneArgument, takes_compile_options
-from scenecc.cli.output import STDOUT, end, progress, scene_errors, usage_error, write_files
+from scenecc.cli.output import STDOUT, end, scene_errors, usage_error, write_files
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text, table
 
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
 _OPTIONS: Final = ("seed", "params", "asset_roots", "allow_outside_assets", "limits")
 """The compile options without the number of scenes and the starts, which this command makes."""
-
-_WIDEST: Final = 8
-"""Most columns of factors in a table. More are listed one per line."""
 
 SHOWN: Final = 10
 """Most missed pairs that are listed."""
@@ -63,8 +60,8 @@ def cover(
         raise typer.BadParameter("it must be a file NAME.json", param_hint="'--output'")
     source = checked_source(scene, output, form)
     try:
-        with scene_errors(options, form), progress("cover") as show:
-            made = scenecc.cover_scene(source, sobol=sobol, progress=show, **options)
+        with scene_errors(options, form):
+            made = scenecc.cover_scene(source, sobol=sobol, **options)
     except ImportError as error:
         from scenecc.extras import install_hint
 
@@ -102,21 +99,11 @@ def _rows(made: SceneCover) -> str:
     def cell(value: Any) -> str:
         return escape_text(value if isinstance(value, str) else format_item(value))
 
-    names = list(made.factors)
-    if not names:
-        return ""
-    if len(names) <= _WIDEST:
-        rows = [
-            (str(scene), *(cell(row[name]) if name in row else "" for name in names))
-            for scene, row in enumerate(made.rows)
-        ]
-        return table(("scene", *map(escape_text, names)), rows)
-    listed = [
-        (str(scene), escape_text(name), cell(value))
+    rows = [
+        (str(scene), *(cell(row[name]) if name in row else "" for name in made.factors))
         for scene, row in enumerate(made.rows)
-        for name, value in row.items()
     ]
-    return table(("scene", "name", "value"), listed)
+    return table(("scene", *map(escape_text, made.factors)), rows) if made.factors else ""
 
 
 def _summary(made: SceneCover, sobol: int | None) -> str:

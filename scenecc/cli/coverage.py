@@ -10,7 +10,7 @@ import typer
 
 from scenecc.cli.cover import SHOWN, missed_pairs, pair_records
 from scenecc.cli.options import FormatOption, SceneArgument, takes_compile_options
-from scenecc.cli.output import end, progress, scene_errors, usage_error
+from scenecc.cli.output import end, scene_errors, usage_error
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text
 
@@ -47,8 +47,8 @@ def coverage(
 
     source = checked_source(scene, form=form)
     try:
-        with scene_errors(options, form), progress("coverage") as show:
-            found = scenecc.scene_coverage(source, draws, progress=show, **options)
+        with scene_errors(options, form):
+            found = scenecc.scene_coverage(source, draws, **options)
     except ImportError as error:
         from scenecc.extras import install_hint
 

@@ -73,8 +73,10 @@ def patch(
     except OSError as error:
         end([usage_error(*unwritten(error.filename or scene, error), file=scene)], form, data=lambda: nothing)
     if form == "text":
-        state = "not written: it would have new errors (--allow-errors writes them)" if made.refused else "not changed" if not made.diff else ""
-        state = state or ("not written: --dry-run" if dry_run else "written")
+        state = "not written: --dry-run" if dry_run else "written"
+        state = state if made.diff else "not changed"
+        if made.refused:
+            state = "not written: it would have new errors (--allow-errors writes them)"
         print_note(f"{scene}: {state}\n")
     found = of_settings(made.diagnostics, options["params"])
     end(found, form, data=lambda: {"written": made.written, "diff": made.diff}, text=lambda: made.diff)

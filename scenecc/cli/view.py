@@ -153,7 +153,7 @@ def _check(output: str | None, steps: int, *, served: bool) -> None:
 
 
 def _address(host: str | None, port: int | None, token: str | None, *, no_token: bool) -> PageAddress:
-    """Returns the page's address. Raises typer.BadParameter for an invalid port or token."""
+    """Returns the page's address. Raises typer.BadParameter for an invalid option."""
     from secrets import token_urlsafe
 
     import scenecc
@@ -164,11 +164,13 @@ def _address(host: str | None, port: int | None, token: str | None, *, no_token:
     chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if no_token:
         chosen["token"] = None
+    name = ""
     try:
-        return scenecc.PageAddress(**chosen)
+        for name, value in chosen.items():
+            scenecc.PageAddress(**{name: value})
     except ValueError as error:
-        option = str(error).split()[1]  # "a port must be …"
-        raise typer.BadParameter(str(error), param_hint=f"'--{option}'") from None
+        raise typer.BadParameter(str(error), param_hint=f"'--{name}'") from None
+    return scenecc.PageAddress(**chosen)
 
 
 def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnostic]], None]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Any, Final
 
 from typing_extensions import Unpack
 
@@ -61,8 +62,6 @@ _MOST_CHECKED: Final = 2000
 
 _RESTARTS: Final = 5
 """Covers of which the smallest is taken, if they are small."""
-
-COVER_TYPES: Final[dict[str, Any]] = {"sobol": int | None, "progress": Callable[[int, int], None] | None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +121,6 @@ def cover_scene(
     source: Source,
     *,
     sobol: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> SceneCover:
     """Returns few scenes that meet all pairs of alternatives of a file, or scenes that fill its ranges evenly.
@@ -134,7 +132,6 @@ def cover_scene(
     Args:
         source: as for `validate`, but not a plan.
         sobol: number of scenes, which fill all alternatives and ranges by a Sobol sequence instead of meeting pairs.
-        progress: called with (pairs met, total pairs).
         options: fields of `CompileOptions`, without `num_scenes` and `draws`. The starts that the scene names are
             ignored.
 
@@ -145,30 +142,28 @@ def cover_scene(
         ValueError: an argument is out of range.
     """
     asked = replace(Options.of_call(cover_scene, options), starts=None, at_starts=False)
-    check_types(cover_scene, {"sobol": sobol, "progress": progress}, COVER_TYPES)
+    check_types(cover_scene, {"sobol": sobol}, {"sobol": int | None})
     if asked.num_scenes is not None or asked.draws:
         raise ValueError("num_scenes and draws cannot be given: the cover determines them")
     if sobol is not None and sobol < 1:
         raise ValueError(f"sobol must be at least 1, not {sobol}")
     builder = Builder(source, asked)
     if not builder.sources:
-        report_nothing(builder)
+        raise builder.error(*NOTHING)
     if sobol is not None:
         return _SobolCover(builder, sobol).run()
     if not builder.factors:
-        sink = Sink()
-        message = "the file draws only from ranges, so that there are no pairs of alternatives"
-        sink.report("SC945", message, Location(builder.name), hint="fill the ranges with --sobol N (`sobol=N`)")
-        raise SceneError(sink.diagnostics())
-    return PairCover(builder, progress).run()
+        raise builder.error(ONLY_RANGES, "fill the ranges with --sobol N (`sobol=N`)")
+    return PairCover(builder).run()
 
 
-def report_nothing(builder: Builder) -> NoReturn:
-    """Raises the error of a file that draws nothing."""
-    sink, hint = Sink(), "draw something: `choice`, `integers`, `uniform` and others"
-    message = "the file draws nothing, so that every scene is the same"
-    sink.report("SC945", message, Location(builder.name), hint=hint)
-    raise SceneError(sink.diagnostics())
+NOTHING: Final = (
+    "the file draws nothing, so that every scene is the same",
+    "draw something: `choice`, `integers`, `uniform` and others",
+)
+"""Message and hint."""
+
+ONLY_RANGES: Final = "the file draws only from ranges, so that there are no pairs of alternatives"
 
 
 class Builder:
@@ -212,6 +207,12 @@ class Builder:
         choices = [one.source for one in self.factors]
         self.range_needs = [tuple(conditions(one, choices, record.picks)) for one in self.ranges]
 
+    def error(self, message: str, hint: str | None = None) -> SceneError:
+        """Returns the error of a file that cannot be covered."""
+        sink = Sink()
+        sink.report("SC945", message, Location(self.name), hint=hint)
+        return SceneError(sink.diagnostics())
+
     def compile(
         self, rows: Mapping[int, Mapping[str, SceneUnits]], num_scenes: int | None
     ) -> tuple[CompileResult | None, DrawRecord, Sink]:
@@ -249,7 +250,8 @@ class Builder:
     def failed_scenes(self, record: DrawRecord, sink: Sink, num_scenes: int) -> dict[int, DrawFailure]:
         """Returns the scenes that cannot be built, each with a value that fails. Raises SceneError if none is named."""
         found: dict[int, DrawFailure] = {}
-        for failure in record.failures:
+        # Lowering checks values in any order.
+        for failure in sorted(record.failures, key=lambda one: (one.scenes, str(getattr(one.node, "origin", "")))):
             found |= {scene: failure for scene in failure.scenes if scene < num_scenes}
         for one in sink.diagnostics():
             named = _NAMED_SCENE.search(one.message) if one.severity == "error" else None
@@ -331,182 +333,138 @@ _MANY_SCENES: Final = 256
 _NAMED_SCENE: Final = re.compile(r"\bin scene (\d+)\b")
 
 
+@dataclass
+class _Scene:
+    """A scene of a cover: its row, the pair that it was made for, and how often it could not be built."""
+
+    row: Row
+    start: Pair | None
+    attempts: int = 0
+
+
 class PairCover:
-    """Makes a cover of all pairs. Arguments are those of `cover_scene`.
+    """Makes a cover of all pairs.
 
     Attributes:
-        rows: the alternatives of each scene.
         can_move: whether a row may be in any scene.
         table: the pairs.
         given_up: pairs that no scene has, with why and where.
     """
 
-    def __init__(self, builder: Builder, progress: Callable[[int, int], None] | None) -> None:
+    def __init__(self, builder: Builder) -> None:
         self._builder = builder
-        self._progress = progress
-        self._factors: Sequence[Factor] = builder.factors
-        levels = sum(one.count for one in self._factors)
+        levels = sum(one.count for one in builder.factors)
         if levels > _MOST_LEVELS:
-            sink = Sink()
             message = f"the file draws {levels} alternatives, and pairs of at most {_MOST_LEVELS} can be covered"
-            sink.report("SC945", message, Location(builder.name), hint="cover with --sobol N (`sobol=N`)")
-            raise SceneError(sink.diagnostics())
-        self.table = PairTable(self._factors)
+            raise builder.error(message, "cover with --sobol N (`sobol=N`)")
+        self.table = PairTable(builder.factors)
         self._maker = RowMaker(self.table)
-        self.rows: list[Row] = []
-        self._starts: list[Pair | None] = []
-        self._attempts: list[int] = []
+        self._scenes: list[_Scene] = []
         self.given_up: dict[Pair, tuple[str, str]] = {}
-        self._tries: dict[Pair, int] = {}
+        self._tries = Counter["Pair"]()
         self._checked = 0
-        self.can_move = not any(one.is_cycle or one.scenes is not None for one in self._factors)
+        self.can_move = not any(one.is_cycle or one.scenes is not None for one in builder.factors)
+
+    @property
+    def rows(self) -> list[Row]:
+        """The alternatives of each scene."""
+        return [one.row for one in self._scenes]
 
     def run(self) -> SceneCover:
-        """Returns the cover."""
-        self._begin()
-        sink = Sink()
-        for _ in range(_MOST_BUILDS):
-            self._extend()
-            units = self._units()
-            result, record, sink = self._builder.compile(units, len(self.rows))
-            if result is not None:
-                return self._cover(result, sink, units)
-            self._replace_failed(record, sink)
-        sink.report("SC945", f"no cover was found in {_MOST_BUILDS} builds", Location(self._builder.name))
-        raise SceneError(sink.diagnostics())
-
-    def _begin(self) -> None:
-        """Makes the first rows: the smallest of several covers."""
-        best: list[Row] | None = None
+        """Returns the cover, from the smallest of several first ones."""
+        firsts: list[list[_Scene]] = []
         for seed in range(_RESTARTS if self.can_move and len(self.table.levels) < _FEW_LEVELS else 1):
             self._maker = RowMaker(self.table, seed)
-            self.rows, self._starts, self._attempts = [], [], []
-            self.table.reopen([], [])
-            self._extend()
-            best = self.rows if best is None or len(self.rows) < len(best) else best
-        assert best is not None
-        self.rows, self._starts, self._attempts = best, [None] * len(best), [0] * len(best)
-        self.table.reopen(best, [*self.given_up])
+            firsts.append(self._complete([]))
+        self._scenes = min(firsts, key=len)
+        for _ in range(_MOST_BUILDS):
+            rows = self.rows
+            filled = self._builder.filled(rows, [one.attempts for one in self._scenes])
+            units = {scene: self._builder.row_units(row, filled[scene]) for scene, row in enumerate(rows)}
+            result, record, sink = self._builder.compile(units, len(rows))
+            if result is not None:
+                return self._cover(result, sink, units)
+            self._scenes = self._complete(self._without_failed(record, sink))
+        raise self._builder.error(f"no cover was found in {_MOST_BUILDS} builds")
 
-    def _extend(self) -> None:
-        """Adds rows until no pair is open, and at least one."""
-        idle = 0
-        while self.table.open.any() or not self.rows:
+    def _complete(self, given: Sequence[_Scene | None]) -> list[_Scene]:
+        """Returns scenes with all open pairs: those given, others in place of None if needed, and more."""
+        self.table.reopen([one.row for one in given if one is not None], [*self.given_up])
+        found: list[_Scene] = []
+        for one in given:
+            if one is None and (self.table.open.any() or not self.can_move):
+                one = self._next(len(found))  # noqa: PLW2901
+            found += [one] if one is not None else []
+        last = max(len(found), 1)
+        while self.table.open.any() or not found:
             before = self.table.open.sum()
-            self._append(*self._next(len(self.rows)))
-            idle = 0 if self.table.open.sum() < before else idle + 1
-            if idle > _MANY_SCENES:
-                self._close_all("not found", "")
-            if idle and not self.table.open.any():
-                del self.rows[-idle:], self._starts[-idle:], self._attempts[-idle:]
+            found.append(self._next(len(found)))
+            if self.table.open.sum() < before:
+                last = len(found)
+            elif len(found) - last > _MANY_SCENES:
+                for pair in self.table.open_pairs(0):
+                    self._give_up(pair, "not found")
+        return found[:last]
 
-    def _next(self, scene: int) -> tuple[Row, Pair | None]:
-        """Returns a row of a scene, and the pair that it was made for. Gives up the pairs that have no row."""
-        found = self._maker.best(scene)
-        if (
-            self.table.open.any()
-            and (found is None or found[1] is None)
-            and self._checked < (known := sum(map(len, self._maker.conflicts.values())))
-        ):
+    def _next(self, scene: int) -> _Scene:
+        """Returns another row of a scene, and meets its pairs. Gives up the pairs that have no row."""
+        found, known = self._maker.best(scene), sum(map(len, self._maker.conflicts.values()))
+        if self.table.open.any() and (found is None or found[1] is None) and self._checked < known:
             self._checked = known
-            self._give_up_excluded(scene)
+            for pair in self.table.open_pairs(0)[:_MOST_CHECKED]:
+                if not self._maker.is_possible(pair, scene):
+                    self._give_up(pair, "excluded", self._maker.reason(pair))
             found = self._maker.best(scene)
         if found is None:
-            raise SceneError(self._builder_error())
-        return found
+            message = "no scene can be built: expressions of the file exclude all alternatives of what it draws"
+            raise self._builder.error(message)
+        self.table.meet(found[0])
+        return _Scene(*found)
 
-    def _append(self, row: Row, start: Pair | None) -> None:
-        self.rows.append(row)
-        self._starts.append(start)
-        self._attempts.append(0)
-        self.table.meet(row)
-        if self._progress is not None:
-            self._progress(self.table.total - self.table.count, self.table.total)
-
-    def _builder_error(self) -> list[Diagnostic]:
-        sink = Sink()
-        message = "no scene can be built: expressions of the file exclude all alternatives of what it draws"
-        sink.report("SC945", message, Location(self._builder.name))
-        return sink.diagnostics()
-
-    def _give_up_excluded(self, scene: int) -> None:
-        """Gives up the open pairs for which no row is possible, because of what failed before."""
-        for pair in [*self._open_levels(), *self.table.open_pairs()][:_MOST_CHECKED]:
-            if not self._maker.is_possible(pair, scene):
-                self._close(pair, "excluded", self._maker.reason(pair))
-
-    def _open_levels(self) -> list[Pair]:
-        levels = self.table.levels
-        return [(level, level) for v, level in enumerate(levels) if self.table.open[v, v]]
-
-    def _close(self, pair: Pair, why: str, by: str) -> None:
+    def _give_up(self, pair: Pair, why: str, by: str = "") -> None:
         self.given_up[pair] = why, by
         (f, a), (g, b) = pair
         self.table.close(self.table.at[f] + a, self.table.at[g] + b)
 
-    def _close_all(self, why: str, by: str) -> None:
-        for pair in [*self.table.open_pairs(), *self._open_levels()]:
-            self._close(pair, why, by)
-
-    def _units(self) -> dict[int, dict[str, SceneUnits]]:
-        filled = self._builder.filled(self.rows, self._attempts)
-        return {scene: self._builder.row_units(row, filled[scene]) for scene, row in enumerate(self.rows)}
-
-    def _replace_failed(self, record: DrawRecord, sink: Sink) -> None:
-        """Replaces the rows that cannot be built, and learns which alternatives exclude each other."""
-        failed = self._builder.failed_scenes(record, sink, len(self.rows))
-        replaced: list[int] = []
-        for scene, failure in failed.items():
-            read = self._builder.factors_read(failure.node, record.draws)
+    def _without_failed(self, record: DrawRecord, sink: Sink) -> list[_Scene | None]:
+        """Returns the scenes, None in place of those that fail, and learns which alternatives exclude each other."""
+        kept: list[_Scene | None] = [*self._scenes]
+        for scene, failure in self._builder.failed_scenes(record, sink, len(kept)).items():
+            read, failed = self._builder.factors_read(failure.node, record.draws), self._scenes[scene]
             if read:
-                origin, row = getattr(failure.node, "origin", None), self.rows[scene]
-                by = "" if origin is None else _line(origin, sink)
-                self._maker.add_conflict({f: row[f] for f in sorted(read) if row[f] >= 0}, by)
-                replaced.append(scene)
+                by = _line(getattr(failure.node, "origin", None), sink)
+                self._maker.add_conflict({f: failed.row[f] for f in sorted(read) if failed.row[f] >= 0}, by)
+                kept[scene] = None
                 continue
-            self._attempts[scene] += 1
-            if not self._builder.ranges or self._attempts[scene] % _FILLINGS == 0:
-                replaced.append(scene)
-                self._note_failure(scene)
-        if replaced:
-            kept = [row for scene, row in enumerate(self.rows) if scene not in replaced]
-            self.table.reopen(kept, [*self.given_up])
-            self._renew(replaced)
-
-    def _note_failure(self, scene: int) -> None:
-        """Counts a row that failed for unknown reasons, for the pair that it was made for."""
-        start = self._starts[scene]
-        if start is not None:
-            self._tries[start] = self._tries.get(start, 0) + 1
-            if self._tries[start] >= _TRIES:
-                self.given_up[start] = "not found", ""
-
-    def _renew(self, scenes: Sequence[int]) -> None:
-        """Makes other rows of these scenes, or removes them if nothing is open."""
-        for scene in sorted(scenes, reverse=True):
-            if not self.table.open.any() and self.can_move and len(self.rows) > 1:
-                del self.rows[scene], self._starts[scene], self._attempts[scene]
-                continue
-            self.rows[scene], self._starts[scene] = self._next(scene)
-            self.table.meet(self.rows[scene])
+            failed.attempts += 1
+            if not self._builder.ranges or failed.attempts % _FILLINGS == 0:
+                kept[scene] = None
+                if failed.start is not None:
+                    self._tries[failed.start] += 1
+                    if self._tries[failed.start] >= _TRIES:
+                        self._give_up(failed.start, "not found")
+        return kept
 
     def _cover(self, result: CompileResult, sink: Sink, units: Mapping[int, Any]) -> SceneCover:
-        given_up = {pair: why for pair, why in self.given_up.items() if not self._meets(pair)}
-        missed = [MissedPair(*self.table.named(pair), "excluded") for pair in self.table.impossible]
-        missed += [MissedPair(*self.table.named(pair), *why) for pair, why in given_up.items() if pair[0] != pair[1]]
-        total = self.table.total
-        met = total - sum(1 for pair in given_up if pair[0] != pair[1])
-        return self._builder.cover(result, sink, self.rows, units, met=met, missed=tuple(missed))
-
-    def _meets(self, pair: Pair) -> bool:
-        return any(all(row[f] == a for f, a in pair) for row in self.rows)
+        levels = [{*enumerate(row)} for row in self.rows]
+        lost = [
+            MissedPair(*self.table.named(pair), *why)
+            for pair, why in self.given_up.items()
+            if pair[0] != pair[1] and not any(levels_of.issuperset(pair) for levels_of in levels)
+        ]
+        missed = [MissedPair(*self.table.named(pair), "excluded") for pair in self.table.impossible] + lost
+        return self._builder.cover(
+            result, sink, self.rows, units, met=self.table.total - len(lost), missed=tuple(missed)
+        )
 
 
 _FEW_LEVELS: Final = 150
 
 
-def _line(origin: Any, sink: Sink) -> str:
-    """Returns where a value is written, as FILE:LINE."""
+def _line(origin: Origin | None, sink: Sink) -> str:
+    """Returns where a value is written, as FILE:LINE; empty if unknown."""
+    if origin is None:
+        return ""
     found = sink.locate(sink.trace(origin), "value")
     return f"{found.file}:{found.line}" if found.line is not None else ""
 

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Final
 
 from typing_extensions import Unpack
 
-from scenecc.coverage.cover import Builder, MissedPair, PairCover, report_nothing
+from scenecc.coverage.cover import NOTHING, ONLY_RANGES, Builder, MissedPair, PairCover
 from scenecc.coverage.episodes import Cell, Episode, InvalidEpisodesError, flat_columns, read_episodes
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut
 from scenecc.drawn_values import DrawnValues, plain_values
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, check_types, path_argument
+from scenecc.options import CompileOptions, Options, path_argument
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,8 +64,6 @@ class SceneCoverage:
 def scene_coverage(
     source: Source,
     episodes: str | PathLike[str] | Iterable[Mapping[str, Any]],
-    *,
-    progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> SceneCoverage:
     """Returns which pairs of alternatives a set of episodes has met.
@@ -75,7 +73,6 @@ def scene_coverage(
         episodes: what each episode has drawn, as mappings from the names of `scenecc draws` to values, such as
             `info["draws"]`; or a file of them: the output of `scenecc draws` (JSON, CSV, Parquet), the table of a
             sweep, starts, or one JSON object per line.
-        progress: called with (pairs met, total pairs) while the scenes for comparison are made.
         options: fields of `CompileOptions`, without `num_scenes` and `draws`.
 
     Raises:
@@ -86,13 +83,12 @@ def scene_coverage(
         ValueError: an argument is out of range.
     """
     asked = replace(Options.of_call(scene_coverage, options), starts=None, at_starts=False, num_scenes=None)
-    check_types(scene_coverage, {"progress": progress}, {"progress": Callable[[int, int], None] | None})
     if asked.draws:
         raise ValueError("draws cannot be given: they would replace what the file draws")
     builder = Builder(source, asked)
     if not builder.factors:
-        report_nothing(builder)
-    cover = PairCover(builder, progress)
+        raise builder.error(ONLY_RANGES) if builder.sources else builder.error(*NOTHING)
+    cover = PairCover(builder)
     made = cover.run()
     readers = _readers(builder, cover)
     file = str(episodes) if isinstance(episodes, str | PathLike) else None

@@ -129,9 +129,9 @@ class PairTable:
         """Number of open pairs of two factors."""
         return int(self.open.sum() - self.open.trace()) // 2
 
-    def open_pairs(self) -> list[Pair]:
-        """Returns the open pairs."""
-        return [self.pair(int(v), int(w)) for v, w in np.argwhere(np.triu(self.open, 1))]
+    def open_pairs(self, first: int = 1) -> list[Pair]:
+        """Returns the open pairs; with `first=0` also those of an alternative with itself."""
+        return [self.pair(int(v), int(w)) for v, w in np.argwhere(np.triu(self.open, first))]
 
 
 class RowMaker:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from bisect import bisect_right
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -89,11 +88,6 @@ class SceneText:
         """Returns the 0-based line and column of a character of the text."""
         before = self.text[:index].replace("\r\n", "\n").replace("\r", "\n")
         return before.count("\n"), len(before) - (before.rfind("\n") + 1)
-
-    def index_of(self, line: int, column: int) -> int:
-        """Returns the character of the text at a 0-based line and column."""
-        starts = [0, *(match.end() for match in re.finditer(r"\r\n?|\n", self.text))]
-        return starts[min(line, len(starts) - 1)] + column
 
     def node(self, path: KeyPath) -> WrittenNode | None:
         """Returns the node at a path."""

@@ -10,9 +10,9 @@ from lsprotocol.types import LSPErrorCodes
 from pygls.exceptions import JsonRpcException
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_location, uses_of
+from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_span, uses_of
 from scenecc.lsp.references import SECTIONS_OF, defined_kind
-from scenecc.source.entry_edits import Splice
+from scenecc.source.entry_edits import EntryEdits, Splice
 from scenecc.source.hint_edits import HintEdit, hint_edits, safe_edit
 from scenecc.spec.base import NAME_PATTERN, VARIABLE_PATTERN
 from scenecc.spec.references import SHARED_NAMESPACE, WORLD
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.diagnostics import Diagnostic
-    from scenecc.diagnostics.diagnostic import Location
     from scenecc.lsp.analysis import SceneText
     from scenecc.lsp.workspace import WorkspaceView
 
@@ -52,7 +51,7 @@ def renamed_part(view: WorkspaceView, path: Path, line: int, column: int) -> Edi
         RefusedError: there is none.
     """
     use, place = _find_mention(view, path, line, column)
-    return _edit(use.text, place, str(use.definition.path[-1]))
+    return Edit(use.text.path, *place, str(use.definition.path[-1]))
 
 
 def rename(view: WorkspaceView, path: Path, line: int, column: int, new: str) -> list[Edit]:
@@ -75,15 +74,15 @@ def rename(view: WorkspaceView, path: Path, line: int, column: int, new: str) ->
             raise RefusedError(
                 f"`{cut(name)}` is generated from this name by repetition or an expression: edit both by hand"
             )
-        place = mention_location(found.text, found.leaf, found.definition.start, found.definition.end)
-        edit = _edit(found.text, place, new)
+        place = mention_span(found.text, found.leaf, found.definition.start, found.definition.end)
+        edit = Edit(found.text.path, *place, new)
         if found.text.line(edit.line)[edit.start : edit.end] != wanted.path[-1]:
             raise RefusedError(f"line {edit.line + 1} of {found.text.path.name} writes this name differently")
         edits[edit.file, edit.line, edit.start] = edit
     return list(edits.values())
 
 
-def _find_mention(view: WorkspaceView, path: Path, line: int, column: int) -> tuple[Use, Location]:
+def _find_mention(view: WorkspaceView, path: Path, line: int, column: int) -> tuple[Use, tuple[int, int, int]]:
     found = mention_at(view, path, line, column)
     if found is None:
         raise RefusedError("there is no name here")
@@ -99,7 +98,7 @@ def _find_mention(view: WorkspaceView, path: Path, line: int, column: int) -> tu
         wanted.file.is_relative_to(user.parent) for user in view.users(text.path)
     ):
         raise RefusedError(f"{wanted.file.name} is not in the folder of the scene")
-    return Use(text, leaf, wanted), mention_location(text, leaf, wanted.start, wanted.end)
+    return Use(text, leaf, wanted), mention_span(text, leaf, wanted.start, wanted.end)
 
 
 def _is_plain_definition(view: WorkspaceView, wanted: Definition) -> bool:
@@ -122,10 +121,6 @@ def _check_new_name(view: WorkspaceView, wanted: Definition, new: str) -> None:
         for each in sections:
             if new in text.names(each):
                 raise RefusedError(f"`{new}` is already among the {each} of {text.path.name}")
-
-
-def _edit(text: SceneText, place: Location, new: str) -> Edit:
-    return Edit(text.path, (place.line or 1) - 1, (place.column or 1) - 1, (place.end_column or 1) - 1, new)
 
 
 def applied(view: WorkspaceView, made: list[Edit]) -> dict[Path, str]:
@@ -161,7 +156,7 @@ def _choices(text: SceneText, found: Diagnostic) -> Iterator[HintEdit]:
     place = found.location
     if listed is None or place.line is None or place.column is None or not place.end_column:
         return
-    start = text.index_of(place.line - 1, place.column - 1)
+    start = EntryEdits(text.text).index((place.line - 1, place.column - 1))
     end = start + place.end_column - place.column
     for name in listed[1].split(", ")[:_MOST_CHOICES]:
         yield HintEdit(f"Change to `{name}`", (Splice(start, end, name),), is_guess=True)

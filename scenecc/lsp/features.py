@@ -17,10 +17,10 @@ from pygls.exceptions import JsonRpcInvalidParams
 from scenecc.diagnostics.fixing import is_better, is_mended
 from scenecc.lsp import edits, worker
 from scenecc.lsp.completion import SUFFIXES, Offer, completions
-from scenecc.lsp.findings import findings_in, range_of, to_client
+from scenecc.lsp.findings import findings_in, to_client
 from scenecc.lsp.hover import MOST_TOLD, hover_at, with_facts
 from scenecc.lsp.language import load_language
-from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_location, uses_in, uses_of
+from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_span, uses_in, uses_of
 from scenecc.lsp.process import FaultError, WorkerStopped
 from scenecc.lsp.server import FindingFilter, SceneServer
 from scenecc.lsp.symbols import Symbol, symbols_of
@@ -258,8 +258,8 @@ async def _document_highlight(ls: SceneServer, params: types.DocumentHighlightPa
 
 
 def _place_of_use(server: SceneServer, use: Use) -> types.Range:
-    part = mention_location(use.text, use.leaf, use.definition.start, use.definition.end)
-    return range_of(use.text, part, server.columns)
+    span = mention_span(use.text, use.leaf, use.definition.start, use.definition.end)
+    return server.columns.range(use.text, *span)
 
 
 async def _prepare_rename(ls: SceneServer, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder:

@@ -47,7 +47,7 @@ def _move_to_line(found: Diagnostic, path: Path, project: Project) -> Diagnostic
     return replace(found, location=led or Location(str(path), 1, 1), related=(true_place, *found.related), fix=None)
 
 
-def range_of(text: SceneText, place: Location, columns: Columns) -> types.Range:
+def _range_of(text: SceneText, place: Location, columns: Columns) -> types.Range:
     """Returns the range of a finding; without a line, the first line."""
     start = (place.column or 1) - 1
     end = None if place.end_column is None else place.end_column - 1
@@ -58,7 +58,7 @@ def to_client(view: WorkspaceView, text: SceneText, found: Diagnostic, columns: 
     """Converts a finding in a text to the protocol's type."""
     hint = f"\n{found.hint}" if found.hint else ""
     return types.Diagnostic(
-        range_of(text, found.location, columns),
+        _range_of(text, found.location, columns),
         found.message + hint,
         severity=_SEVERITIES[found.severity],
         code=found.code,
@@ -75,5 +75,5 @@ def _list_related(
         path = names.get(related.location.file or "")
         text = None if path is None else view.text(path)
         if text is not None and related.location.line is not None:
-            place = types.Location(text.path.as_uri(), range_of(text, related.location, columns))
+            place = types.Location(text.path.as_uri(), _range_of(text, related.location, columns))
             yield types.DiagnosticRelatedInformation(place, related.message)

@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scenecc.diagnostics.diagnostic import Location, locate_span
 from scenecc.expand.overrides import OVERRIDE_SECTIONS
-from scenecc.lsp.references import SECTIONS_OF, Mention, defined_kind, mentions, observed_entity
+from scenecc.lsp.references import (
+    DEEPEST,
+    SECTIONS_OF,
+    Mention,
+    defined_kind,
+    mentions,
+    observed_entity,
+    prefab_texts,
+)
 from scenecc.lsp.robot_parts import find_joint
 from scenecc.spec.references import WORLD
 
@@ -48,9 +56,6 @@ class Definition(NamedTuple):
 _TOP: Final[Span] = (0, 0, 0)
 """The span of a whole file."""
 
-_DEEPEST: Final = 32
-"""Maximum depth of nested prefabs."""
-
 
 def mention_at(view: WorkspaceView, path: Path, line: int, column: int) -> tuple[SceneText, Leaf, Mention] | None:
     """Returns the name at a 0-based position."""
@@ -58,13 +63,11 @@ def mention_at(view: WorkspaceView, path: Path, line: int, column: int) -> tuple
     leaf = None if text is None else text.leaf_at(line, column)
     if text is None or leaf is None:
         return None
-    place = leaf_location(text, leaf)
     for mention in mentions(view, text, leaf):
         for owner in (*_owners(mention), mention):
-            part = locate_span(place, (owner.start, owner.end))
-            if not (part.column or 1) - 1 <= column <= (part.end_column or 1) - 1:
-                continue
-            if owner is mention or definition_of(view, text, leaf, owner) is not None:
+            _, start, end = mention_span(text, leaf, owner.start, owner.end)
+            is_here = start <= column <= end
+            if is_here and (owner is mention or definition_of(view, text, leaf, owner) is not None):
                 return text, leaf, owner
     return None
 
@@ -76,16 +79,12 @@ def _owners(mention: Mention) -> Iterator[Mention]:
             yield mention._replace(text=mention.text[:end], end=mention.start + end)
 
 
-def leaf_location(text: SceneText, leaf: Leaf) -> Location:
-    """Returns the location of a leaf for diagnostics."""
+def mention_span(text: SceneText, leaf: Leaf, start: int, end: int) -> tuple[int, int, int]:
+    """Returns the 0-based line, start and end of a part of a leaf's value."""
     line = text.line(leaf.line)
-    end = len(line.rstrip()) if leaf.end is None else leaf.end
-    return Location(str(text.path), leaf.line + 1, leaf.start + 1, end + 1, line)
-
-
-def mention_location(text: SceneText, leaf: Leaf, start: int, end: int) -> Location:
-    """Returns the location of a part of a leaf's value."""
-    return locate_span(leaf_location(text, leaf), (start, end))
+    last = len(line.rstrip()) if leaf.end is None else leaf.end
+    place = locate_span(Location(str(text.path), leaf.line + 1, leaf.start + 1, last + 1, line), (start, end))
+    return leaf.line, (place.column or 1) - 1, (place.end_column or 1) - 1
 
 
 def definition_of(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention) -> Definition | None:
@@ -156,10 +155,8 @@ class _Resolver:
 
     def _prefab(self, path: KeyPath) -> _Resolver | None:
         """Returns the resolver of an instance's prefab."""
-        use = self._text.scalar((*path, "use"))
-        file = None if use is None or self._depth > _DEEPEST else self._view.find_file(self._text.path, use)
-        text = None if file is None else self._view.text(file)
-        return None if text is None else _Resolver(self._view, text, self._depth + 1)
+        texts = prefab_texts(self._view, self._text.path, path, self._text.scalars) if self._depth < DEEPEST else ()
+        return _Resolver(self._view, texts[0], self._depth + 1) if texts else None
 
     def in_sections(self, name: str, sections: tuple[str, ...]) -> Definition | None:
         """Resolves an entry of some sections, in this file or an included one."""

@@ -68,7 +68,7 @@ def _nested_member(
     """
     head, slash, rest = str(path[1]).partition("/")
     used = next((one for text in texts if (one := text.scalar((path[0], head, "use")))), None) if slash else None
-    file = None if used is None or depth > _DEEPEST else view.find_file(texts[0].path, used)
+    file = None if used is None or depth > DEEPEST else view.find_file(texts[0].path, used)
     return (
         (texts, path)
         if file is None
@@ -76,7 +76,7 @@ def _nested_member(
     )
 
 
-_DEEPEST: Final = 32
+DEEPEST: Final = 32
 """Maximum depth of nested prefabs."""
 
 

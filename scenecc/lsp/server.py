@@ -175,9 +175,6 @@ class SceneServer(LanguageServer):
                     self.tell("the check of this scene crashed; the scene is checked again when it changes")
                 else:
                     self._due[path] = None
-            except FaultError as fault:
-                _LOG.error("%s", fault)
-                self.tell(f"this is a bug in scenecc, not an error in {path.name}")
             except Exception:  # noqa: BLE001 - the next text must still be checked
                 _LOG.exception("checking %s", path)
                 self.tell(f"this is a bug in scenecc, not an error in {path.name}")

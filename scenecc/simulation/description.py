@@ -96,12 +96,14 @@ class _Solid:
         low, high: corners of its bounding box in the world (3,) [m]; None if it is infinite or has no shapes.
         frame: pose of its (root) body in the world (4, 4).
         parts: boxes in that frame of its convex parts, and of the triangles of its meshes (N, 2, 3).
+        height: of a horizontal plane [m].
     """
 
     low: Floats | None
     high: Floats | None
     frame: Floats
     parts: Floats
+    height: float | None = None
 
 
 class _Describer:
@@ -186,6 +188,7 @@ class _Describer:
             "rpy_deg": _rounded(map(math.degrees, to_rpy(pose[3:])), 2),
             "size_m": _sizes(one, structure),
             "box_m": None if solid.low is None else {"low": _rounded(solid.low), "high": _rounded(solid.high)},
+            "plane_height_m": solid.height,
             "mass_kg": round(sum(masses), 6) if masses and _has_mass(structure) else None,
             **self._relations(name, moves=moves_freely(structure)),
         }
@@ -262,7 +265,8 @@ def _solid(one: MeasuredEntity) -> _Solid:
             place = pose_matrix(body.pose) @ pose_matrix(shape.pose)
             here, there = (shape_bounds(shape, each) for each in (inward @ place, place))
             if here is None or there is None:  # a plane
-                return _Solid(None, None, frame, parts[0])
+                is_level = place[2, 0] > 0.999
+                return _Solid(None, None, frame, parts[0], round(float(place[2, 3]), 6) if is_level else None)
             mesh = shape.mesh if shape.kind == "triangle_mesh" else None
             corners = here[None] if mesh is None else here[mesh.triangles]
             parts.append(np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1))

@@ -84,6 +84,8 @@ def _place(one: Object, file: str | None) -> str:
 
 
 def _where(group: Sequence[Object]) -> str:
+    if len(group) == 1 and group[0]["plane_height_m"] is not None:
+        return f"a plane at z = {_number(group[0]['plane_height_m'])}"
     place = ", ".join(_range([one["position_m"][axis] for one in group]) for axis in range(3))
     boxes = [one["box_m"] for one in group if one["box_m"]]
     low, high = (

@@ -253,8 +253,6 @@ class _Editor:
                 continue
             marked = self._text[self._start : self._end]
             quote = marked[:1] if marked[:1] in {"'", '"'} and marked[:1] == marked[-1:] else ""
-            if self._at == "value" and self._chain and marked[:1] in {"[", "{"}:
-                quote = ""
             shown = word if word[:1] in {"[", "{"} else f"{quote}{word}{quote}"
             yield HintEdit(f"Change to `{cut(word)}`", self._at_mark(shown), is_guess=True)
 
@@ -349,9 +347,10 @@ class _Editor:
         if is_misplaced and depth not in alike:
             yield self._moved(depth, new)
         yield from replaced
+        if not is_misplaced and not last.node.entries:
+            yield self._moved(depth, new)
         if self._at == "value":
             yield from (self._added(at, new) for at in reversed(range(depth)) if at != _NAMES)
-            yield self._at_mark(new.code[1:-1])
 
     def _moved(self, depth: int, new: Entries) -> tuple[Splice, ...]:
         """Removes the entry of the finding, and writes entries in the mapping at a depth of the chain."""

@@ -188,9 +188,9 @@ def _is_odd(node: yaml.Node) -> bool:
 def _straighten(window: _Window, line: int) -> Iterator[_Change]:
     """The indentation that the lines before and after have."""
     text, (before, after) = window.text(line), window.neighbours(line)
-    if before == after is not None and before != _indent(text):
+    if after is not None and before == after and after != _indent(text):
         yield _Change(
-            f"bad indentation: the lines around it have {before} spaces, not {_indent(text)}", _with(text, before)
+            f"bad indentation: the lines around it have {after} spaces, not {_indent(text)}", _with(text, after)
         )
 
 

@@ -57,12 +57,6 @@ HALVES = _meanings(
 )
 """Unknown key → keys that take half of its value."""
 
-SYNTAX_HINTS: dict[str, str] = {
-    "include": "write the files as a list: `include: [FILE]`",
-    "repeat": "for 4 copies write `{i: {count: 4}}`",
-}
-"""Key → syntax of its value."""
-
 MISSING_KEY_HINTS: dict[str, str] = {
     "color": "write `color: [3, 3, 3]`: its numbers also set the brightness",
     "inertia": "write `inertia: [ixx, iyy, izz]`, along the axes of `com`",
@@ -172,10 +166,6 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("PoseMapping", f"{PLACES} initial_pose eye", "write `p: @`"),
     ("RigidBodyKeys", "type", "write `body_type: static`, or a shape: `shapes: [{type: box, …}]`"),
     ("ArticulationKeys PartKeys", "type", "remove it: `urdf`, `mjcf` or `root` make it an articulation"),
-    ("RigidBodyKeys",
-     ("half_size half_length geometry geom geoms box sphere capsule cylinder collider shape sizes extents "
-      "dimensions edges size radius"),
-     "write shapes in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"),
     ("RigidBodyKeys", "visual", "write `visuals: [@]`, a list of shapes that are only visible"),
     ("RigidBodyKeys", "collision", "write `collisions: [@]`, a list of shapes that only collide"),
     ("ShapeKeys BodyKeys",
@@ -194,7 +184,6 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      "write `pose_in_child: @`, the place in the frame of the child; that in the parent follows from it"),
     ("ConstraintKeys TreeJoint TreeLink", "parent attached_to parent_link child child_link",
      "write the link in the `children` of its parent, without this key"),
-    ("ConstraintKeys TreeJoint", "lock locked fixed_axes", "equal limits lock an axis: `limits: {x: [0, 0]}`"),
     ("TreeJoint ConstraintKeys", "motor stiffness damping spring_constant k",
      "write it under `drive`: `drive: {@here: @}`"),
     ("RigidBodyKeys", "freejoint free_joint", "remove it: a body with `body_type: dynamic` moves freely"),
@@ -226,13 +215,6 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("SceneFile", "uid robot robot_uid robot_uids agent agents",
      "write `entities: {robot: {use: scenecc:table_scene, with: {robot: @}}}`, or give its file: `{urdf: …}`"),
     ("SceneFile", "unit units length_unit up_axis coordinate_system", "remove it: units are SI, and z is up"),
-    ("SceneFile", "render renderer viewer camera_config",
-     "remove it: `scenecc render` and `scenecc view` have options for this"),
-    ("SceneFile", "task reward success goal",
-     "a scene has no task: write the conditions that must hold under `expect`"),
-    ("PhysicsSpec", "friction default_friction restitution",
-     "write `default_material: {static_friction: 0.5, dynamic_friction: 0.5, restitution: 0.1}`"),
-    ("PhysicsSpec", "gpu cuda device backend", "remove it: thousands of scenes run on a GPU through ManiSkill"),
     ("SceneFile", "metadata meta author tags", "remove it, or write a comment: `# …`; `description` takes a text"),
     ("PhysicsSpec SceneFile", "substeps", "PhysX has no substeps: write a smaller `timestep`"),
     ("SceneFile", "asset assets meshes textures",

@@ -185,8 +185,6 @@ def _vector(value: Any) -> list[Any]:
 
 
 def _rotation_in_pose(key: _Key) -> str | None:
-    if key.word == "heading":
-        return f"write `rpy: [0, 0, {flow(key.value)}]`, or `rpy_deg: [0, 0, {flow(key.value)}]` in degrees"
     entry = _rotation(key.word, key.value)
     return entry and f"write `{entry[0]}`, {entry[1]}"
 
@@ -379,12 +377,10 @@ def _limits(key: _Key) -> str | None:
     return f"write `limits: {flow(found)}`" if len(found) == 2 else None
 
 
-_HERTZ: Final = "sim_freq control_freq frequency fps hz"
-
 MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("ArticulationKeys PartKeys", "q", _positions),
     ("SceneFile", "robot table cube box arm object", _entity),
-    ("PoseMapping", f"{ROTATIONS} heading", _rotation_in_pose),
+    ("PoseMapping", ROTATIONS, _rotation_in_pose),
     ("PoseMapping", "x y z roll pitch yaw", _coordinates),
     ("ShapeKeys EntityKeys PartKeys CameraSpec LightKeys FrameSpec", ROTATIONS, partial(_pose, "pose")),
     ("TreeJoint", ROTATIONS, partial(_pose, "origin")),
@@ -393,8 +389,7 @@ MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("RigidBodyKeys", "file filename path uri src model mesh robot xml", _robot_file),
     ("CameraSpec", "fov fov_deg", _angle_of_view),
     ("SceneFile", "gravity", _gravity),
-    ("PhysicsSpec", _HERTZ, _frequency),
-    ("SceneFile", _HERTZ, _frequency),
+    ("PhysicsSpec SceneFile", "sim_freq control_freq frequency fps hz", _frequency),
     ("LightKeys", " ".join(BRIGHTNESS), _brightness),
     ("CameraSpec", "look_at lookat eye target", _look_at),
     ("ConstraintKeys JointKeys TreeJoint", "limit lower upper lower_limit upper_limit min max", _limits),

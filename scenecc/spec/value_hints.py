@@ -13,7 +13,6 @@ from scenecc.spec.hints import (
     FORM_SYNONYMS,
     LENGTH_HINTS,
     MISSING_KEY_HINTS,
-    SYNTAX_HINTS,
     VALUE_HINTS,
 )
 from scenecc.spec.key_hints import entry_at, flow, gravity, numbers, synonym
@@ -170,8 +169,6 @@ _AXES: Final = (("x", "y", "z"), ("roll", "pitch", "yaw"))
 def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:  # noqa: PLR0911 - a case each
     if expected == MAPPING_OF_NAMES:
         return _names_hint(path, found)
-    if expected == "a mapping" and path == ("lights", "ambient"):
-        return f"remove it, and write `environment: {{ambient_light: {flow(found)}}}`"
     if expected == "a mapping" and path[:-1] == ("frames",) and len(numbers(found)) == 3:
         return f"write `{path[-1]}: {{pose: {flow(found)}}}`"
     if expected == "a mapping":
@@ -290,8 +287,6 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
     lists = {"shapes", "collisions", "visuals"}
     if not lists.isdisjoint(map(str, path[-2:])):
         return f"a shape is a mapping: `[{{type: {shown}, …}}]`"
-    if path[-1:] == ("place",) and (said := _PLACED.fullmatch(text)):
-        return f"write `place: {{{said[1]}: {said[2]}}}`"
     if path[-2:-1] == ("repeat",) and (times := _RANGE.fullmatch(text)):
         return f"write `{last}: {{count: {times[1] or times[2]}}}`"
     condition = "that: " + json.dumps(shown if shown.startswith("${") else f"${{{shown}}}", ensure_ascii=False)
@@ -317,7 +312,7 @@ def _place_hint(path: Path, text: str) -> str | None:  # noqa: PLR0911 - a case 
         "mimic": f"write `mimic: {{joint: {shown}}}`",
         "repair": f"repairs are a list: `repair: [{shown}]`",
         "include": f"write `include: [{shown}]`",
-        "repeat": SYNTAX_HINTS["repeat"],
+        "repeat": "for 4 copies write `{i: {count: 4}}`",
         "holds": f"write `holds: [{{{condition}}}]`",
     }
     return hints.get(last)
@@ -328,12 +323,9 @@ def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case
     if not path or not is_sequence(found):
         return None
     key, parts = path[-1], numbers(found)
-    texts = [one for one in found if isinstance(one, str)]
     split = [numbers(one.replace(";", " ")) if isinstance(one, str) else [one] for one in found]
     if any(len(one) > 1 for one in split):
         return f"write commas: {entry_at(path, [part for one in split for part in one])}"
-    if texts and (call := _CALL.search(", ".join(texts)[:_MAX_LENGTH])):
-        return f"write a form: `{{{call[1]}: [{_commas(call[2])}]}}`"
     if key == "half_size" and len(parts) == 1:
         return f"write `half_size: {flow(parts * 3)}`"
     if key == "pose" and len(parts) == 7:
@@ -341,17 +333,11 @@ def length_hint(path: Path, found: Any) -> str | None:  # noqa: PLR0911 - a case
     if key == "pose" and len(parts) == 6:
         angles = "rpy_deg" if max(map(abs, parts[3:])) > 2 * pi else "rpy"
         return f"write `pose: {{p: {flow(parts[:3])}, {angles}: {flow(parts[3:])}}}`"
-    if key == "pose" and len(found) == 2 and [len(numbers(one)) for one in found] == [3, 4]:
-        return f"write `pose: {{p: {flow(found[0])}, q: {flow(found[1])}}}`; `q` has w first"
     if key == "region" and len(parts) == 2:
         return f"write two corners: `region: {flow([[-one / 2 for one in parts], [one / 2 for one in parts]])}`"
     if key == "region" and len(parts) == 4:
         return f"write two corners: `region: {flow([parts[:2], parts[2:]])}`"
     return LENGTH_HINTS.get((str(key), len(found)))
-
-
-_CALL: Final = re.compile(r"(?:\w+\.)*(uniform|normal|choice)\(([^()]*)\)")
-"""A drawn value as a call in Python."""
 
 
 def name_hint(found: str) -> str:
@@ -381,7 +367,6 @@ def color_hint(path: Path, found: Any) -> str:
 _MAX_LENGTH: Final = 200
 """Longest string that gets a hint [characters]."""
 
-_PLACED: Final = re.compile(r"(on|inside|next_to)\s+([\w./-]+)")
 _RANGE: Final = re.compile(r"range\((\d+)\)|(?:\d+ *\.\. *|0 *: *)(\d+)")
 
 

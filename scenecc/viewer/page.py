@@ -302,6 +302,9 @@ class Page:
         return handle
 
     def _added_instances(self, path: str, node: Instances, contents: Mapping[str, bytes]) -> Any:
+        def click(event: Any) -> None:
+            self._click_instance(path, event.instance_index)
+
         scene, poses = self._server.scene, node.poses(self._poses)
         copies: dict[str, Any] = {
             "batched_wxyzs": poses[:, 3:],
@@ -316,7 +319,7 @@ class Page:
             copies |= {"batched_colors": _bytes(node.colors), "opacity": float(node.colors[0, 3])}
             handle = scene.add_batched_meshes_simple(path, node.surface.vertices, node.surface.faces, **copies)
         if self._clicked is not None:
-            handle.on_click(lambda event: self._click_instance(path, event.instance_index))
+            handle.on_click(click)
         return handle
 
     def _click_instance(self, path: str, number: Any) -> None:

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
-    from scenecc.viewer.actions import Actions
     from scenecc.viewer.nodes import Key
     from scenecc.viewer.options import ViewOptions
     from scenecc.viewer.page import Page
+    from scenecc.viewer.session import Session
     from scenecc.viewer.tasks import TaskQueue
 
 
@@ -57,7 +57,7 @@ class Panel:
         self,
         server: viser.ViserServer,
         mail: TaskQueue,
-        actions: Actions,
+        session: Session,
         page: Page,
         look: ViewOptions,
         *,
@@ -68,7 +68,7 @@ class Panel:
         self.stop = threading.Event()
         self._gui = server.gui
         self._mail = mail
-        self._actions = actions
+        self._session = session
         self._page = page
         self._look = look
         self._scenes = 0
@@ -88,7 +88,7 @@ class Panel:
         self._add_pictures()
         with self._gui.add_folder("Findings", order=40):
             check = self._gui.add_button("Check", hint="Run the start checks of `scenecc check`")
-            check.on_click(lambda _: self._mail.post("check", self._actions.check))
+            check.on_click(lambda _: self._mail.post("check", self._session.check))
             self._findings = self._gui.add_html("", visible=False)
         self._add_tree()
 
@@ -168,7 +168,7 @@ class Panel:
             ]
             if rows:
                 button = self._gui.add_button("As in the file", hint="Reset all parameters to the file's values")
-                button.on_click(lambda _: self._mail.post("give nothing", self._actions.give_nothing))
+                button.on_click(lambda _: self._mail.post("give nothing", self._session.give_nothing))
                 self._made["params"].append(button)
 
     def _add_problem(self) -> Any:
@@ -184,18 +184,18 @@ class Panel:
         tab = panel.add_tab("Objects")
         with tab:
             self._show_all = self._gui.add_button("Show all", visible=False, hint="Show all hidden entities")
-            self._show_all.on_click(lambda _: self._mail.post("show all", self._actions.show_all))
+            self._show_all.on_click(lambda _: self._mail.post("show all", self._session.show_all))
         self.tree = ObjectTree(
             self._gui,
             tab,
-            lambda key: self._mail.post("select", lambda: self._actions.select(key)),
-            lambda: self._mail.post("search", self._actions.search),
+            lambda key: self._mail.post("select", lambda: self._session.select(key)),
+            lambda: self._mail.post("search", self._session.search),
         )
         panel.dock_left()
         panel.set_width(_WIDTH)
         tabs = self._gui.add_panel()
         with tabs.add_tab("Selected"):
-            self.selected = SelectedPanel(self._gui, self._mail, self._actions)
+            self.selected = SelectedPanel(self._gui, self._mail, self._session)
         tabs.dock_below(panel)
         self._gui.main_panel.dock_right()
         self._gui.main_panel.set_width(_WIDTH)
@@ -204,14 +204,14 @@ class Panel:
         with self._gui.add_folder("Simulation", order=0):
             self._time = self._gui.add_html(line(_time_words(0, 0)))
             self._play = self._gui.add_button("Play")
-            self._play.on_click(lambda _: self._mail.post(object(), self._actions.play))
+            self._play.on_click(lambda _: self._mail.post(object(), self._session.play))
             self._step = self._gui.add_button("Step")
-            self._step.on_click(lambda _: self._mail.post(object(), lambda: self._actions.step(1)))
+            self._step.on_click(lambda _: self._mail.post(object(), lambda: self._session.step(1)))
             self._seed = self._gui.add_number("Seed", initial_value=0, min=0, max=_LARGEST, step=1)
             again = self._gui.add_button("Reset", hint="Reset to the start; draws of a reset use this seed")
-            again.on_click(lambda _: self._post_seed("reset", self._actions.reset))
+            again.on_click(lambda _: self._post_seed("reset", self._session.reset))
             rebuild = self._gui.add_button("Rebuild", hint="Rebuild the scene; all draws use this seed")
-            rebuild.on_click(lambda _: self._post_seed("rebuild", self._actions.rebuild))
+            rebuild.on_click(lambda _: self._post_seed("rebuild", self._session.rebuild))
             for label, by in (("Previous seed", -1), ("Next seed", 1)):
                 button = self._gui.add_button(label, hint=f"Rebuild the scene with the {label.lower()}")
                 button.on_click(partial(self._rebuild_beside, by))
@@ -238,7 +238,7 @@ class Panel:
         if self._record.label != "Record":
             self.stop.set()
         elif browser is not None and isfinite(seconds):
-            self._mail.post("record", lambda: self._actions.record(browser, min(max(seconds, 0.1), 600.0)))
+            self._mail.post("record", lambda: self._session.record(browser, min(max(seconds, 0.1), 600.0)))
 
     def _post_seed(self, key: str, action: Callable[[int], None]) -> None:
         self._mail.post(key, lambda: action(self._asked_seed()))
@@ -251,7 +251,7 @@ class Panel:
     def _rebuild_beside(self, by: int, event: object) -> None:
         """Rebuilds with the seed before or after the one in the field."""
         del event
-        self._mail.post(object(), lambda: self._actions.rebuild(min(max(self._asked_seed() + by, 0), _MOST_SEED)))
+        self._mail.post(object(), lambda: self._session.rebuild(min(max(self._asked_seed() + by, 0), _MOST_SEED)))
 
     def _add_scenes(self, count: int) -> list[Any]:
         scene = min(self._look.scene, count - 1)
@@ -332,10 +332,10 @@ class Panel:
                 control.disabled = grid.value
             found |= {"scene": _whole(slider.value, self._scenes - 1), "grid": bool(grid.value)}
         self._look = replace(self._look, **found)
-        self._actions.look_at(self._look)
+        self._session.look_at(self._look)
 
     def _giver(self, name: str) -> Callable[[Callable[[], Any]], None]:
-        return lambda read: self._mail.post(("give", name), lambda: self._actions.give(name, read()))
+        return lambda read: self._mail.post(("give", name), lambda: self._session.give(name, read()))
 
     def _clear(self, part: str) -> None:
         for handle in self._made[part]:

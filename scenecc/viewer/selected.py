@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from scenecc.geometry.rotations import Pose7
     from scenecc.inspect import Item
-    from scenecc.viewer.actions import Actions
     from scenecc.viewer.nodes import Key
+    from scenecc.viewer.session import Session
     from scenecc.viewer.tasks import TaskQueue
     from scenecc.viewer.world import JointPosition
 
@@ -52,22 +52,22 @@ class Selected:
 class SelectedPanel:
     """The controls, in a viser container. Ctrl-C waits for the end of each method that changes them."""
 
-    def __init__(self, gui: viser.GuiApi, mail: TaskQueue, actions: Actions) -> None:
+    def __init__(self, gui: viser.GuiApi, mail: TaskQueue, session: Session) -> None:
         self._hidden = self._box(gui, "Hidden", "Hide it in the view")
         self._locked = self._box(gui, "Locked", "Ignore clicks in the view, and moves")
         self._move = self._box(gui, "Move", "Drag it; its pose is written to the file")
         self._note = gui.add_html("", visible=False)
         self._undo = gui.add_button("Undo move", visible=False, hint="Restore the file before the last move")
-        self._gui, self._mail, self._set_joint = gui, mail, actions.set_joint
+        self._gui, self._mail, self._set_joint = gui, mail, session.set_joint
         self._of: Any = None
         self._joints: list[Any] = []
         self._joint_folder = gui.add_folder("Joints", visible=False)
         self._pose = gui.add_html("", visible=False)
         self._facts = gui.add_html(line(_UNSELECTED))
-        self._hidden.on_update(_poster(mail, "hide", self._hidden, lambda on: actions.hide(hidden=on)))
-        self._locked.on_update(_poster(mail, "lock", self._locked, lambda on: actions.lock(locked=on)))
-        self._move.on_update(_poster(mail, "move", self._move, lambda on: actions.move(on=on)))
-        self._undo.on_click(lambda _: mail.post("undo", actions.undo))
+        self._hidden.on_update(_poster(mail, "hide", self._hidden, lambda on: session.hide(hidden=on)))
+        self._locked.on_update(_poster(mail, "lock", self._locked, lambda on: session.lock(locked=on)))
+        self._move.on_update(_poster(mail, "move", self._move, lambda on: session.move(on=on)))
+        self._undo.on_click(lambda _: mail.post("undo", session.undo))
 
     @staticmethod
     def _box(gui: viser.GuiApi, label: str, hint: str) -> viser.GuiCheckboxHandle:

@@ -63,6 +63,23 @@ def test_six_factors_of_four_values_are_covered_by_few_scenes(run, scene: Path, 
     assert "cover the scene again" in changed.stderr
 
 
+def test_a_cover_does_not_depend_on_the_hash_seed(run, tmp_path: Path) -> None:
+    scene = {
+        "scenecc": 1,
+        "draws": {name: {"integers": [0, 3]} for name in "abcde"},
+        "entities": {
+            "ball": {
+                "mass": "${1 if a + b + c + d + e == 8 else -1}",
+                "linear_damping": {"choice": [0, "${1 / (2 - d)}"]},
+                "shapes": [{"type": "sphere", "radius": 0.1}],
+            }
+        },
+    }
+    path = tmp_path / "scene.yaml"
+    path.write_text(json.dumps(scene))
+    assert len({run("cover", path, PYTHONHASHSEED=seed).stdout for seed in "01"}) == 1
+
+
 def test_the_rows_are_printed_without_an_output(run, scene: Path) -> None:
     lines = run("cover", scene).stdout.splitlines()
     assert lines[0].split() == ["scene", "a", "b", "c", "cube.shapes[0].color", "cube.mass", "cube.pose.p[0]"]

@@ -7,7 +7,7 @@ from pathlib import Path
 from scenecc.lsp import worker
 from scenecc.lsp.completion import completions
 from scenecc.lsp.hover import HoverText, hover_at
-from scenecc.lsp.names import definition_of, mention_at, mention_location, uses_of
+from scenecc.lsp.names import definition_of, mention_at, mention_span, uses_of
 from scenecc.lsp.workspace import Workspace, WorkspaceView
 from scenecc.options import Options
 
@@ -104,11 +104,6 @@ class Editor:
         assert defined is not None
         places = []
         for use in uses_of(view, defined):
-            part = mention_location(use.text, use.leaf, use.definition.start, use.definition.end)
-            assert part.line is not None
-            assert part.column is not None
-            assert part.end_column is not None
-            assert part.text is not None
-            name = part.text[part.column - 1 : part.end_column - 1]
-            places.append((use.text.path.name, part.line - 1, name))
+            line, start, end = mention_span(use.text, use.leaf, use.definition.start, use.definition.end)
+            places.append((use.text.path.name, line, use.text.line(line)[start:end]))
         return places

@@ -90,7 +90,7 @@ SLIPS: dict[str, Slip] = {
     "range": Slip("entities:\n  cube:\n    pose: [{range: [0, 1]}, 0, 0]\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "4:12", "SC103", "did you mean `{uniform: [0, 1]}`?", "pose: [{uniform: [0, 1]}, 0, 0]"),
     "jinja": Slip("entities:\n  cube:\n    mass: '{{ m }}'\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "4:11", "SC103", 'an expression is written `mass: "${m}"`', None),
     "dollar": Slip("entities:\n  cube:\n    mass: $m\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "4:11", "SC103", 'an expression is written `mass: "${m}"`', None),
-    "missing colon": Slip("entities:\n  cube\n    mass: 1\n", "3:3", "SC003", "write `cube:`", "cube:\nbody_type: kinematic\nshapes: []"),
+    "missing colon": Slip("entities:\n  cube\n    mass: 1\n", "3:3", "SC003", "write `cube:`", "entities:\n  cube:\n    mass: 1\n    shapes: [{type: sphere, radius: 0.1}]\n"),
     "no blank": Slip("entities:\n  cube:\n    mass:1\n    shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]\n", "4:5", "SC003", "write `mass: 1`", "mass: 1"),
     "light on": Slip("lights:\n  sun: {type: sun, direction: [0,0,-1]}\n", "3:15", "SC105", "did you mean `directional`?", "sun: {color: [3, 3, 3], type: directional, direction: [0,0,-1]}"),
     "light color": Slip("lights:\n  l: {type: point, position: [0,0,1], intensity: 3}\n", "3:39", "SC101", "write `color: [3, 3, 3]`: its numbers also set the brightness", "l: {type: point, position: [0,0,1], color: [3, 3, 3]}"),

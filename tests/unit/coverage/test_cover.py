@@ -150,6 +150,8 @@ def test_nothing_to_cover_is_an_error(draws: dict[str, Any], words: str) -> None
     scene = {"scenecc": 1, "draws": draws, "entities": {"ball": {"shapes": [{"type": "sphere", "radius": radius}]}}}
     with pytest.raises(scenecc.SceneError, match=words):
         scenecc.cover_scene(scene)
+    with pytest.raises(scenecc.SceneError, match=words):
+        scenecc.scene_coverage(scene, [])
 
 
 def test_sobol_balances_alternatives_and_fills_ranges(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import pytest
 from scenecc import validate
 from scenecc.lsp import worker
 from scenecc.lsp.process import AnalysisProcess, FaultError, WorkerStopped
+from scenecc.lsp.server import SceneServer
 from scenecc.options import Options
 
 
@@ -60,6 +61,23 @@ def test_the_worker_reports_bugs_and_restarts_after_a_crash(tmp_path):
     assert [one.diagnostics for one in answers] == [[], [], []]
     assert [*answers[0].objects] == ["a"]
     assert not crashed
+
+
+def test_findings_of_a_text_that_changes_while_they_are_filtered_are_dropped(tmp_path, monkeypatch):
+    path = tmp_path / "a.yaml"
+
+    def type_more(found, scene):
+        server.scenes.put(path, f"{SCENE}# more\n")
+        return found
+
+    async def ask(request):
+        return worker.CheckAnswer([], {str(path): path}, {})
+
+    server = SceneServer(Options(), type_more)
+    server.scenes.put(path, SCENE)
+    monkeypatch.setattr(server.checker, "ask", ask)
+    asyncio.run(server._check(path))
+    assert not server.scenes.projects[path].is_current
 
 
 def test_a_check_result_names_files_and_places(tmp_path):

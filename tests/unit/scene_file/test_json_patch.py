@@ -177,7 +177,6 @@ def test_anchors_stay_and_merged_keys_are_overridden() -> None:
         (op("remove", "/entities/b/pose/-"), "there is no item `-`", None),
         (op("test", "/entities/b/pose/0", value=True), "the value is 1, not true", None),
         (op("remove", ""), "the whole document cannot be replaced", None),
-        (op("remove", "/entities"), "the whole document cannot be replaced", None),
         (moved("move", "/entities/b", "/entities/b/pose"), "/entities/b/pose is inside of /entities/b", None),
         (op("add", "/x", value=[{"y": None}]), "is there a null?", None),
         (op("add", "/x", value={1: 2}), "a scene file cannot hold the value", None),
@@ -204,6 +203,11 @@ def test_a_wrong_operation_is_refused_with_its_number(made: Any, said: str, hint
         patched(op("test", "/entities/b/pose/0", value=1.0), made, text=ANCHORS)
     assert said in str(found.value)
     assert (hint or "") in (found.value.hint or "")
+
+
+def test_the_only_key_of_a_document_stays() -> None:
+    with pytest.raises(PatchError, match="the whole document cannot be replaced"):
+        patched(op("remove", "/entities"), text="entities:\n  a: {mass: 1}\n")
 
 
 def test_integers_are_compared_exactly() -> None:

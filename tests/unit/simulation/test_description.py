@@ -126,7 +126,7 @@ def test_sizes_masses_and_places(room: dict[str, Any]) -> None:
     assert (table["kind"], table["mass_kg"], table["line"]) == ("static", None, 4)
     assert (ball["kind"], ball["mass_kg"]) == ("dynamic", 0.3)
     assert room["bin"]["rpy_deg"] == [0, 0, 30]
-    assert (room["ground"]["size_m"], room["ground"]["box_m"]) == (None, None)
+    assert (room["ground"]["size_m"], room["ground"]["box_m"], room["ground"]["plane_height_m"]) == (None, None, 0)
     assert room["mark"]["size_m"] == [0.04, 0.04, 0.002]
 
 
@@ -143,6 +143,7 @@ def test_the_text_folds_copies_and_fits_a_screen() -> None:
     text = scenecc.describe_scene(io.StringIO(scene)).text
     assert "thing_0 … thing_29 (30): dynamic" in text
     assert "at (0…29, 0, 0.1), z from 0 to 0.2; on ground" in text
+    assert "  a plane at z = 0" in text
     assert "carries thing_0 … thing_29 (30)" in text
 
 
