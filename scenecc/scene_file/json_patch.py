@@ -352,9 +352,9 @@ def equal(a: Any, b: Any) -> bool:
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):
         first, second = cast("Sequence[Any]", a), cast("Sequence[Any]", b)
         return len(first) == len(second) and all(map(equal, first, second))
-    if isinstance(a, bool) != isinstance(b, bool) or (isinstance(a, int) and isinstance(b, int)):
-        return type(a) is type(b) and a == b
-    if isinstance(a, int | float) and isinstance(b, int | float):
+    if isinstance(a, bool) != isinstance(b, bool):
+        return False
+    if isinstance(a, int | float) and isinstance(b, int | float) and (isinstance(a, float) or isinstance(b, float)):
         with np.errstate(over="ignore"):
             return a == b or (math.isnan(a) and math.isnan(b)) or (abs(a) < 3e38 and np.float32(a) == np.float32(b))
     return a == b
