@@ -70,8 +70,8 @@ class Entry:
     @property
     def is_key(self) -> bool:
         """Whether its key is a word of the language, not a name."""
-        is_named = len(self.path) > 1 and self.path[-2] in NAMED
-        return self.key is not None and not is_named and self.path[-1] in LANGUAGE
+        *above, last = ("", *self.path)
+        return self.key is not None and above[-1:] != [] and above[-1] not in NAMED and last in LANGUAGE
 
     @property
     def start(self) -> int:
@@ -89,7 +89,8 @@ class SceneText:
     @cached_property
     def entries(self) -> list[Entry]:
         """All entries and items, in the order of the text."""
-        every = _entries((), yaml.compose(self.text))
+        top = yaml.compose(self.text)
+        every = [] if top is None else _entries((), top)
         found = {entry.start: entry for entry in every if "<<" not in entry.path}
         return sorted(found.values(), key=lambda one: one.start)
 

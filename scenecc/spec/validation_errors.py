@@ -272,16 +272,16 @@ def replaced(data: Any, path: Path, value: Any) -> Any:
         return value
     key, *below = path
     if is_mapping(data):
-        return {**data, key: replaced(data[key], tuple(below), value)}
+        return {**data, key: replaced(data[str(key)], tuple(below), value)}
     return [replaced(one, tuple(below), value) if index == key else one for index, one in enumerate(data)]
 
 
 def _mapping_above(path: Path, data: Any) -> str | None:
     """Returns the key above a key that belongs inside of it, but is not indented so far; None if there is none."""
     key, owner = str(path[-1]), value_at(data, path[:-1])
-    above = next((one for one, after in pairwise(owner) if after == key), None)
-    inside = above is not None and owner[above]
-    if not is_mapping(inside) or key in inside or above in FORM_KEYS:
+    above: str | None = next((one for one, after in pairwise(owner) if after == key), None)
+    inside = None if above is None else owner[above]
+    if above is None or not is_mapping(inside) or key in inside or above in FORM_KEYS:
         return None
     place = (*path[:-1], above)
     if place in _NAME_MAPPING_PATHS and is_mapping(owner[key]) and owner[key]:
