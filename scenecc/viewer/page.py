@@ -36,6 +36,9 @@ _LAMP: Final = PageLight("directional", (255, 255, 255), _BRIGHT, (0.8, -0.5, 1.
 _FOV: Final = float(np.radians(75))
 """Vertical field of view of viser's camera [rad]."""
 
+_UNPLACED: Final = (-5.0, 0.0, 0.0)
+"""Position that a new browser reports before it has placed its camera [m]."""
+
 _DISTANCE: Final = 1.3 / np.sin(_FOV / 2)
 """Distance of a camera, in radii of the content: panels cover some of it."""
 
@@ -242,7 +245,7 @@ class Page:
         *earlier, current = self._opened
         with suppress(AssertionError):
             place = browser.camera.position
-            if any(np.allclose(place, view.position, atol=1e-3) for view in earlier):
+            if any(np.allclose(place, known, atol=1e-3) for known in (_UNPLACED, *(view.position for view in earlier))):
                 self._look_from(browser.camera, current)
 
     @interrupts_wait()
