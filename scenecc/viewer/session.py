@@ -347,7 +347,7 @@ class Session:
 
     def _drag(self, key: Key, pose: Pose7, done: bool) -> None:  # noqa: FBT001 - the page's callback signature
         if done:
-            self._mail.post("drop", lambda: self.drop(key, pose))
+            self._mail.post(("drop", key), lambda: self.drop(key, pose))
         else:
             self._mail.post("drag", lambda: self.drag(key, pose))
 
