@@ -43,6 +43,9 @@ _FILLED, _FILLED_BY_ONE = 0.84, 0.75
 _COMPARABLE, _BESIDE = 1.25, 2.0
 """Largest size and distance of a body at rest in the subject, in sizes of the moving bodies together."""
 
+_LARGEST_SUPPORT: Final = 4.0
+"""Longest side of a support that counts as furniture, not as a floor [m]."""
+
 _THIN: Final = 0.1
 """Thickness over length of the thickest floor."""
 
@@ -151,13 +154,9 @@ def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
     these everything but floors. Much larger bodies (a room, a table under a cube) do not belong to the subject. An
     empty scene has a box of 1 m around its origin.
     """
-    count = len(solids.motions)
-    lows, highs = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(lows, solids.bodies, solids.boxes[:, 0])
-    np.maximum.at(highs, solids.bodies, solids.boxes[:, 1])
-    boxes = np.stack([lows, highs], axis=1)
+    boxes = _body_boxes(solids)
     real = np.asarray(np.isfinite(boxes).all(axis=(1, 2)))
-    chosen = real & np.isin(np.arange(count), list(focus)) if focus else _find_moving(boxes, real, solids.motions)
+    chosen = real & np.isin(np.arange(len(boxes)), list(focus)) if focus else _find_moving(boxes, real, solids.motions)
     if not chosen.any():
         unit = np.array([[[-0.5] * 3, [0.5] * 3]])
         return Subject(unit, np.zeros((0, 2, 3)), -0.5, box_corners(unit).reshape(-1, 3))
@@ -165,6 +164,34 @@ def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
     points = box_corners(solids.boxes) if solids.outlines is None else solids.outlines
     subject = Subject(boxes[chosen], solids.boxes[~within & finite], 0.0, points[within & finite].reshape(-1, 3))
     return replace(subject, ground=_support(subject))
+
+
+def find_supported(solids: Solids) -> Subject:
+    """Finds the subject with what it stands on, such as a table, and everything else there."""
+    subject, boxes = find_subject(solids), _body_boxes(solids)
+    margin = 0.05 * subject.radius
+    sides = boxes[:, 1] - boxes[:, 0]
+    small = (sides.max(axis=1) <= _LARGEST_SUPPORT) & (sides >= 0).all(axis=1)
+
+    def above(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return small & ((boxes[:, 0] <= high) & (boxes[:, 1] >= low))[:, :2].all(axis=1)
+
+    tops = boxes[:, 1, 2]
+    under = above(subject.low, subject.high) & (tops <= subject.low[2] + margin)
+    if not under.any():
+        return subject
+    under &= tops >= tops[under].max() - margin
+    beside = above(boxes[under, 0].min(axis=0), boxes[under, 1].max(axis=0)) & (boxes[:, 0, 2] >= tops[under].min())
+    own = (boxes[:, 0] >= subject.low).all(axis=1) & (boxes[:, 1] <= subject.high).all(axis=1)
+    return find_subject(solids, np.flatnonzero(under | beside | own).tolist())
+
+
+def _body_boxes(solids: Solids) -> NDArray[np.float64]:
+    """(B, 2, 3) [m], lowest and highest corner of each body; infinite for a body without shapes."""
+    boxes = np.stack([np.full((len(solids.motions), 3), np.inf), np.full((len(solids.motions), 3), -np.inf)], axis=1)
+    np.minimum.at(boxes[:, 0], solids.bodies, solids.boxes[:, 0])
+    np.maximum.at(boxes[:, 1], solids.bodies, solids.boxes[:, 1])
+    return boxes
 
 
 def box_corners(boxes: NDArray[np.float64]) -> NDArray[np.float64]:

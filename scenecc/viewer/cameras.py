@@ -9,7 +9,7 @@ import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotations import compose, normalized, rotate, to_pose, to_vector
-from scenecc.plan.framing import FRAMING_FOVY, find_subject, frame_subject
+from scenecc.plan.framing import FRAMING_FOVY, find_supported, frame_subject
 from scenecc.plan.rendering import Intrinsic, Orthographic, Perspective
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class BrowserView:
 
 
 def first_view(views: Sequence[BrowserView], solids: Solids, *, grid: bool) -> BrowserView | None:
-    """Returns the initial view of a page: the file's first fixed camera, or else a view of what moves.
+    """Returns the initial view of a page: the file's first fixed camera, or else `subject_view`.
 
     In a grid it is None: everything is shown. `solids`: bounding boxes of the scene.
     """
@@ -61,8 +61,8 @@ def first_view(views: Sequence[BrowserView], solids: Solids, *, grid: bool) -> B
 
 
 def subject_view(solids: Solids) -> BrowserView:
-    """Returns a view of what moves in a scene, as framed by `scenecc render`."""
-    subject = find_subject(solids)
+    """Returns a view of what moves in a scene, and of what it stands on."""
+    subject = find_supported(solids)
     pose = frame_subject(subject, *_ASPECT).pose
     forward = np.array(rotate(normalized(pose[3:].tolist()), (1.0, 0.0, 0.0)))
     distance = max(float((subject.center - pose[:3]) @ forward), _NEAREST)

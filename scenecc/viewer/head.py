@@ -11,7 +11,9 @@ TREE: Final = '<i class="scenecc-tree"></i>'
 
 def titled(page: str, title: str) -> str:
     """Returns viser's page with another title and with these styles, which viser has no options for."""
-    return page.replace("<title>Viser</title>", f"<title>{escape(title)}</title>{_STYLE}{_SCRIPT}", 1)
+    page = page.replace("<title>Viser</title>", f"<title>{escape(title)}</title>{_STYLE}{_SCRIPT}", 1)
+    # viser's script replaces the text as soon as it runs.
+    return page.replace('<div id="root"></div>', '<div id="root">Loading the viewer</div>', 1)
 
 
 _STYLE: Final = """<style>

@@ -36,6 +36,9 @@ _LAMP: Final = PageLight("directional", (255, 255, 255), _BRIGHT, (0.8, -0.5, 1.
 _FOV: Final = float(np.radians(75))
 """Vertical field of view of viser's camera [rad]."""
 
+_UNPLACED: Final = (-5.0, 0.0, 0.0)
+"""Position that a new browser reports before it has placed its camera [m]."""
+
 _DISTANCE: Final = 1.3 / np.sin(_FOV / 2)
 """Distance of a camera, in radii of the content: panels cover some of it."""
 
@@ -103,6 +106,9 @@ class Page:
         self._lit: tuple[tuple[PageLight, ...], bool] | None = None
         self._lights: list[Any] = []
         self._light_up((), shadows=True)
+        self._opened: list[BrowserView] = []
+        self.open_at()
+        server.on_client_connect(self._meet)
 
     @property
     def files(self) -> set[str]:
@@ -228,8 +234,19 @@ class Page:
 
     @interrupts_wait()
     def open_at(self, view: BrowserView | None = None) -> None:
-        """Sets the initial view of browsers that connect from now on; None: an overview."""
-        self._look_from(self._server.initial_camera, view or self._overview)
+        """Sets the initial view of browsers; None: an overview. A browser that left its initial view is not moved."""
+        self._opened.append(view or self._overview)
+        self._look_from(self._server.initial_camera, self._opened[-1])
+        for browser in self._server.get_clients().values():
+            self._meet(browser)
+
+    def _meet(self, browser: viser.ClientHandle) -> None:
+        """Moves a browser that is still at an earlier initial view: it connected before the scenes were built."""
+        *earlier, current = self._opened
+        with suppress(AssertionError):
+            place = browser.camera.position
+            if any(np.allclose(place, known, atol=1e-3) for known in (_UNPLACED, *(view.position for view in earlier))):
+                self._look_from(browser.camera, current)
 
     @interrupts_wait()
     def frame(self, browsers: Iterable[viser.ClientHandle], name: str = "") -> None:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class BuildProgress:
-    """A bar on the page, visible inside a `with` block once more than one scene is counted."""
+    """A bar on the page, visible inside a `with` block once more than one scene is counted; the first build, always."""
 
     def __init__(self, server: viser.ViserServer, told: Callable[[int, int], None] | None) -> None:
         """`told`: also called with (scenes done, total scenes), if given."""
@@ -25,6 +25,10 @@ class BuildProgress:
     def __exit__(self, *error: object) -> None:
         """Hides the bar."""
         self._text.visible = self._bar.visible = False
+
+    def tell_first(self) -> None:
+        """Shows that the first scene is being built."""
+        self._text.content, self._text.visible = "Building the scene", True
 
     def tell(self, done: int, total: int) -> None:
         """Shows that some scenes are built."""

@@ -147,7 +147,7 @@ class PageServer:
             # Compare in constant time.
             if not compare_digest(token.encode(), sent.encode(errors="replace")):
                 return protocol.reject(HTTPStatus.FORBIDDEN, "This page needs a token: /?token=...\n")
-        if request.headers.get("Upgrade", "").lower() == "websocket":
+        if request.headers.get("Upgrade") == "websocket":
             return protocol.accept(request)
         if url.path not in {"/", "/index.html"}:
             return protocol.reject(HTTPStatus.NOT_FOUND, "There is only one page here: /\n")

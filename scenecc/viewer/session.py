@@ -103,19 +103,26 @@ class Session:
         self._link: SelectionLink | None = None
 
     def serve(self, ready: Callable[[], None]) -> None:
-        """Starts, calls `ready`, and runs until the thread is interrupted. Raises SceneError, as `start`."""
+        """Starts, and runs until the thread is interrupted. Raises SceneError, as `start`."""
         with interrupts_kept(self._mail), closing(SelectionLink("page", self._hear)) as self._link:
-            self.start()
-            ready()
+            self.start(ready)
             self.run()
 
-    def start(self) -> None:
-        """Shows the scene or its errors. Raises SceneError if the requested scene does not exist."""
+    def start(self, ready: Callable[[], None] = lambda: None) -> None:
+        """Shows the scene or its errors. Raises SceneError if the requested scene does not exist.
+
+        `ready` is called before the engine builds, so that a browser loads the page meanwhile.
+        """
         if self._path is not None:
             self._watch.see([self._path])
         loading = self._load({})
-        if loading.loaded is not None:
-            check_selected_scene(self._look, loading.loaded.plan)
+        if loading.loaded is None:
+            self._break(loading.diagnostics)
+            ready()
+            return
+        check_selected_scene(self._look, loading.loaded.plan)
+        self._progress.tell_first()
+        ready()
         self._try(lambda: self._take(loading))
 
     def run(self) -> None:
@@ -340,7 +347,7 @@ class Session:
 
     def _drag(self, key: Key, pose: Pose7, done: bool) -> None:  # noqa: FBT001 - the page's callback signature
         if done:
-            self._mail.post("drop", lambda: self.drop(key, pose))
+            self._mail.post(("drop", key), lambda: self.drop(key, pose))
         else:
             self._mail.post("drag", lambda: self.drag(key, pose))
 

@@ -47,7 +47,7 @@ def view_scene(
         source: as for `validate`; a path and all files that it uses are watched.
         options: what is shown initially.
         address: where the page is served.
-        on_ready: called with the page's URL once it can be opened.
+        on_ready: called with the page's URL once it can be opened, before the engine builds.
         on_diagnostics: called with the diagnostics after each compilation or build.
         on_progress: called with (scenes done, total scenes) while the engine builds.
         given: fields of `CompileOptions`.
