@@ -269,8 +269,8 @@ class _Editor:
         if name is not None:
             name = name.partition(":")[0]
             around = [*(step.inside for step in self._chain), self._chain[-1].node]
-            every = ((*self._chain[:at], Step(one, name)) for at, one in enumerate(around) if name in one.entries)
-            ways = [*every][::-1]
+            depths = _inner([at for at, one in enumerate(around) if name in one.entries])
+            ways = [(*self._chain[:at], Step(around[at], name)) for at in reversed(depths)]
         elif asked[1] not in {None, "key"}:
             ways += [self._chain[:-1]] * (len(self._chain) > 1)
         for way in ways:
@@ -339,7 +339,7 @@ class _Editor:
             at = 0 if above[2] else up[-1] if up else None
             if at is not None:
                 yield self._added(at, new) if "declare" in self._hint else self._moved(at, new)
-        alike = [at for at, step in enumerate(self._chain) if _alike(str(step.key), name)]
+        alike = _inner([at for at, step in enumerate(self._chain) if _alike(str(step.key), name)])
         replaced = [self._writer.replaced(self._chain[at], new) for at in reversed(alike)]
         is_misplaced = self._found.code == "SC101"
         if last.node.entries and not is_misplaced:
@@ -364,6 +364,11 @@ class _Editor:
     def _added(self, depth: int, new: Entries) -> tuple[Splice, ...]:
         step = self._chain[depth]
         return self._writer.set_in(step.inside, new, before=step) if isinstance(step.key, str) else ()
+
+
+def _inner(depths: list[int]) -> list[int]:
+    """Returns the depths of keys without that of an object's name, which may equal the key that a hint means."""
+    return [at for at in depths if at != _NAMES] or depths
 
 
 def _alike(key: str, new: str) -> bool:
