@@ -249,7 +249,8 @@ class _Editor:
     def _meant(self) -> Iterator[HintEdit]:
         meant = _MEANT.search(self._hint)
         for word in () if meant is None else _CODE.findall(meant[1]):
-            if "…" in word:
+            is_double = self._at == "key" and bool(self._chain) and word in self._chain[-1].inside.entries
+            if "…" in word or is_double:
                 continue
             marked = self._text[self._start : self._end]
             quote = marked[:1] if marked[:1] in {"'", '"'} and marked[:1] == marked[-1:] else ""
@@ -348,6 +349,8 @@ class _Editor:
             yield self._moved(depth, new)
         yield from replaced
         if not is_misplaced and not last.node.entries:
+            if depth not in {_NAMES, *alike}:  # beside the entry of the finding, which may be meant as well
+                yield self._added(depth, new)
             yield self._moved(depth, new)
         if self._at == "value":
             yield from (self._added(at, new) for at in reversed(range(depth)) if at != _NAMES)
