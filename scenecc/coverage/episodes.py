@@ -132,9 +132,10 @@ def _episode(row: Any, where: str) -> Episode:
                 continue  # a draw of this name
         if isinstance(inner, int | float):
             continue
-        if not isinstance(inner, dict) or (inner and all(isinstance(one, dict) for one in inner.values())):
+        values = cast("dict[str, Any]", inner) if isinstance(inner, dict) else None
+        if values is None or (values and all(isinstance(one, dict) for one in values.values())):
             raise InvalidEpisodesError(f"`{key}` of {where} is not a mapping from names to drawn values")
-        return Episode(where, cast("dict[str, Any]", inner))
+        return Episode(where, values)
     return Episode(where, given)
 
 

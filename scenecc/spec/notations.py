@@ -152,7 +152,7 @@ def _doubt(path: Path, number: str, unit: str) -> str | None:
     own = next((_OF_KEY[key] for key in keys[:1] + keys[1:-2] if key in _OF_KEY), None)
     if own is None and (len(path) == 1 or path[0] in {"draws", "params", *FORM_KEYS}):
         return None  # a user's own quantity
-    units, quantity = own or ("%", "the number alone")
+    units, quantity = own or ("%", "only the number")
     if keys[:1] == ["height"] and path[:1] != ("cameras",):
         units, quantity = _LENGTHS, "a length in m"
     return None if unit.lower() in units.lower().split() else f"write {quantity}"
