@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.options import FormatOption, SceneArgument, takes_compile_options
+from scenecc.cli.options import FormatOption, SceneArgument, at_least, takes_compile_options
 from scenecc.cli.output import STDOUT, end, scene_errors, usage_error, write_files
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text, table
@@ -32,7 +32,8 @@ def cover(
     *,
     pairwise: Annotated[bool, typer.Option("--pairwise", help="Meet all pairs of alternatives; the default.")] = False,
     sobol: Annotated[
-        int | None, typer.Option("--sobol", metavar="N", min=1, help="N scenes that fill everything evenly instead.")
+        int | None,
+        typer.Option("--sobol", metavar="N", parser=at_least(1), help="N scenes that fill everything evenly instead."),
     ] = None,
     output: Annotated[
         str | None, typer.Option("--output", "-o", metavar="STARTS.json", help="Write the scenes here, as starts.")

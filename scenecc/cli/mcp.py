@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from scenecc.cli.options import takes_compile_options
+from scenecc.cli.options import at_least, takes_compile_options
 from scenecc.cli.output import Status, print_err
 from scenecc.extras import EXTRAS, install_hint
 
@@ -23,11 +23,13 @@ Root = Annotated[
         show_default="the current folder",
     ),
 ]
-Timeout = Annotated[float, typer.Option("--timeout", metavar="SECONDS", min=1, help="Time limit of a tool call.")]
+Timeout = Annotated[
+    int, typer.Option("--timeout", metavar="SECONDS", parser=at_least(1), help="Time limit of a tool call.")
+]
 
 
 @partial(takes_compile_options, names=("asset_roots", "allow_outside_assets", "limits"))
-def mcp(*, root: Root = Path(), timeout: Timeout = 120.0, options: dict[str, Any]) -> None:
+def mcp(*, root: Root = Path(), timeout: Timeout = 120, options: dict[str, Any]) -> None:
     """Run the server for agents.
 
     The client of an agent starts this command and communicates with it by the Model Context Protocol on standard input

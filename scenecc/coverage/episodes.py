@@ -124,14 +124,18 @@ def _episode(row: Any, where: str) -> Episode:
     known = [f"{name} {cut(str(given[name]))}" for name in ("seed", "scene") if given.get(name) is not None]
     where = f"{where} ({', '.join(known)})" if known else where
     for key in ("values", "draws"):
-        inner = given.get(key)
+        inner = given.get(key, "")
         if isinstance(inner, str):
             try:
                 inner = json.loads(inner)
             except (ValueError, RecursionError):
-                continue
-        if isinstance(inner, dict):
-            return Episode(where, cast("dict[str, Any]", inner))
+                continue  # a draw of this name
+        if isinstance(inner, int | float):
+            continue
+        values = cast("dict[str, Any]", inner) if isinstance(inner, dict) else None
+        if values is None or (values and all(isinstance(one, dict) for one in values.values())):
+            raise InvalidEpisodesError(f"`{key}` of {where} is not a mapping from names to drawn values")
+        return Episode(where, values)
     return Episode(where, given)
 
 

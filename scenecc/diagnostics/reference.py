@@ -12,6 +12,9 @@ from scenecc.diagnostics.formats.style import visible
 
 _WIDTH = 100
 
+_NEAR = 0.76
+"""Least similarity of a code that may be meant: one character of five is another."""
+
 
 def explain_code(code: str) -> str | None:
     """Returns cause, example and cure of a code, as Markdown; None for an unknown code.
@@ -33,7 +36,7 @@ def normalize_code(code: str) -> str:
 def nearest_codes(code: str, *, count: int = 3) -> list[str]:
     """Returns at most `count` known codes that look like `code`: those with the same beginning first."""
     name = normalize_code(code)
-    near = difflib.get_close_matches(name, sorted(CODES), n=len(CODES), cutoff=0.5)
+    near = difflib.get_close_matches(name, sorted(CODES), n=len(CODES), cutoff=_NEAR)
     return sorted(near, key=lambda known: [*map(eq, name, known), False].index(False), reverse=True)[:count]
 
 

@@ -164,6 +164,11 @@ def report_unused_draws(
             continue
         if is_certain:
             sampling.sink.report("SC319", f"the draw `{cut(name)}` is never read", origin.child(name), at="key")
+            if sampling.record is not None:  # a cover of it would differ in nothing
+                kept = {
+                    at: one for at, one in sampling.record.sources.items() if (one.section, one.name) != ("draws", name)
+                }
+                sampling.record.sources = kept
         try:
             sampling.batch().shared(name)
         except DrawError as error:

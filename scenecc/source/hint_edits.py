@@ -249,7 +249,8 @@ class _Editor:
     def _meant(self) -> Iterator[HintEdit]:
         meant = _MEANT.search(self._hint)
         for word in () if meant is None else _CODE.findall(meant[1]):
-            if "…" in word:
+            is_double = self._at == "key" and bool(self._chain) and word in self._chain[-1].inside.entries
+            if "…" in word or is_double:
                 continue
             marked = self._text[self._start : self._end]
             quote = marked[:1] if marked[:1] in {"'", '"'} and marked[:1] == marked[-1:] else ""
@@ -269,8 +270,8 @@ class _Editor:
         if name is not None:
             name = name.partition(":")[0]
             around = [*(step.inside for step in self._chain), self._chain[-1].node]
-            every = ((*self._chain[:at], Step(one, name)) for at, one in enumerate(around) if name in one.entries)
-            ways = [*every][::-1]
+            depths = _inner([at for at, one in enumerate(around) if name in one.entries])
+            ways = [(*self._chain[:at], Step(around[at], name)) for at in reversed(depths)]
         elif asked[1] not in {None, "key"}:
             ways += [self._chain[:-1]] * (len(self._chain) > 1)
         for way in ways:
@@ -339,7 +340,7 @@ class _Editor:
             at = 0 if above[2] else up[-1] if up else None
             if at is not None:
                 yield self._added(at, new) if "declare" in self._hint else self._moved(at, new)
-        alike = [at for at, step in enumerate(self._chain) if _alike(str(step.key), name)]
+        alike = _inner([at for at, step in enumerate(self._chain) if _alike(str(step.key), name)])
         replaced = [self._writer.replaced(self._chain[at], new) for at in reversed(alike)]
         is_misplaced = self._found.code == "SC101"
         if last.node.entries and not is_misplaced:
@@ -348,6 +349,8 @@ class _Editor:
             yield self._moved(depth, new)
         yield from replaced
         if not is_misplaced and not last.node.entries:
+            if depth not in {_NAMES, *alike}:  # beside the entry of the finding, which may be meant as well
+                yield self._added(depth, new)
             yield self._moved(depth, new)
         if self._at == "value":
             yield from (self._added(at, new) for at in reversed(range(depth)) if at != _NAMES)
@@ -364,6 +367,11 @@ class _Editor:
     def _added(self, depth: int, new: Entries) -> tuple[Splice, ...]:
         step = self._chain[depth]
         return self._writer.set_in(step.inside, new, before=step) if isinstance(step.key, str) else ()
+
+
+def _inner(depths: list[int]) -> list[int]:
+    """Returns the depths of keys without that of an object's name, which may equal the key that a hint means."""
+    return [at for at in depths if at != _NAMES] or depths
 
 
 def _alike(key: str, new: str) -> bool:

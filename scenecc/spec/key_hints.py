@@ -377,6 +377,18 @@ def _limits(key: _Key) -> str | None:
     return f"write `limits: {flow(found)}`" if len(found) == 2 else None
 
 
+def _look_of_shape(key: _Key) -> str | None:
+    """Returns what to write for properties of the appearance that are beside the `material` of a shape."""
+    material = key.owner.get("material", {})
+    if not is_mapping(material) or not is_mapping(material.get("visual", {})):
+        return None
+    if key.word == "visual" and not is_mapping(key.value):
+        return None
+    added = key.value if key.word == "visual" else {key.word: key.value}
+    visual = {**material.get("visual", {}), **added}
+    return f"write it in the material: `material: {flow({**material, 'visual': visual}, 2 * _LONGEST)}`"
+
+
 MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("ArticulationKeys PartKeys", "q", _positions),
     ("SceneFile", "robot table cube box arm object", _entity),
@@ -386,6 +398,14 @@ MAKERS: Final[tuple[tuple[str, str, Callable[[_Key], str | None]], ...]] = (
     ("TreeJoint", ROTATIONS, partial(_pose, "origin")),
     ("ShapeKeys EntityKeys PartKeys CameraSpec LightKeys FrameSpec", f"{PLACES} origin", partial(_pose, "pose")),
     ("RigidBodyKeys", "collision visual", _shape_switch),
+    (
+        "VisualKeys",
+        (
+            "visual emission emission_texture roughness roughness_texture metallic metallic_texture specular ior "
+            "transmission transmission_roughness transmission_texture normal_texture base_color base_color_texture"
+        ),
+        _look_of_shape,
+    ),
     ("RigidBodyKeys", "file filename path uri src model mesh robot xml", _robot_file),
     ("CameraSpec", "fov fov_deg", _angle_of_view),
     ("SceneFile", "gravity", _gravity),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.messages import nearest
 from scenecc.spec.key_hints import entry_at, numbers
+from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Path
@@ -98,27 +99,63 @@ THOUSANDS: Final = r"([-+]?[1-9]\d{0,2}),(\d{3})"
 
 _LENGTHS: Final = (
     "m km dm cm cms mm mms um µm meter meters metre metres centimeters centimetres millimeters millimetres "
-    "in inch inches ft foot feet yd %"
+    "in inch inches ft foot feet yd % "
+)
+_MASSES: Final = "kg kgs g t tonnes tons lb lbs pound pounds oz ounces kilograms grams mg "
+_TIMES: Final = "s sec seconds ms us µs milliseconds min minutes "
+_ANGLES: Final = "rad radians deg degs degree degrees ° "
+_SPEEDS: Final = "m/s cm/s mm/s km/h kph mph "
+_RATES: Final = "rad/s deg/s °/s rpm "
+_INERTIAS: Final = "kg*m2 kg*m^2 kg·m² "
+
+_IN_METRES: Final = (
+    "apart at center com contact_offset deeper_than facing far gap half_height half_length half_size half_width "
+    "height inner_radius look_at min_patch_radius near origin outer_radius p patch_radius pose pose_in_child "
+    "pose_in_parent position radius region rest_offset scene_spacing shadow_far shadow_near shadow_scale size "
+    "spacing top within x y z"
 )
 
 _QUANTITIES: Final = (
-    ({"mass"}, "kg kgs g t tonnes tons lb lbs pound pounds oz ounces kilograms grams mg", "a mass in kg"),
-    ({"density"}, "kg/m3 kg/m^3 kg/m³ g/cm3 g/cm^3 g/cm³ g/cc kg/l", "a density in kg/m³"),
-    ({"timestep"}, "s sec seconds ms us µs milliseconds min minutes hz fps", "a time in s"),
-    ({"pose", "p", "position", "half_size", "radius", "half_length"}, _LENGTHS, "a length in m"),
+    ("mass", _MASSES, "a mass in kg"),
+    ("density", "kg/m3 kg/m^3 kg/m³ g/cm3 g/cm^3 g/cm³ g/cc kg/l", "a density in kg/m³"),
+    ("timestep", f"{_TIMES} hz fps", "a time in s"),
+    ("after seconds", _TIMES, "a time in s"),
+    ("cx cy fx fy height shadow_map_size skew width", "px pixels %", "a number of pixels"),
+    (_IN_METRES, _LENGTHS, "a length in m"),
+    ("angle fovx fovy inner_fov outer_fov rpy twist yaw", _ANGLES, "an angle in rad"),
+    ("angle_deg fovx_deg fovy_deg limits_deg rpy_deg within_deg yaw_deg", _ANGLES, "an angle in degrees"),
+    ("limits offset qpos target", _LENGTHS + _ANGLES, "a length in m or an angle in rad"),
+    ("bounce_threshold linear linear_velocity max_depenetration_velocity max_linear_velocity", _SPEEDS, "it in m/s"),
+    ("angular angular_velocity max_angular_velocity", _RATES, "it in rad/s"),
+    ("max_velocity qvel velocity_target", _SPEEDS + _RATES, "it in m/s or rad/s"),
+    ("force_limit friction_force", "N Nm N*m N·m", "it in N or N·m"),
+    ("stiffness", "N/m Nm/rad N·m/rad N*m/rad", "it in N/m or N·m/rad"),
+    ("damping", "N*s/m N·s/m", "it in N·s/m or N·m·s/rad"),
+    ("linear_damping angular_damping", "%", "it in 1/s"),
+    ("armature", _MASSES + _INERTIAS, "it in kg or kg·m²"),
+    ("inertia", _INERTIAS, "it in kg·m²"),
+    ("gravity", "m/s2 m/s^2 m/s²", "it in m/s²"),
+    ("sleep_threshold", "", "it in m²/s²"),
+    ("max_contact_impulse", "", "it in N·s"),
 )
-"""Keys, units of their quantity, and what it is."""
+"""Keys, the units that are converted to theirs, and what it is."""
+
+_OF_KEY: Final = {key: row[1:] for row in reversed(_QUANTITIES) for key in row[0].split()}
 
 
 def _doubt(path: Path, number: str, unit: str) -> str | None:
     """Returns a hint for a number with two readings, or a unit that the key does not take; else None."""
     if re.fullmatch(THOUSANDS, number):
         return f"write the number without commas, or with a decimal point: {SI}"
-    key = next((each for each in reversed(path) if isinstance(each, str)), "")
-    for keys, units, quantity in _QUANTITIES:
-        if key in keys and unit.lower() not in units.split():
-            return f"write {quantity}"
-    return None
+    # The name of an entity or a camera is no key, unless it is all there is.
+    keys = [key for key in reversed(path) if isinstance(key, str)]
+    own = next((_OF_KEY[key] for key in keys[:1] + keys[1:-2] if key in _OF_KEY), None)
+    if own is None and (len(path) == 1 or path[0] in {"draws", "params", *FORM_KEYS}):
+        return None  # a user's own quantity
+    units, quantity = own or ("%", "only the number")
+    if keys[:1] == ["height"] and path[:1] != ("cameras",):
+        units, quantity = _LENGTHS, "a length in m"
+    return None if unit.lower() in units.lower().split() else f"write {quantity}"
 
 
 def unit_hint(path: Path, text: str) -> str | None:

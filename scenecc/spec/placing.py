@@ -1,12 +1,13 @@
 """Placement of an entity: the keys of `place`. Imported on first use."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, Strict, Tag
+from pydantic import Field, Strict, Tag, model_validator
 
 from scenecc.plan.placement import APART, GAP, TRIES
 from scenecc.spec.base import (
     MAPPING_KEY,
+    VALUE_NAME,
     EntityName,
     Finite,
     FrameName,
@@ -15,9 +16,10 @@ from scenecc.spec.base import (
     Positive,
     SpecModel,
     Vec3,
+    custom_error,
     key,
 )
-from scenecc.spec.nodes import COMPONENTS, LIST, MAPPING, WORD, union_by_kind
+from scenecc.spec.nodes import COMPONENTS, LIST, MAPPING, WORD, is_mapping, is_sequence, union_by_kind
 from scenecc.spec.pose import Quaternion, WholeAxisAngle
 from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
 
@@ -32,6 +34,21 @@ class DiskRegion(SpecModel):
 
     center: Leaf[Vec2] = Field(description="[x, y] [m].")
     radius: Leaf[Positive] = Field(description="[m].")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _is_no_rectangle(cls, data: Any) -> Any:
+        if not data or not is_mapping(data) or not data.keys() <= {"x", "y", "min", "max", "low", "high"}:
+            return data
+        from scenecc.spec.key_hints import flow
+
+        low, high = (data.get(one, data.get(other)) for one, other in (("min", "low"), ("max", "high")))
+        sides = [data.get("x"), data.get("y")]
+        if all(is_sequence(side) and len(side) == 2 for side in sides):
+            low, high = zip(*sides, strict=True)
+        corners = flow([[*low], [*high]]) if is_sequence(low) and is_sequence(high) else "[[x, y], [x, y]]"
+        message = f"{VALUE_NAME} must be two corners, {{center, radius}} or the name of a frame with `region`"
+        raise custom_error("SC103", message, hint=f"write two corners: `region: {corners}`")
 
 
 Region = Annotated[

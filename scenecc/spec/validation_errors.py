@@ -57,6 +57,7 @@ from scenecc.spec.nodes import (
     is_varying,
     value_at,
 )
+from scenecc.spec.notations import unit_hint
 from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.repetition import RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
@@ -161,6 +162,8 @@ def _report_custom_error(error: ErrorDetails, path: Path, place: Origin, sink: S
     message, hint = context["message"].replace(VALUE_NAME, value_name(path)), context["hint"]
     if context["code"] == "SC116" and hint is None:
         hint = _variation_hint(path)
+    if context["code"] == "SC103" and isinstance(error["input"], str):
+        hint = unit_hint(path, error["input"]) or hint  # the form does not know whose bound it is
     related: list[RelatedPlace] = []
     if context["beside"] is not None:
         related = [("the first", replace(place, path=(*place.path[:-1], context["beside"])), "key")]

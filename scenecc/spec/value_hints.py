@@ -246,6 +246,8 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:  # noqa: PLR
         is_first_color = path[-1:] == (0,) and str(path[-2]).endswith("color") and not text.strip().isdecimal()
         if is_first_color and (color := color_of(_commas(text))):
             return f"write `{path[-2]}: {flow(color)}`"
+        if _MIXED.fullmatch(text):
+            return "write a comma and a blank between all numbers, and points for decimals"
         parts = numbers(text.replace(";", " "))
         if not is_list and len(parts) > 1 and isinstance(path[-1], int):
             return f"write commas: `{flow(parts)[1:-1]}`"
@@ -366,6 +368,9 @@ def color_hint(path: Path, found: Any) -> str:
 
 _MAX_LENGTH: Final = 200
 """Longest string that gets a hint [characters]."""
+
+_MIXED: Final = re.compile(r"(?=[^,]*\d,\d)(?=.*\d +[-+.\d])[-+.,\deE ]+")
+"""Numbers separated by commas and by blanks alone, of which either may be part of a number: `1,2 3`."""
 
 _RANGE: Final = re.compile(r"range\((\d+)\)|(?:\d+ *\.\. *|0 *: *)(\d+)")
 

@@ -227,7 +227,11 @@ def parse_expression(text: str, start: int, end: int) -> Expression:
         tree = ast.parse(f"({source})", mode="eval").body
     except SyntaxError as error:
         at = min(max(start + (error.offset or 2) - 2, start), end)
-        raise ExpressionError("invalid expression", at, min(at + 1, end)) from None
+        hint = None
+        if choice := re.fullmatch(r"\s*if\b(.+?)(?:\bthen\b(.+?)(?:\belse\b(.+))?)?", source):
+            found, value, other = (cut(part.strip()) if part else None for part in choice.groups())
+            hint = f"a choice is written `{value or 'b'} if {found} else {other or 'c'}`"
+        raise ExpressionError("invalid expression", at, min(at + 1, end), hint) from None
     except (MemoryError, RecursionError):
         raise _too_deep(start, end) from None
     compiler = _Compiler(source, start)

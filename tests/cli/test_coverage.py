@@ -100,7 +100,7 @@ def test_sobol_makes_as_many_scenes_as_asked(run, scene: Path, tmp_path: Path) -
     [
         (["--pairwise", "--sobol", "4"], "either --pairwise or --sobol"),
         (["-o", "starts.txt"], "it must be a file NAME.json"),
-        (["--sobol", "0"], "greater than or equal to 1"),
+        (["--sobol", "0"], "must be an integer of at least 1"),
     ],
 )
 def test_wrong_options_are_refused(run, scene: Path, arguments: list[str], message: str) -> None:

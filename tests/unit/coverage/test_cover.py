@@ -203,6 +203,9 @@ def test_a_cover_has_full_coverage() -> None:
         ("[1]", "not a mapping"),
         ('{"other": 1}', "no episode has"),
         ('{"scenecc_passport": 1}', "is a passport"),
+        ('[{"a": 1}, {"seed": 3, "values": null}]', r"`values` of episode 2 \(seed 3\) is not a mapping"),
+        ('{"values": [1]}', "`values` of episode 1 is not a mapping"),
+        ('{"values": {"a": {"b": 1}}}', "`values` of episode 1 is not a mapping"),
         ("[" * 100_000, "nested too deeply"),
         ('{"a": 7}', r"episode 1: a = 7.0, which this file does not draw: 1 \| 2 \| 3 \| 4"),
         ('{"seed": 3, "scene": 1, "values": {"a": 1, "b": 9}}', r"\(seed 3, scene 1\): b = 9"),
@@ -290,3 +293,9 @@ def test_an_integer_beyond_floats_is_no_traceback() -> None:
     from scenecc.coverage.episodes import to_cell
 
     assert to_cell(-(10**400)) == -float("inf")
+
+
+def test_a_draw_that_nothing_reads_is_no_factor() -> None:
+    cover = scenecc.cover_scene({**SIX, "draws": {**SIX["draws"], "unread": {"choice": [1, 2, 3]}}})
+    assert "unread" not in cover.factors
+    assert [one.code for one in cover.diagnostics] == ["SC319"]

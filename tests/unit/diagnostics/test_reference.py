@@ -45,7 +45,7 @@ def test_the_nearest_codes_come_first() -> None:
     assert nearest_codes(code.lower() + "x")[0] == code
     assert set(nearest_codes("SC999", count=2)) <= set(CODES)
     assert len(nearest_codes("SC999", count=2)) <= 2
-    assert nearest_codes("banana") == []
+    assert nearest_codes("banana") == nearest_codes("SC9999") == []
 
 
 def test_the_committed_pages_match_the_table() -> None:

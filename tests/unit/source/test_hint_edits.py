@@ -56,6 +56,30 @@ def test_words_of_hints_have_edits(before: tuple[str, ...], after: tuple[str, ..
     assert first_edit(scene(*before)) == scene(*after)
 
 
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (("  mass:", f"    {BOX}", "    mass: -1"), ("  mass:", f"    {BOX}", "    mass: 1")),
+        (
+            (
+                "  a:",
+                f"    {BOX}",
+                "lights:",
+                "  b: {type: point, color: [3, 3, 3], position: [0, 0, 1], shadow: false, shadow_near: 3}",
+            ),
+            (
+                "  a:",
+                f"    {BOX}",
+                "lights:",
+                "  b: {type: point, color: [3, 3, 3], position: [0, 0, 1], shadow: true, shadow_near: 3}",
+            ),
+        ),
+    ],
+)
+def test_no_entry_is_lost_but_that_of_the_finding(before: tuple[str, ...], after: tuple[str, ...]) -> None:
+    assert first_edit(scene(*before)) == scene(*after)
+
+
 def test_line_breaks_and_wide_characters_count() -> None:
     text = scene("  a:  # 😀", f"    {BOX}", '    x-note: "😀"', "    color: red # 😀").replace("\n", "\r\n")
     assert first_edit(text) == text.replace("red #", '"#ff0000" #')
