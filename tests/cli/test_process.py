@@ -78,7 +78,7 @@ def test_wrong_usage_gives_status_2_and_a_message(run, arguments: tuple[str, ...
 def test_an_unknown_code_suggests_one(run) -> None:
     done = run("explain", "SC901l")
     assert done.returncode == 2
-    assert "did you mean SC901 " in done.stderr
+    assert "did you mean SC901?" in done.stderr
     assert done.stdout == ""
 
 
